@@ -14,10 +14,12 @@ from codesign.exploration.designs import Design, StudyPoint
 from codesign.exploration.document import study_schema
 from codesign.exploration.executor import Executor, ProcessExecutor, SerialExecutor
 from codesign.exploration.front import non_dominated
+from codesign.exploration.outcomes import Outcomes
+from codesign.exploration.reasons import ReasonCount
 from codesign.exploration.run import explore, load_study
 from codesign.exploration.space import DesignPoint, Space
 from codesign.exploration.store import Entry, EntryState, FileStore, MemoryStore, Store
-from codesign.exploration.study import ReasonCount, Study
+from codesign.exploration.study import Study
 from codesign.exploration.tally import Progress
 
 __all__ = [
@@ -28,6 +30,7 @@ __all__ = [
     "Executor",
     "FileStore",
     "MemoryStore",
+    "Outcomes",
     "ProcessExecutor",
     "Progress",
     "ReasonCount",

@@ -2,9 +2,18 @@
 
 from __future__ import annotations
 
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
 from codesign.figures import ResultFigure
 from codesign.inputs.constraint import LOWER, STRICT, Constraint
 from codesign.results.result import Reason, Result
+
+Floats = NDArray[np.float64]
+Flags = NDArray[np.bool_]
 
 
 def figure_of(result: Result, figure: ResultFigure) -> float | None:
@@ -49,27 +58,61 @@ def budget_of(result: Result, constraint: Constraint) -> int | None:
 def unsatisfied(
     constraint: Constraint, value: float | None, budget: int | None, *, feasible: bool, unreached: bool
 ) -> list[Reason]:
-    """A reason for each bound that the value of the constrained figure does not keep.
+    """A reason for each bound that the value of the constrained figure does not keep; see ``broken_bounds``."""
+    bounds = broken_bounds(
+        constraint,
+        np.array([math.nan if value is None else value], np.float64),
+        np.array([math.nan if budget is None else budget], np.float64),
+        feasible=np.array([feasible]),
+        unreached=np.array([unreached]),
+    )
+    return [bound.reason(0) for bound in bounds]
 
-    ``budget``: what the part has of a resource that is bounded by a share. A design without a part has a share of 0.
+
+@dataclass(frozen=True, eq=False)
+class Broken:
+    """A bound that some values do not keep: ``which`` of them, as indices; of each the numbers of its reason."""
+
+    name: str
+    unit: str
+    which: NDArray[np.intp]
+    demand: Floats
+    limit: Floats
+    gap: Floats
+
+    def reason(self, place: int) -> Reason:
+        """The reason of the value at a place in ``which``."""
+        numbers = (float(each[place]) for each in (self.demand, self.limit, self.gap))
+        demand, limit, gap = numbers
+        return Reason(kind="constraint", name=self.name, demand=demand, limit=limit, gap=gap, unit=self.unit)
+
+
+def broken_bounds(
+    constraint: Constraint, values: Floats, budgets: Floats, *, feasible: Flags, unreached: Flags
+) -> list[Broken]:
+    """The bounds of a constraint that any of the values does not keep, in the order of the bounds.
+
+    A value that is missing (NaN) keeps no bound where it is ``feasible``; elsewhere it is not held against it.
+    ``budgets``: what the parts have of a resource that is bounded by a share, NaN: none; one for all, or one each. A
+    design without a part has a share of 0. ``unreached``: whether the mission of each ended before its goals.
     """
-    figure, unit = constraint.figure, constraint.figure.unit
-    reasons = []
+    figure, held = constraint.figure, ~np.isnan(values)
+    scale = np.broadcast_to(np.where(np.isnan(budgets) | (budgets == 0), 1.0, budgets), values.shape)
+    # Of a share the quotient is compared: it is exact where the limit is, which the product is not.
+    shares = values / scale
+    broken = []
     for bound, limit in constraint.bounds.items():
         sign, name = 1 if bound in LOWER else -1, f"{figure} {bound.replace('_', ' ')}"
-        if value is None and not feasible:
-            continue
         if constraint.of_part:
             name = f"{name} {100 * limit:.6g} %"
-        most, demand = limit, 0.0 if value is None else value
-        if value is None:
-            name += f": {'goals not reached' if unreached else 'no such figure'}"
-        else:
-            # Of a share the quotient is compared: it is exact where the limit is, which the product is not.
-            over = sign * (limit - (value / budget if budget else value))
-            if over < 0 or (over == 0 and bound not in STRICT):
-                continue
-            most *= budget or 1
-        gap = abs(most) if value is None else max(0.0, sign * (most - value))
-        reasons.append(Reason(kind="constraint", name=name, demand=demand, limit=most, gap=gap, unit=unit))
-    return reasons
+        over = sign * (limit - shares)
+        which = np.flatnonzero(held & ~((over < 0) | ((over == 0) & (bound not in STRICT))))
+        most = limit * scale[which]
+        gap = np.maximum(0.0, sign * (most - values[which]))
+        parts = [Broken(name, figure.unit, which, values[which], most, gap)]
+        for ended, why in ((True, "goals not reached"), (False, "no such figure")):
+            which = np.flatnonzero(~held & feasible & (unreached == ended))
+            ends = np.zeros(len(which)), np.full(len(which), limit), np.full(len(which), abs(limit))
+            parts.append(Broken(f"{name}: {why}", figure.unit, which, *ends))
+        broken += [part for part in parts if len(part.which)]
+    return broken

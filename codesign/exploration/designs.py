@@ -1,22 +1,25 @@
-"""Points and designs: a design is one combination of the decisions, with one point in each of the conditions."""
+"""Points and designs: a design is one combination of the decisions, with one point in each of the conditions.
+
+Both are views of a study: they are made when they are asked for, and what came of them stands in the study's columns.
+"""
 
 from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, TypeVar, overload
 
 import numpy as np
 
 from codesign.errors import InputError, clip
-from codesign.exploration.aggregation import Draws, Floats, Spread, aggregated, interval, spread
-from codesign.exploration.constraints import budget_of, figure_of, unsatisfied, with_constraints
+from codesign.exploration.aggregation import Draws, Spread, interval, spread
+from codesign.exploration.constraints import budget_of, unsatisfied, with_constraints
+from codesign.exploration.outcomes import STATES, Word
 from codesign.figures import ResultFigure
 from codesign.inputs.aggregate import Rule, Share, rule_for
-from codesign.inputs.constraint import Constraint
 from codesign.records import Listener
 from codesign.results.result import Reason, Result
 from codesign.scenarios import simulate
@@ -27,7 +30,7 @@ if TYPE_CHECKING:
     from codesign.exploration.study import Study
     from codesign.inputs import Platform, Workload
 
-State = Literal["done", "failed", "missing"]
+T = TypeVar("T")
 
 SEED = ".seed"
 """The end of the name of a condition that is drawn: its values stand for all that might have been drawn."""
@@ -35,17 +38,10 @@ SEED = ".seed"
 
 @dataclass(frozen=True, repr=False)
 class StudyPoint:
-    """One point: its place in the enumeration, its axis values, and what came of it.
+    """One point of a study by its place in the enumeration. What came of it stands in the columns of the study."""
 
-    ``result`` is None where the computation failed (``failure`` says why) or was not yet done (``failure``
-    is None too, in a study read from the file of an interrupted exploration). ``study``: that it is a point of.
-    """
-
+    study: Study
     index: int
-    axes: dict[str, Any]
-    result: Result | None = None
-    failure: str | None = None
-    study: Study | None = field(default=None, compare=False)
 
     def __repr__(self) -> str:
         axes = ", ".join(f"{axis}={value}" for axis, value in self.axes.items())
@@ -53,37 +49,79 @@ class StudyPoint:
         return f"StudyPoint({self.index}: {clip(axes)}; {fate})"
 
     @property
-    def state(self) -> State:
-        """What became of it."""
-        if self.result is not None:
-            return "done"
-        return "missing" if self.failure is None else "failed"
+    def axes(self) -> dict[str, Any]:
+        """The value of each decision and condition."""
+        return self.study.grid.at(self.index)
+
+    @property
+    def state(self) -> Word:
+        """What became of it: computed, failed (``failure`` says why), or not yet computed."""
+        return STATES[int(self.study.outcomes.state[self.index])]
+
+    @property
+    def failure(self) -> str | None:
+        """Why it could not be computed."""
+        return self.study.outcomes.failures.get(self.index)
 
     @property
     def feasible(self) -> bool:
         """Whether it fits and, in a study without conditions, satisfies every constraint."""
-        return self.result is not None and self.result.feasible
+        return bool(self.study.judged.feasible_points[self.index])
 
     @property
     def unreached(self) -> str | None:
         """Why the mission of a feasible point ended before its goals; None where it reached them, or had none."""
-        mission = self.result.mission if self.result is not None and self.feasible else None
-        return None if mission is None or mission.reached else mission.ended
+        judged = self.study.judged
+        return judged.ends[judged.ended_points[self.index]] if judged.unreached_points[self.index] else None
+
+    @property
+    def template(self) -> Result | None:
+        """What its result has in common with those of other points; None where it has no result.
+
+        Where many points compute the same, this lacks what prices move: times, energy, power, clock. Ask the point
+        for these, and for ``feasible`` and ``reasons``.
+        """
+        return self.study.outcomes.template(self.index)
 
     @property
     def reasons(self) -> tuple[Reason, ...]:
         """Why it is not feasible."""
-        return self.result.reasons if self.result is not None else ()
+        outcomes, template = self.study.outcomes, self.template
+        if template is None:
+            return ()
+        number = int(outcomes.reason[self.index])
+        reasons = template.reasons if number < 0 else (*template.reasons, outcomes.reasons[number])
+        unreached = template.mission is not None and not template.mission.reached
+        fits = bool(self.study.judged.fits_points[self.index])
+        limits = () if self.study.conditions else self.study.constraints
+        return reasons + tuple(
+            reason
+            for limit in limits
+            for reason in unsatisfied(
+                limit,
+                self.figure(limit.figure),
+                budget_of(template, limit),
+                feasible=fits,
+                unreached=unreached,
+            )
+        )
 
-    def judged_by(self, constraints: tuple[Constraint, ...]) -> StudyPoint:
-        """The point, with a reason for each of these constraints that it does not satisfy."""
-        if self.result is None or not constraints:
-            return self
-        return replace(self, result=with_constraints(self.result, constraints))
+    @property
+    def result(self) -> Result | None:
+        """Its full result; None where it has none. Of a point that was priced, it is simulated when it is asked for.
+
+        Raises:
+            InputError, SpecError: it has to be simulated, and cannot be; see ``specs``.
+        """
+        return self.study.result(self.index)
 
     def figure(self, figure: ResultFigure) -> float | None:
         """One figure, or None where it has none."""
-        return None if self.result is None else figure_of(self.result, figure)
+        return self.study.outcomes.value(figure, self.index)
+
+    def interval(self, figure: ResultFigure) -> tuple[float, float] | None:
+        """The least and the greatest value of a figure inside all intervals; None where it rests on none."""
+        return self.study.outcomes.ends(figure, self.index)
 
     def specs(self) -> tuple[Platform, Workload]:
         """Platform and workload of the point, as ``codesign.simulate`` takes them.
@@ -92,7 +130,7 @@ class StudyPoint:
             InputError: the point is of no study that was explored; or a map, part or host file has changed since.
                 SpecError: a file is missing; or the point cannot be placed on its platform.
         """
-        specs = None if self.study is None else self.study.specs
+        specs = self.study.specs
         if specs is None:
             raise InputError(f"{self!r} is of no exploration, so nothing is known of its specs")
         return specs.point(self.axes)
@@ -105,21 +143,14 @@ class StudyPoint:
         """
         platform, workload = self.specs()
         result = simulate(platform, workload, listeners=listeners, levers=levers)
-        assert self.study is not None, "it has specs"
         return result if self.study.conditions else with_constraints(result, self.study.constraints)
 
     def explain(self) -> Explanation:
         """Why the point is as it is, among the points in the same conditions; see ``Study.explain``."""
-        study = _study_of(self)
-        return study.at({name: self.axes[name] for name in study.conditions}).explain(
-            self.index // len(study.world.each)
+        axes = self.axes
+        return self.study.at({name: axes[name] for name in self.study.conditions}).explain(
+            self.index // self.study.judged.conditions
         )
-
-
-def _study_of(row: StudyPoint) -> Study:
-    if row.study is None:
-        raise InputError(f"{row!r} is of no study, so there is nothing to compare it with")
-    return row.study
 
 
 @dataclass(frozen=True)
@@ -164,22 +195,10 @@ class Out:
 
 @dataclass(frozen=True, repr=False)
 class Design:
-    """One combination of the decisions.
+    """One combination of the decisions by its place in the enumeration of the designs of a study."""
 
-    Attributes:
-        index: its number in the enumeration of designs, from 0. axes: the value of each decision.
-        points: its point in each condition.
-        conditions: of the study.
-        out: why it is not feasible; empty where it is, or was not computed.
-        ended: why a mission of a feasible design ended before its goals, and the number of that condition.
-    """
-
+    study: Study
     index: int
-    axes: dict[str, Any]
-    points: tuple[StudyPoint, ...]
-    conditions: Conditions
-    out: tuple[Out, ...] = ()
-    ended: tuple[str, int] | None = None
 
     def __repr__(self) -> str:
         axes = ", ".join(f"{axis}={value}" for axis, value in self.axes.items())
@@ -188,143 +207,109 @@ class Design:
 
     def explain(self) -> Explanation:
         """Why the design is as it is; see ``Study.explain``."""
-        return _study_of(self.points[0]).explain(self.index)
+        return self.study.explain(self.index)
+
+    @property
+    def axes(self) -> dict[str, Any]:
+        """The value of each decision."""
+        return self.study.decisions.at(self.index)
 
     @cached_property
-    def state(self) -> State:
+    def points(self) -> tuple[StudyPoint, ...]:
+        """Its point in each condition."""
+        count = self.study.judged.conditions
+        return tuple(StudyPoint(self.study, self.index * count + number) for number in range(count))
+
+    @property
+    def state(self) -> Word:
         """``failed`` where one of its points failed, else ``missing`` where one was not computed."""
-        states = {point.state for point in self.points}
-        return "failed" if "failed" in states else "missing" if "missing" in states else "done"
+        return STATES[int(self.study.judged.state[self.index])]
 
     @property
     def feasible(self) -> bool:
         """Whether it fits in every condition that counts, and satisfies every constraint."""
-        return self.state == "done" and not self.out
+        return bool(self.study.judged.feasible[self.index])
+
+    @property
+    def ended(self) -> tuple[str, int] | None:
+        """Why a mission of a feasible design ended before its goals, and the number of that condition."""
+        judged = self.study.judged
+        if not judged.unreached[self.index]:
+            return None
+        condition, why = (int(each[self.index]) for each in judged.ended)
+        return judged.ends[why], condition
 
     @property
     def unreached(self) -> str | None:
         """Why a mission of a feasible design ended before its goals; None where all that count reached them."""
-        return self.ended[0] if self.ended else None
+        ended = self.ended
+        return ended[0] if ended else None
 
     @property
     def failure(self) -> str | None:
         """Why the first of its points that failed did."""
         return next((point.failure for point in self.points if point.failure is not None), None)
 
+    @cached_property
+    def out(self) -> tuple[Out, ...]:
+        """Why it is not feasible; empty where it is, or was not computed."""
+        judged = self.study.judged
+        if not judged.out[self.index]:
+            return ()
+        out = [
+            Out(reason, number)
+            for number, point in enumerate(self.points)
+            if judged.counts_points[point.index]
+            for reason in point.reasons
+        ]
+        for broken in (*judged.broken, *judged.short):
+            place = int(np.searchsorted(broken.which, self.index))
+            if place < len(broken.which) and broken.which[place] == self.index:
+                out.append(Out(broken.reason(place)))
+        return tuple(out)
+
     def figure(self, figure: ResultFigure) -> float | None:
         """The aggregated figure; None where it has no value in some condition. A share that meets a limit has all."""
-        rule = self.conditions.rule(figure)
-        if len(self.points) == 1 and not isinstance(rule, Share):
-            return self.points[0].figure(figure)
-        values = self.values(figure)
-        if np.isnan(values).any():
-            return None
-        return float(aggregated(rule, values, figure.maximise))
-
-    def values(self, figure: ResultFigure) -> Floats:
-        """What is aggregated, of each condition: the figure (NaN: none); by share, 1 where the limit is met, else 0."""
-        rule = self.conditions.rule(figure)
-        if isinstance(rule, Share):
-            return np.array([float(_meets(point, rule.share)) for point in self.points])
-        return self._plain(figure)
+        value = float(self.study.judged.figure(figure)[self.index])
+        return None if math.isnan(value) else value
 
     def spread(self, figure: ResultFigure) -> Spread | None:
         """The spread of the figure over the conditions that have it; None where none has."""
-        plain = self._plain(figure)
-        known = plain[~np.isnan(plain)]
-        if not len(known):
+        judged, world = self.study.judged, self.study.world
+        plain = judged.plain(figure)[self.index]
+        held = plain[~np.isnan(plain)]
+        if not len(held):
             return None
-        told, values = spread(known), self.values(figure)
-        if self.conditions.draws is None or np.isnan(values).any():
-            return told
-        rule = self.conditions.rule(figure)
-        return replace(told, interval=interval(rule, values, figure.maximise, self.conditions.draws))
-
-    def _plain(self, figure: ResultFigure) -> Floats:
-        values = (point.figure(figure) for point in self.points)
-        return np.array([math.nan if value is None else value for value in values])
+        extent, values = spread(held), judged.values(figure)[self.index]
+        if world.draws is None or np.isnan(values).any():
+            return extent
+        return replace(extent, interval=interval(world.rule(figure), values, figure.maximise, world.draws))
 
 
-def designs_of(
-    points: Sequence[StudyPoint],
-    axes: Iterable[str],
-    conditions: Conditions,
-    objectives: Sequence[ResultFigure],
-    constraints: Sequence[Constraint],
-) -> tuple[Design, ...]:
-    """The designs that the points, the conditions moving fastest, are of."""
-    count, names = len(conditions.each), tuple(axes)
-    # What is decided by shares, and by what a design takes of its chip, needs no run in every condition.
-    figures = {*objectives, *(limit.figure for limit in constraints)}
-    by_share = [figure for figure in figures if isinstance(conditions.rule(figure), Share)]
-    tolerant = bool(by_share) and all(figure in by_share or figure.is_resource for figure in figures)
-    return tuple(
-        _judged(
-            Design(
-                index,
-                {name: points[begin].axes[name] for name in names if name in points[begin].axes},
-                tuple(points[begin : begin + count]),
-                conditions,
-            ),
-            constraints if conditions.axes else (),
-            tolerant,
-        )
-        for index, begin in enumerate(range(0, len(points), count))
-    )
+@dataclass(frozen=True)
+class Rows(Sequence[T]):
+    """The points or the designs of a study: each is made when it is asked for, and holds nothing of what came of it."""
 
+    study: Study
+    kind: Callable[[Study, int], T]
+    length: int
 
-def _judged(design: Design, constraints: Sequence[Constraint], tolerant: bool) -> Design:
-    """The design with what keeps it out."""
-    if design.state != "done":
-        return design
-    blocked = [number for number, point in enumerate(design.points) if not point.feasible]
-    out: list[Out] = []
-    if len(blocked) == len(design.points) or not tolerant:
-        out = [Out(reason, number) for number in blocked for reason in design.points[number].reasons]
-    if not blocked or tolerant:
-        out += [Out(reason) for limit in constraints for reason in _passed(design, limit)]
-    out += [Out(reason) for reason in _short_shares(design)]
-    ended = [(why, number) for number, point in enumerate(design.points) if (why := point.unreached)]
-    counts = bool(ended) and not out and (not tolerant or len(ended) + len(blocked) == len(design.points))
-    return replace(design, out=tuple(out), ended=ended[0] if counts else None) if out or counts else design
+    def __len__(self) -> int:
+        return self.length
 
+    @overload
+    def __getitem__(self, place: int) -> T: ...
 
-def _passed(design: Design, limit: Constraint) -> list[Reason]:
-    unreached = any(point.unreached for point in design.points)
-    budgets = (budget_of(point.result, limit) for point in design.points if point.result is not None)
-    budget = next((each for each in budgets if each is not None), None)
-    return unsatisfied(limit, design.figure(limit.figure), budget, feasible=True, unreached=unreached)
+    @overload
+    def __getitem__(self, place: slice) -> tuple[T, ...]: ...
 
+    def __getitem__(self, place: int | slice) -> T | tuple[T, ...]:
+        if isinstance(place, slice):
+            return tuple(self.kind(self.study, index) for index in range(self.length)[place])
+        return self.kind(self.study, range(self.length)[place])
 
-def _short_shares(design: Design) -> list[Reason]:
-    """A reason for each rule that requires a share of the conditions which the design falls short of."""
-    reasons = []
-    for name, rule in design.conditions.aggregate.items():
-        if not isinstance(rule, Share) or rule.required is None:
-            continue
-        met = float(design.values(rule.share.figure).mean())
-        if met < rule.required:
-            what = f"{name} in share of conditions"
-            reasons.append(
-                Reason(
-                    kind="constraint",
-                    name=what,
-                    demand=met,
-                    limit=rule.required,
-                    gap=rule.required - met,
-                    unit="1",
-                )
-            )
-    return reasons
-
-
-def _meets(point: StudyPoint, limit: Constraint) -> bool:
-    if not point.feasible or point.unreached is not None:
-        return False
-    value = point.figure(limit.figure)
-    if value is None or point.result is None:
-        return False
-    return not unsatisfied(limit, value, budget_of(point.result, limit), feasible=True, unreached=False)
+    def __repr__(self) -> str:
+        return f"{self.length} of {self.study!r}"
 
 
 def checked_index(kind: str, index: int, count: int) -> int:

@@ -153,10 +153,8 @@ class StudyDocument(ResultModel):
 
 
 def study_document(study: Study) -> StudyDocument:
-    """The document of a study."""
-    first_of = {index: first for first, others in study.same.items() for index in others}
-    front = {index for first in study.front for index in (first, *study.same.get(first, ()))}
-    count = len(study.world.each)
+    """The document of a study. It has all full results: those of priced points are simulated for it."""
+    first_of, count = study.first_of_same, study.judged.conditions
     return StudyDocument(
         platform=study.platform,
         workload=study.workload,
@@ -178,10 +176,10 @@ def study_document(study: Study) -> StudyDocument:
             front=len(study.front),
         ),
         designs=[
-            _design(study, design, design.index in front, first_of.get(design.index))
-            for design in study.designs
+            _design(study, design, None if first == design.index else first)
+            for design, first in zip(study.designs, first_of.tolist(), strict=True)
         ],
-        points=[_point(point, point.index // count, point.index // count in front) for point in study.points],
+        points=[_point(study, point, point.index // count) for point in study.points],
         front=list(study.front),
     )
 
@@ -192,7 +190,7 @@ def _objective(study: Study, figure: ResultFigure) -> Objective:
     return Objective(figure=figure, unit=unit, direction="maximise" if maximise else "minimise")
 
 
-def _design(study: Study, design: Design, on_front: bool, same_as: int | None) -> DesignEntry:
+def _design(study: Study, design: Design, same_as: int | None) -> DesignEntry:
     figures = tuple(dict.fromkeys((*study.objectives, *(limit.figure for limit in study.constraints))))
     spreads = {figure: design.spread(figure) for figure in figures} if study.conditions else {}
     return DesignEntry(
@@ -200,7 +198,7 @@ def _design(study: Study, design: Design, on_front: bool, same_as: int | None) -
         axes=design.axes,
         state=design.state,
         feasible=design.feasible,
-        on_front=on_front,
+        on_front=bool(study.on_front[design.index]),
         same_as=same_as,
         figures={figure: design.figure(figure) for figure in figures},
         spread={
@@ -215,14 +213,14 @@ def _design(study: Study, design: Design, on_front: bool, same_as: int | None) -
     )
 
 
-def _point(point: StudyPoint, design: int, on_front: bool) -> Point:
+def _point(study: Study, point: StudyPoint, design: int) -> Point:
     return Point(
         index=point.index,
         design=design,
         axes=point.axes,
         state=point.state,
         feasible=point.feasible,
-        on_front=on_front,
+        on_front=bool(study.on_front[design]),
         unreached=point.unreached,
         figures={figure: _typed(figure, point.figure(figure)) for figure in FIGURES.values()},
         failure=point.failure,

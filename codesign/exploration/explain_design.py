@@ -17,7 +17,7 @@ from codesign.memo import Memo
 from codesign.results.result import Result
 from codesign.results.terms import priced
 from codesign.scenarios import scenario_of, simulate
-from codesign.verdicts import Verdict, need_verdict, sensitivity, winner_verdict
+from codesign.verdicts import Verdict, need_verdict, sensitivity
 
 if TYPE_CHECKING:
     from codesign.exploration.study import Study
@@ -119,7 +119,7 @@ def explain_design(study: Study, index: int) -> Explanation:
         axes=dict(design.axes),
         condition=_condition_text(study, design, point),
         feasible=design.feasible,
-        on_front=_counts_as(study, index) in study.front,
+        on_front=bool(study.on_front[index]),
         objectives={figure.name: design.figure(figure) for figure in study.objectives},
         result=result,
         time=why_time(result),
@@ -161,13 +161,8 @@ def _telling(study: Study, design: Design) -> StudyPoint:
 
 
 def _condition_text(study: Study, design: Design, point: StudyPoint) -> str:
-    place = design.points.index(point)
+    place = point.index - design.points[0].index
     return ", ".join(f"{name} {value}" for name, value in study.world.each[place].items())
-
-
-def _counts_as(study: Study, index: int) -> int:
-    """The design that stands for those that are the same."""
-    return next((first for first, others in study.same.items() if index in others), index)
 
 
 def _bench(study: Study, point: StudyPoint, result: Result) -> tuple[Bench | None, tuple[str, ...]]:
@@ -205,15 +200,13 @@ def neighbours_of(study: Study, design: Design) -> tuple[Moved, ...]:
 
     A design that was asked another question is not compared. One that failed or was not computed is left out.
     """
-    strides, stride = {}, 1
-    for name, values in reversed(list(study.axes.items())):
-        strides[name], stride = stride, stride * len(values)
     own = {figure: design.figure(figure) for figure in study.objectives}
     neighbours = []
     for name, values in study.axes.items():
-        place = design.index // strides[name] % len(values)
+        step = study.decisions.step(name)
+        place = design.index // step % len(values)
         for other_place, value in enumerate(values):
-            other = study.designs[design.index + (other_place - place) * strides[name]]
+            other = study.designs[design.index + (other_place - place) * step]
             if other_place == place or other.state != "done":
                 continue
             neighbours.append(_neighbour(study, design, own, other, name, value))
@@ -248,21 +241,20 @@ def _neighbour(
 
 def _question(design: Design) -> str | None:
     """What was asked of a design; None where it was not run."""
-    result = design.points[0].result
-    return None if result is None or result.task is None else result.task.question
+    template = design.points[0].template
+    return None if template is None or template.task is None else template.task.question
 
 
 def _sure_in(study: Study, result: Result) -> tuple[Sure, ...]:
     """For each objective with an interval: how sure the design's is, and whether the best one by it is the best."""
-    rivals = [point for point in study.points if point.feasible and point.unreached is None]
-    results = [point.result for point in rivals if point.result is not None]
-    entries = []
+    rivals, entries = study.rivals, []
     for figure in study.objectives:
         if not _known(result, figure):
             continue
-        verdict = winner_verdict(results, figure)
+        verdict = rivals.verdict(figure)
         best, rival = (
-            None if number is None else rivals[number].index for number in (verdict.winner, verdict.rival)
+            None if number is None else int(rivals.points[number])
+            for number in (verdict.winner, verdict.rival)
         )
         entries.append(_sure(result, figure, verdict, best, rival))
     return tuple(entries)

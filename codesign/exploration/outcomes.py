@@ -7,19 +7,30 @@ stand in columns, one entry a point. Everything else is the same of many points,
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import IntEnum
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
+from codesign.exploration.constraints import figure_of
+from codesign.figures import FIGURES, ResultFigure
 from codesign.results.result import Reason, Result
 
 Column = NDArray[np.float64]
 Numbers = NDArray[np.int32]
 
-PRICED = ("plan_time_worst_s", "plan_time_mean_s", "plan_time_95_s", "first_plan_s", "cycles", "power", "energy_j")
+PRICED = (
+    "plan_time_worst_s",
+    "plan_time_mean_s",
+    "plan_time_95_s",
+    "first_plan_s",
+    "cycles",
+    "power",
+    "energy_j",
+)
 """The figures that prices move, by name. All others are those of the template."""
 
 
@@ -29,6 +40,11 @@ class State(IntEnum):
     MISSING = 0
     DONE = 1
     FAILED = 2
+
+
+Word = Literal["missing", "done", "failed"]
+STATES: tuple[Word, ...] = ("missing", "done", "failed")
+"""The words for the states, by their numbers."""
 
 
 @dataclass(eq=False)
@@ -54,16 +70,14 @@ class Outcomes:
     whole: set[int] = field(default_factory=set)
     reasons: list[Reason] = field(default_factory=list)
     failures: dict[int, str] = field(default_factory=dict)
+    _tables: dict[ResultFigure, Column] = field(default_factory=dict, repr=False)
 
     @classmethod
     def empty(cls, count: int) -> Outcomes:
         """The outcomes of points of which none is computed."""
-        return cls(
-            np.zeros(count, np.int8),
-            np.full(count, -1, np.int32),
-            *({name: np.full(count, math.nan) for name in PRICED} for _ in range(3)),
-            np.full(count, -1, np.int32),
-        )
+        figures, lows, highs = ({name: np.full(count, math.nan) for name in PRICED} for _ in range(3))
+        none = np.full(count, -1, np.int32)
+        return cls(np.zeros(count, np.int8), none, figures, lows, highs, none.copy())
 
     @classmethod
     def of(cls, results: Sequence[Result | str | None]) -> Outcomes:
@@ -79,10 +93,33 @@ class Outcomes:
     def __len__(self) -> int:
         return len(self.state)
 
+    def __eq__(self, other: object) -> bool:
+        """Whether the same came of every point, however the templates are numbered."""
+        if not isinstance(other, Outcomes) or len(self) != len(other):
+            return False
+        columns = zip(self._columns(), other._columns(), strict=True)
+        if self.failures != other.failures or not all(
+            np.array_equal(*pair, equal_nan=True) for pair in columns
+        ):
+            return False
+        pairs = (
+            {*zip(self.which.tolist(), other.which.tolist(), strict=True)},
+            {*zip(self.reason.tolist(), other.reason.tolist(), strict=True)},
+        )
+        return all(
+            _listed(self.templates, own) == _listed(other.templates, its) for own, its in pairs[0]
+        ) and all(_listed(self.reasons, own) == _listed(other.reasons, its) for own, its in pairs[1])
+
+    __hash__ = None  # type: ignore[assignment]
+
+    def _columns(self) -> list[NDArray[Any]]:
+        return [self.state, *(held[name] for held in self._priced() for name in PRICED)]
+
+    def _priced(self) -> tuple[Mapping[str, Column], ...]:
+        return self.figures, self.lows, self.highs
+
     def put(self, index: int, result: Result) -> None:
         """Take the full result of a point that was simulated by itself."""
-        from codesign.figures import FIGURES
-
         self.state[index] = State.DONE
         self.which[index] = len(self.templates)
         self.whole.add(len(self.templates))
@@ -98,3 +135,95 @@ class Outcomes:
         """Take a point that could not be computed."""
         self.state[index] = State.FAILED
         self.failures[index] = message
+
+    def take(self, indices: NDArray[np.intp], batch: Outcomes) -> None:
+        """Take the outcomes of the points with these indices: the first is that of the first index."""
+        self.state[indices] = batch.state
+        self.which[indices] = np.where(batch.which < 0, -1, batch.which + len(self.templates))
+        self.reason[indices] = np.where(batch.reason < 0, -1, batch.reason + len(self.reasons))
+        for own, its in zip(self._priced(), batch._priced(), strict=True):
+            for name in PRICED:
+                own[name][indices] = its[name]
+        self.whole |= {number + len(self.templates) for number in batch.whole}
+        self.templates += batch.templates
+        self.reasons += batch.reasons
+        self.failures |= {int(indices[place]): message for place, message in batch.failures.items()}
+
+    def chosen(self, indices: NDArray[np.intp]) -> Outcomes:
+        """The outcomes of the points with these indices, in this order."""
+        failures = {
+            place: self.failures[int(indices[place])]
+            for place in np.flatnonzero(self.state[indices] == State.FAILED).tolist()
+        }
+        figures, lows, highs = ({name: held[name][indices] for name in PRICED} for held in self._priced())
+        return Outcomes(
+            self.state[indices],
+            self.which[indices],
+            figures,
+            lows,
+            highs,
+            self.reason[indices],
+            self.templates,
+            self.whole,
+            self.reasons,
+            failures,
+        )
+
+    def template(self, index: int) -> Result | None:
+        """What the result of a point has in common with those of others; None where it has no result."""
+        number = int(self.which[index])
+        return None if number < 0 else self.templates[number]
+
+    def each(self, measure: Callable[[Result], Any], none: Any) -> NDArray[Any]:
+        """Of each point what its template measures; ``none`` where it has no template."""
+        # The number -1 takes the last one.
+        return np.array([*map(measure, self.templates), none])[self.which]
+
+    def column(self, figure: ResultFigure) -> Column:
+        """One figure of each point, as designs are compared by it; NaN: none."""
+        return self.figures[figure.name] if figure.name in PRICED else self._table(figure)[self.which]
+
+    def value(self, figure: ResultFigure, index: int) -> float | None:
+        """One figure of a point; None where it has none."""
+        held = (
+            self.figures[figure.name][index]
+            if figure.name in PRICED
+            else self._table(figure)[self.which[index]]
+        )
+        return None if math.isnan(held) else float(held)
+
+    def _table(self, figure: ResultFigure) -> Column:
+        """A figure that no price moves, of each template, and NaN behind them for what has none."""
+        table = self._tables.get(figure)
+        if table is None or len(table) <= len(self.templates):
+            values = (figure_of(template, figure) for template in self.templates)
+            table = np.array(
+                [*(math.nan if value is None else value for value in values), math.nan], np.float64
+            )
+            self._tables[figure] = table
+        return table
+
+    def ends(self, figure: ResultFigure, index: int) -> tuple[float, float] | None:
+        """The least and the greatest value of a figure of a point inside all intervals; None where it has none."""
+        if figure.name not in PRICED:
+            template = self.template(index)
+            return None if template is None else template.interval(figure)
+        low, high = float(self.lows[figure.name][index]), float(self.highs[figure.name][index])
+        return None if math.isnan(low) else (low, high)
+
+    def bounds(self, figure: ResultFigure) -> tuple[Column, Column]:
+        """``ends`` of each point: the least values, and the greatest; NaN: none."""
+        if figure.name in PRICED:
+            return self.lows[figure.name], self.highs[figure.name]
+        none = math.nan, math.nan
+        table = self.each(lambda template: template.interval(figure) or none, none)
+        return table[:, 0], table[:, 1]
+
+    def used(self) -> list[int]:
+        """The numbers of the templates that points have, in the order of their first points."""
+        numbers, firsts = np.unique(self.which, return_index=True)
+        return [int(number) for number in numbers[np.argsort(firsts)] if number >= 0]
+
+
+def _listed(held: Sequence[Any], number: int) -> Any:
+    return None if number < 0 else held[number]

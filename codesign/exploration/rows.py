@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from codesign.errors import InputError
+from codesign.exploration.constraints import Floats
+from codesign.exploration.outcomes import STATES, Outcomes
 from codesign.figures import FIGURES, ResultFigure
 from codesign.inputs.edit import PLATFORM_AXIS
 from codesign.units import PICOSECONDS_PER_SECOND, SCALES, Dimension, parse_quantity
@@ -29,8 +33,8 @@ _SUFFIXES = {
 """The end of a column's name by dimension, where it is not the base unit in lower case."""
 
 
-def study_columns(study: Study) -> dict[str, list[Scalar]]:
-    """The columns of a study by name, with one entry a point, in the order of the points.
+def study_columns(study: Study, points: range | None = None) -> dict[str, list[Scalar]]:
+    """The columns of a study by name, with one entry a point, in the order of the points; of all, or of a range.
 
     The columns are ``index``, the axes, the declared figures that any point has (the objectives first), ``feasible``,
     ``on_front`` and ``state``. Behind a figure that rests on intervals stand its least and its greatest value, in the
@@ -38,39 +42,45 @@ def study_columns(study: Study) -> dict[str, list[Scalar]]:
     quantities, such as ``100 MHz``, is a column of numbers in the base unit. Its name ends with that unit:
     ``fabric.clock_hz``. Lists and mappings are JSON texts. A figure that a point does not have is None.
     """
-    count = len(study.world.each)
-    front = {index for first in study.front for index in (first, *study.same.get(first, ()))}
-    columns: dict[str, list[Scalar]] = {"index": [point.index for point in study.points]}
+    outcomes, judged = study.outcomes, study.judged
+    some = range(len(outcomes)) if points is None else points
+    within, indices = slice(some.start, some.stop), np.arange(some.start, some.stop)
+    columns: dict[str, list[Scalar]] = {"index": [*some]}
     if study.conditions:
-        columns["design"] = [point.index // count for point in study.points]
+        columns["design"] = [*(indices // judged.conditions).tolist()]
     for axis, values in study.every_axis.items():
-        name, numbers = _axis_column(axis, values)
-        columns[name] = [numbers.get(_text(point.axes.get(axis))) for point in study.points]
+        name, entries = _axis_column(axis, values)
+        columns[name] = [entries[place] for place in study.grid.places(axis, indices).tolist()]
     for figure in dict.fromkeys((*study.objectives, *FIGURES.values())):
-        values_of_points = [_typed(figure, point.figure(figure)) for point in study.points]
-        if any(value is not None for value in values_of_points):
-            columns[figure.column] = values_of_points
-            columns |= _ends(study, figure)
-    columns["feasible"] = [point.feasible for point in study.points]
-    columns["on_front"] = [point.index // count in front for point in study.points]
-    columns["state"] = [point.state for point in study.points]
+        column = outcomes.column(figure)
+        if not np.isnan(column).all():
+            columns[figure.column] = _entries(column[within], whole=figure.counted == "count")
+            columns |= _ends(outcomes, figure, within)
+    columns["feasible"] = judged.feasible_points[within].tolist()
+    columns["on_front"] = study.on_front[indices // judged.conditions].tolist()
+    columns["state"] = [STATES[state] for state in outcomes.state[within].tolist()]
     return columns
 
 
-def _ends(study: Study, figure: ResultFigure) -> dict[str, list[Scalar]]:
+def _entries(column: Floats, *, whole: bool = False) -> list[Scalar]:
+    """Numbers as a file has them: None in place of NaN, and counts as integers."""
+    entries: list[Scalar] = column.tolist()
+    for place in np.flatnonzero(np.isnan(column)).tolist():
+        entries[place] = None
+    return [each if each is None else round(each) for each in entries] if whole else entries  # type: ignore[arg-type]
+
+
+def _ends(outcomes: Outcomes, figure: ResultFigure, within: slice) -> dict[str, list[Scalar]]:
     """The least and the greatest value of a figure inside all intervals, of each point; empty where none has them."""
-    results = (point.result for point in study.points)
-    ends = [None if result is None else result.interval(figure) for result in results]
-    if not any(ends):
+    low, high = outcomes.bounds(figure)
+    if np.isnan(low).all():
         return {}
-    return {
-        f"{figure.column}_{name}": [None if each is None else each[place] for each in ends]
-        for place, name in enumerate(("low", "high"))
-    }
+    names = f"{figure.column}_low", f"{figure.column}_high"
+    return dict(zip(names, (_entries(low[within]), _entries(high[within])), strict=True))
 
 
-def provenance_columns(study: Study) -> dict[str, list[Scalar]]:
-    """The columns that say where the points come from, for what is written.
+def provenance_columns(study: Study, points: range) -> dict[str, list[Scalar]]:
+    """The columns that say where a range of points comes from, for what is written.
 
     They are the same for all points, but for the digest of the platform.
     """
@@ -79,32 +89,29 @@ def provenance_columns(study: Study) -> dict[str, list[Scalar]]:
     if provenance is None:
         return columns
     digests, single = provenance.platform_digests, study.platform
-    names = [str(point.axes.get(PLATFORM_AXIS, single)) for point in study.points]
+    names = [single] * len(points)
+    if PLATFORM_AXIS in study.every_axis:
+        values = list(map(str, study.every_axis[PLATFORM_AXIS]))
+        places = study.grid.places(PLATFORM_AXIS, np.arange(points.start, points.stop))
+        names = [values[place] for place in places.tolist()]
     for name, text in provenance.stamped().constants.items():
         if name == "workload_digest":
             columns["platform_digest"] = [digests.get(platform) for platform in names]
-        columns[name] = [text] * len(study.points)
+        columns[name] = [text] * len(points)
     return columns
 
 
-def _typed(figure: ResultFigure, value: float | None) -> Scalar:
-    return round(value) if figure.counted == "count" and value is not None else value
-
-
-def _text(value: Any) -> str:
-    return json.dumps(value, sort_keys=True)
-
-
-def _axis_column(axis: str, values: Sequence[Any]) -> tuple[str, Mapping[str, Scalar]]:
-    """The name of an axis' column, and the entry for each value by its JSON text."""
+def _axis_column(axis: str, values: Sequence[Any]) -> tuple[str, list[Scalar]]:
+    """The name of an axis' column, and the entry for each value."""
     for dimension in Dimension:
         numbers = [_quantity(value, dimension) for value in values]
         if numbers and None not in numbers:
             suffix = _SUFFIXES.get(dimension, SCALES[dimension].base.lower())
-            texts = map(_text, values)
-            return f"{axis}_{suffix}", dict(zip(texts, numbers, strict=True))
-    plain = [value if isinstance(value, str | int | float | None) else _text(value) for value in values]
-    return axis, dict(zip(map(_text, values), plain, strict=True))
+            return f"{axis}_{suffix}", [*numbers]
+    return axis, [
+        value if isinstance(value, str | int | float | None) else json.dumps(value, sort_keys=True)
+        for value in values
+    ]
 
 
 def _quantity(value: Any, dimension: Dimension) -> float | int | None:

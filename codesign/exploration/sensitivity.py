@@ -45,34 +45,33 @@ def axis_effects(study: Study, figures: Sequence[ResultFigure]) -> tuple[AxisEff
     order given.
     """
     names = [name for name, values in study.axes.items() if len(values) > 1]
+    judged = study.judged
     effects = []
     for figure in figures:
-        held = [
-            (design, value)
-            for design in study.designs
-            if design.feasible and design.unreached is None and (value := design.figure(figure)) is not None
-        ]
-        places = {
-            name: {json.dumps(value): place for place, value in enumerate(study.axes[name])} for name in names
-        }
-        levels = np.array(
-            [[places[name][json.dumps(design.axes[name])] for name in names] for design, _ in held], np.intp
-        ).reshape(len(held), len(names))
-        values = np.array([value for _, value in held], np.float64)
-        shares = variance_shares(levels, values)
+        column = judged.figure(figure)
+        held = np.flatnonzero(judged.feasible & ~judged.unreached & ~np.isnan(column))
+        levels = [_last_of_equals(study, name)[study.decisions.places(name, held)] for name in names]
+        values = column[held]
+        shares = variance_shares(np.array(levels, np.intp).reshape(len(names), len(held)).T, values)
         effects += [
             AxisEffect(
                 axis=name,
                 figure=figure.name,
                 main=main,
                 total=total,
-                complete=len(held) == len(study.designs),
+                complete=len(held) == judged.count,
                 paired=paired,
             )
             for name, (main, total, paired) in zip(names, shares, strict=True)
         ]
     order = {name: place for place, name in enumerate(names)}
     return tuple(sorted(effects, key=lambda effect: order[effect.axis]))
+
+
+def _last_of_equals(study: Study, name: str) -> Levels:
+    """The number of each value of an axis; of values that are equal as JSON, that of the last."""
+    texts = {json.dumps(value): place for place, value in enumerate(study.axes[name])}
+    return np.array([texts[json.dumps(value)] for value in study.axes[name]], np.intp)
 
 
 def variance_shares(levels: Levels, values: Values) -> list[tuple[float | None, float | None, float]]:

@@ -3,28 +3,29 @@
 from __future__ import annotations
 
 import json
-import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from codesign.data_frames import data_frame
 from codesign.errors import Fault, InputError, SpecError, choose_hint, clip, show
 from codesign.exploration.aggregation import Floats, told_apart
-from codesign.exploration.designs import (
-    Conditions,
-    Design,
-    StudyPoint,
-    checked_index,
-    designs_of,
-)
+from codesign.exploration.constraints import Flags
+from codesign.exploration.designs import Conditions, Design, Rows, StudyPoint, checked_index
 from codesign.exploration.document import study_document
 from codesign.exploration.front import non_dominated
+from codesign.exploration.full_results import FullResults
+from codesign.exploration.grid import Grid
+from codesign.exploration.judged import Judged
+from codesign.exploration.outcomes import Outcomes, State
+from codesign.exploration.reasons import ReasonCount, nearest_designs, reason_counts
+from codesign.exploration.rivals import StudyRivals
 from codesign.exploration.rows import study_columns
-from codesign.exploration.same import same_designs
+from codesign.exploration.same import Indices, first_of_same
 from codesign.exploration.sensitivity import axis_effects
 from codesign.exploration.specs import Specs
 from codesign.figures import ResultFigure
@@ -32,32 +33,13 @@ from codesign.inputs.aggregate import Rule
 from codesign.inputs.constraint import Constraint, needs_of
 from codesign.inputs.exploration import not_kept
 from codesign.results.provenance import Provenance
-from codesign.results.result import Reason
+from codesign.results.result import Result
 from codesign.units import counted, format_count
 
 if TYPE_CHECKING:
     from pandas import DataFrame
 
     from codesign.explanation import AxisEffect, Explanation
-
-
-@dataclass(frozen=True)
-class ReasonCount:
-    """How often one reason kept designs out: ``designs`` of them.
-
-    ``nearest`` is the index of the design with the least gap, the first of equals; ``least_gap`` (in ``unit``) and
-    ``levers`` are those of this design, in its worst condition. A reason without a limit has a gap of 0 and no levers:
-    a ``failure``, with its message's first line as name; ``unreached``, with what ended the mission; ``no figure``,
-    with the objective that a feasible design does not have.
-    """
-
-    kind: str
-    name: str
-    unit: str
-    designs: int
-    nearest: int
-    least_gap: float
-    levers: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, repr=False)
@@ -68,7 +50,7 @@ class Study:
         specs: what the points are made of; None of a study that was put together by hand.
         axes: the values of each decision. conditions: those of each condition; without any, a design is one point.
         objectives: span the front of the designs. constraints: what a feasible design keeps.
-        points: ``points[i].index`` is ``i``. Conditions move fastest: design ``d`` has the points from ``d`` times the
+        outcomes: what came of each point. Conditions move fastest: design ``d`` has the points from ``d`` times the
             number of conditions on.
         aggregate: how a figure of a design is made of its values in all conditions.
         provenance: version, digests and seeds; without a date, which only what is written has.
@@ -82,14 +64,19 @@ class Study:
     axes: Mapping[str, tuple[Any, ...]]
     objectives: tuple[ResultFigure, ...]
     constraints: tuple[Constraint, ...]
-    points: tuple[StudyPoint, ...]
+    outcomes: Outcomes
     conditions: Mapping[str, tuple[Any, ...]] = field(default_factory=dict)
     aggregate: Mapping[str, Rule] = field(default_factory=dict)
     provenance: Provenance | None = None
     specs: Specs | None = field(default=None, compare=False)
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "points", tuple(replace(point, study=self) for point in self.points))
+        assert len(self.grid) == len(self.outcomes), (
+            "a point for each combination of decisions and conditions"
+        )
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {each.name: getattr(self, each.name) for each in fields(self)}
 
     @property
     def every_axis(self) -> dict[str, tuple[Any, ...]]:
@@ -102,20 +89,60 @@ class Study:
         return Conditions(self.conditions, self.aggregate)
 
     @cached_property
-    def designs(self) -> tuple[Design, ...]:
+    def grid(self) -> Grid:
+        """The points by their index."""
+        return Grid(self.every_axis)
+
+    @cached_property
+    def decisions(self) -> Grid:
+        """The designs by their index."""
+        return Grid(self.axes)
+
+    @cached_property
+    def judged(self) -> Judged:
+        """Which points and designs are feasible, and their figures, in arrays."""
+        return Judged(self)
+
+    @property
+    def points(self) -> Rows[StudyPoint]:
+        """Every point. ``points[i].index`` is ``i``."""
+        return Rows(self, StudyPoint, len(self.outcomes))
+
+    @property
+    def designs(self) -> Rows[Design]:
         """Every combination of the decisions, with its points. ``designs[i].index`` is ``i``."""
-        return designs_of(self.points, self.axes, self.world, self.objectives, self.constraints)
+        return Rows(self, Design, self.judged.count)
+
+    @cached_property
+    def first_of_same(self) -> Indices:
+        """For each design the first one that is the same: itself where no earlier one is."""
+        return first_of_same(self)
+
+    @cached_property
+    def distinct_designs(self) -> Flags:
+        """Which designs are not the same as an earlier one."""
+        return np.asarray(self.first_of_same == np.arange(self.judged.count))
 
     @cached_property
     def same(self) -> Mapping[int, tuple[int, ...]]:
-        """Designs that are the same as an earlier one, by that one (``same_designs``)."""
-        return same_designs(self.designs)
+        """Designs that are the same as an earlier one, by that one (``first_of_same``)."""
+        again = np.flatnonzero(~self.distinct_designs)
+        same: dict[int, list[int]] = {}
+        for index, first in zip(again.tolist(), self.first_of_same[again].tolist(), strict=True):
+            same.setdefault(first, []).append(index)
+        return {first: tuple(others) for first, others in same.items()}
 
     @cached_property
     def distinct(self) -> tuple[int, ...]:
         """Indices of the designs without those that are the same as an earlier one."""
-        again = {index for others in self.same.values() for index in others}
-        return tuple(design.index for design in self.designs if design.index not in again)
+        return _indices(self.distinct_designs)
+
+    @cached_property
+    def on_front(self) -> Flags:
+        """Which designs are on the front, or the same as one that is."""
+        chosen = np.zeros(self.judged.count, np.bool_)
+        chosen[list(self.front)] = True
+        return np.asarray(chosen[self.first_of_same])
 
     def __repr__(self) -> str:
         counts = f"{format_count(len(self.feasible))} feasible, {format_count(len(self.front))} on the front"
@@ -126,30 +153,30 @@ class Study:
     @cached_property
     def feasible(self) -> tuple[int, ...]:
         """Indices of the distinct designs that fit and satisfy every constraint."""
-        return tuple(index for index in self.distinct if self.designs[index].feasible)
+        return _indices(self.judged.feasible & self.distinct_designs)
 
     @cached_property
     def unreached(self) -> tuple[int, ...]:
         """Indices of the feasible designs with a mission that ended before its goals."""
-        return tuple(index for index in self.feasible if self.designs[index].unreached is not None)
+        return _indices(self.judged.unreached & self.distinct_designs)
 
     @cached_property
     def failed(self) -> tuple[int, ...]:
         """Indices of the designs with a point that could not be computed."""
-        return self._in_state("failed")
+        return self._in_state(State.FAILED)
 
     @property
     def broken(self) -> bool:
         """Whether every design failed: the exploration shows nothing about what is feasible."""
-        return len(self.failed) == len(self.designs) > 0
+        return len(self.failed) == self.judged.count > 0
 
     @cached_property
     def missing(self) -> tuple[int, ...]:
         """Indices of the designs with a point that was not computed."""
-        return self._in_state("missing")
+        return self._in_state(State.MISSING)
 
-    def _in_state(self, state: str) -> tuple[int, ...]:
-        return tuple(index for index in self.distinct if self.designs[index].state == state)
+    def _in_state(self, state: State) -> tuple[int, ...]:
+        return _indices((self.judged.state == state) & self.distinct_designs)
 
     @cached_property
     def front(self) -> tuple[int, ...]:
@@ -161,20 +188,24 @@ class Study:
         """
         if not self.objectives:
             return ()
-        by_task: dict[str, list[int]] = {}
-        for index in self.feasible:
-            design = self.designs[index]
-            result = design.points[0].result
-            if design.unreached is None:
-                task = result.task.task if result is not None and result.task is not None else ""
-                by_task.setdefault(task, []).append(index)
-        return tuple(sorted(index for indices in by_task.values() for index in self._non_dominated(indices)))
+        candidates = np.flatnonzero(self.judged.feasible & ~self.judged.unreached & self.distinct_designs)
+        costs = np.column_stack([self.judged.figure(figure)[candidates] for figure in self.objectives])
+        maximise = [self.world.maximise(figure) for figure in self.objectives]
+        tasks = self._tasks[candidates]
+        chosen = np.zeros(len(candidates), np.bool_)
+        for task in np.unique(tasks):
+            chosen[tasks == task] = non_dominated(costs[tasks == task], maximise)
+        return tuple(candidates[chosen].tolist())
 
-    def _non_dominated(self, candidates: Sequence[int]) -> list[int]:
-        figures = [[self.designs[index].figure(name) for name in self.objectives] for index in candidates]
-        values = [[math.nan if value is None else value for value in row] for row in figures]
-        chosen = non_dominated(values, [self.world.maximise(name) for name in self.objectives])
-        return [index for index, on_front in zip(candidates, chosen, strict=True) if on_front]
+    @property
+    def _tasks(self) -> NDArray[np.int64]:
+        """The number of the task of each design in its first condition."""
+        numbers: dict[str, int] = {}
+
+        def number(template: Result) -> int:
+            return numbers.setdefault("" if template.task is None else template.task.task, len(numbers))
+
+        return np.asarray(self.judged.by_design(self.outcomes.each(number, -1))[:, 0], np.int64)
 
     @cached_property
     def alike(self) -> Mapping[int, tuple[int, ...]]:
@@ -191,19 +222,21 @@ class Study:
         """
         if len(self.world.each) < 2:
             return ()
-        place = self.feasible.index(index)
-        apart = np.zeros(len(self.feasible), np.bool_)
+        feasible = np.flatnonzero(self.judged.feasible & self.distinct_designs)
+        place = int(np.searchsorted(feasible, index))
+        apart = np.zeros(len(feasible), np.bool_)
         apart[place] = True
         for figure in figures:
             values = self._values(figure)
             apart |= np.isnan(values).any(axis=1) | told_apart(values[place], values, self.world.draws)
-        return tuple(self.feasible[position] for position in np.flatnonzero(~apart))
+        return tuple(feasible[~apart].tolist())
 
     def _values(self, figure: ResultFigure) -> Floats:
         """What is aggregated of a figure: feasible designs × conditions."""
         if figure not in self._of_figures:
-            rows = [self.designs[index].values(figure) for index in self.feasible]
-            self._of_figures[figure] = np.array(rows)
+            self._of_figures[figure] = self.judged.values(figure)[
+                self.judged.feasible & self.distinct_designs
+            ]
         return self._of_figures[figure]
 
     @cached_property
@@ -225,14 +258,13 @@ class Study:
         left = {name: values for name, values in self.conditions.items() if name not in chosen}
         each = enumerate(self.world.each)
         kept = [number for number, values in each if chosen.items() <= values.items()]
-        points = (design.points[number] for design in self.designs for number in kept)
-        limits = () if left else self.constraints
+        designs = np.arange(self.judged.count)[:, None] * self.judged.conditions
         return replace(
             self,
             axes={**self.axes, **{name: (value,) for name, value in chosen.items()}},
             conditions=left,
             aggregate=self.aggregate if left else {},
-            points=tuple(replace(point.judged_by(limits), index=index) for index, point in enumerate(points)),
+            outcomes=self.outcomes.chosen((designs + np.array(kept)).reshape(-1)),
         )
 
     def needing(self, needs: Sequence[str]) -> Study:
@@ -250,9 +282,7 @@ class Study:
         ]
         if faults:
             raise SpecError(faults)
-        limits = () if self.conditions else constraints[len(self.constraints) :]
-        points = tuple(point.judged_by(limits) for point in self.points)
-        return replace(self, constraints=constraints, points=points)
+        return replace(self, constraints=constraints)
 
     def _listed(self, name: str, value: Any) -> Any:
         """The value of a condition that is named by itself or by its number."""
@@ -274,23 +304,7 @@ class Study:
     @cached_property
     def reasons(self) -> tuple[ReasonCount, ...]:
         """The reasons that kept designs out, the most frequent first. A design counts once, by its largest gap."""
-        gaps_by_reason: dict[tuple[str, str, str], list[tuple[float, int, tuple[str, ...]]]] = {}
-        for index in self.distinct:
-            design = self.designs[index]
-            largest: dict[tuple[str, str, str], Reason] = {}
-            for reason in (out.reason for out in design.out):
-                key = str(reason.kind), reason.name, reason.unit
-                if key not in largest or reason.gap > largest[key].gap:
-                    largest[key] = reason
-            for key, reason in largest.items():
-                gaps_by_reason.setdefault(key, []).append((reason.gap, index, reason.levers))
-            for kind, name in self._held_against(design):
-                gaps_by_reason.setdefault((kind, name, ""), []).append((0, index, ()))
-        counts = []
-        for key, gaps in gaps_by_reason.items():
-            least, nearest, levers = min(gaps)
-            counts.append(ReasonCount(*key, len(gaps), nearest, least, levers))
-        return tuple(sorted(counts, key=lambda count: (-count.designs, count.kind, count.name)))
+        return reason_counts(self)
 
     def lacking(self, design: Design) -> tuple[ResultFigure, ...]:
         """The objectives that keep a feasible design off the front because it does not have them."""
@@ -298,19 +312,9 @@ class Study:
             return ()
         return tuple(name for name in self.objectives if design.figure(name) is None)
 
-    def _held_against(self, design: Design) -> list[tuple[str, str]]:
-        """The reasons that keep a design out besides those of its results, by kind and name."""
-        if design.failure is not None:
-            return [("failure", design.failure.partition("\n")[0])]
-        if design.unreached is not None:
-            return [("unreached", design.unreached)]
-        return [("no figure", figure.name) for figure in self.lacking(design)]
-
     def nearest(self, count: int = 3) -> tuple[int, ...]:
         """Indices of the infeasible designs that pass their limits by least: by the largest relative gap of each."""
-        short = [self.designs[index] for index in self.distinct if self.designs[index].out]
-        short.sort(key=lambda design: (max(_relative_gap(out.reason) for out in design.out), design.index))
-        return tuple(design.index for design in short[:count])
+        return nearest_designs(self, count)
 
     def point(self, index: int) -> StudyPoint:
         """The point of that index.
@@ -319,6 +323,24 @@ class Study:
             InputError: there is none.
         """
         return self.points[checked_index("point", index, len(self.points))]
+
+    @property
+    def templates(self) -> list[Result]:
+        """What results of points have in common, in the order of their first points."""
+        return [self.outcomes.templates[number] for number in self.outcomes.used()]
+
+    @cached_property
+    def rivals(self) -> StudyRivals:
+        """The points that are feasible and reached their goals, for the question which is best by one figure."""
+        return StudyRivals(self, np.flatnonzero(self.judged.feasible_points & ~self.judged.unreached_points))
+
+    def result(self, index: int) -> Result | None:
+        """The full result of a point; see ``StudyPoint.result``."""
+        return self._results[index]
+
+    @cached_property
+    def _results(self) -> FullResults:
+        return FullResults(self)
 
     def sensitivity(self, *figures: ResultFigure) -> tuple[AxisEffect, ...]:
         """How much of the spread of each figure each axis moves; by default of each objective. See ``axis_effects``."""
@@ -353,5 +375,5 @@ class Study:
         return json.dumps(self.to_dict(), ensure_ascii=False, allow_nan=False)
 
 
-def _relative_gap(reason: Reason) -> float:
-    return reason.gap / abs(reason.limit) if reason.limit else math.inf
+def _indices(which: Flags) -> tuple[int, ...]:
+    return tuple(np.flatnonzero(which).tolist())

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from codesign.errors import StoreError
 from codesign.exploration.constraints import with_constraints
 from codesign.exploration.definition import OTHER_VERSION, read_json
-from codesign.exploration.designs import StudyPoint
+from codesign.exploration.outcomes import Outcomes
 from codesign.exploration.shared import Shared
 from codesign.exploration.space import DesignPoint, Space
 from codesign.exploration.specs import Specs
@@ -61,7 +61,7 @@ class Tally:
         self.where = where
         self.progress = progress
         self.points = list(space.points())
-        self.outcomes = [StudyPoint(point.index, point.axes) for point in self.points]
+        self.outcomes = Outcomes.empty(len(self.points))
         self._shared = Shared()
         self._place = {point.key: point.index for point in self.points}
         self._started = time.monotonic()
@@ -101,7 +101,7 @@ class Tally:
             dict(section.axes),
             section.objectives,
             section.constraints,
-            tuple(self.outcomes),
+            self.outcomes,
             dict(section.conditions),
             dict(section.aggregate),
             provenance,
@@ -110,20 +110,19 @@ class Tally:
 
     def _take(self, entry: Entry) -> None:
         index = self._place[entry.key]
-        axes = self.points[index].axes
         if entry.state is EntryState.FAILED:
-            self.outcomes[index] = StudyPoint(index, axes, failure=entry.text)
+            self.outcomes.fail(index, entry.text)
             self._failed += 1
             return
         try:
-            read = self._shared.result(Result.model_validate(read_json(entry.text)))
-            result = with_constraints(read, self._constraints)
+            result = self._shared.result(Result.model_validate(read_json(entry.text)))
+            feasible = with_constraints(result, self._constraints).feasible
         except (ValueError, ArithmeticError, RecursionError) as wrong:
             raise StoreError(
                 "holds a result that this version cannot read", self.where, OTHER_VERSION
             ) from wrong
-        self.outcomes[index] = StudyPoint(index, axes, result)
-        self._feasible += result.feasible
+        self.outcomes.put(index, result)
+        self._feasible += feasible
 
     def _report(self) -> None:
         if self.progress is None:

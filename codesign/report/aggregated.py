@@ -9,7 +9,6 @@ from codesign.figures import ResultFigure
 from codesign.inputs.aggregate import Share
 from codesign.inputs.constraint import Constraint
 from codesign.report.axes import level_texts, short_names
-from codesign.report.certainty import sure_cell
 from codesign.report.table import Cell, Column, Table, left, right, word
 from codesign.report.wording import ABSENT, figure_cell, quantity_text, share_cell
 from codesign.units import counted
@@ -57,7 +56,7 @@ def aggregated_cell(study: Study, design: Design, figure: ResultFigure, *, sprea
     """
     value = design.figure(figure)
     if spread and not study.conditions:
-        return sure_cell(design.points[0].result, figure, value)
+        return figure_cell(figure, value, design.points[0].interval(figure))
     by_share = isinstance(study.world.rule(figure), Share)
     cell = share_cell(value) if by_share else figure_cell(figure, value)
     extent = design.spread(figure) if spread else None

@@ -6,6 +6,8 @@ from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from codesign.inputs.edit import PLATFORM_AXIS
 from codesign.report.wording import axis_text
 
@@ -69,12 +71,17 @@ def level_texts(study: Study, name: str) -> Callable[[Any], str]:
 def _platform_texts(study: Study) -> dict[str, str]:
     """The name and part of the platform that each value of the axis stands for; of values with a result."""
     moved = any(name.endswith(".part") for name in study.axes)
+    templates, which = study.outcomes.templates, study.outcomes.which
+    done = np.flatnonzero(which >= 0)[::-1]
+    pairs = study.grid.places(PLATFORM_AXIS, done) * len(templates) + which[done]
+    numbers, lasts = np.unique(pairs, return_index=True)
     texts: dict[str, str] = {}
-    for point in study.points:
-        value, result = point.axes[PLATFORM_AXIS], point.result
-        if result is not None:
-            part = None if moved else result.part
-            texts[value] = f"{result.platform} ({part})" if part else texts.get(value, result.platform)
+    # Of several parts the last one is shown.
+    for number in numbers[np.argsort(-lasts)].tolist():
+        place, template = divmod(number, len(templates))
+        value, result = study.every_axis[PLATFORM_AXIS][place], templates[template]
+        part = None if moved else result.part
+        texts[value] = f"{result.platform} ({part})" if part else texts.get(value, result.platform)
     return texts
 
 

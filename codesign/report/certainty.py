@@ -127,20 +127,14 @@ def winners_certainty_table(study: Study) -> Table:
 
     Empty over conditions: there designs are compared, not points.
     """
-    points = (
-        []
-        if study.conditions
-        else [point for point in study.points if point.feasible and point.unreached is None]
-    )
-    results = [point.result for point in points if point.result is not None]
     rows = []
-    for objective in filter(priced, study.objectives):
-        verdict = winner_verdict(results, objective)
+    for objective in () if study.conditions else filter(priced, study.objectives):
+        verdict = study.rivals.verdict(objective)
         if verdict.winner is None:
             continue
-        best = points[verdict.winner]
-        rival = ABSENT if verdict.rival is None else str(points[verdict.rival].index)
-        value = sure_cell(best.result, objective, best.figure(objective))
+        best = study.points[int(study.rivals.points[verdict.winner])]
+        rival = ABSENT if verdict.rival is None else str(study.rivals.points[verdict.rival])
+        value = figure_cell(objective, best.figure(objective), best.interval(objective))
         cells = Cell(str(best.index), best.index), value, word(verdict_text(verdict)), word(rival)
         rows.append((word(objective.aim), *cells))
     columns = (*left("best"), *right("point", "value"), *left("how sure", "against point"))

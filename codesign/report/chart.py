@@ -9,6 +9,8 @@ import math
 from itertools import permutations
 from typing import TYPE_CHECKING, Any, Literal
 
+import numpy as np
+
 from codesign.figures import FIGURES, ResultFigure
 from codesign.report.aggregated import aggregated_cell, figure_column, figure_label
 from codesign.report.axes import level_texts, short_names, varying_axes
@@ -48,15 +50,15 @@ def chart_data(study: Study, most: int | None = None) -> dict[str, Any]:
     """
     kept = _kept(study, MOST_POINTS if most is None else most)
     points = [study.designs[position] for position in kept]
-    front = set(study.front)
+    feasible, front = study.judged.feasible[kept], study.on_front[kept]
     whys = [why_out(study, design) for design in points]
     distinct = list(dict.fromkeys(whys))
     numbers = {why: number for number, why in enumerate(distinct)}
     axes, figures = varying_axes(study), chart_figures(study)
     return {
         "points": [point.index for point in points],
-        "feasible": [int(point.feasible) for point in points],
-        "front": [int(position in front) for position in kept],
+        "feasible": feasible.astype(int).tolist(),
+        "front": front.astype(int).tolist(),
         "why": [numbers[why] for why in whys],
         "whys": distinct,
         "axes": [
@@ -93,20 +95,18 @@ def _kept(study: Study, most: int) -> list[int]:
 
 
 def _axis_data(study: Study, name: str, short: str, kept: list[int]) -> dict[str, Any]:
-    text_of = level_texts(study, name)
-    texts = [text_of(study.designs[position].axes.get(name)) for position in kept]
-    levels = list(dict.fromkeys([*map(text_of, study.axes[name]), *texts]))
-    numbers = {text: number for number, text in enumerate(levels)}
-    return {"name": short, "levels": levels, "level": [numbers[text] for text in texts]}
+    texts_of = list(map(level_texts(study, name), study.axes[name]))
+    levels = list(dict.fromkeys(texts_of))
+    numbers = [levels.index(text) for text in texts_of]
+    places = study.decisions.places(name, np.array(kept, np.intp))
+    return {"name": short, "levels": levels, "level": [numbers[place] for place in places.tolist()]}
 
 
 def _figure_data(study: Study, figure: ResultFigure, kept: list[int]) -> dict[str, Any]:
-    values = [study.designs[position].figure(figure) for position in kept]
+    column = study.judged.figure(figure)[kept]
+    values = [None if math.isnan(value) else value for value in column.tolist()]
     # Points that are not feasible have figures too, but are not plotted.
-    plotted = [
-        study.designs[position].figure(figure) for position in kept if study.designs[position].feasible
-    ]
-    finite = [value for value in plotted if value is not None and math.isfinite(value)]
+    finite = column[study.judged.feasible[kept] & np.isfinite(column)].tolist()
     size, unit = prefix(finite, figure_column(study, figure).unit)
     return {
         "name": figure_label(study, figure),
@@ -125,17 +125,15 @@ def _rounded(value: float | None, size: float) -> float | None:
 def _fronts(study: Study, figures: tuple[ResultFigure, ...], kept: list[int]) -> dict[str, list[int]]:
     from codesign.exploration.front import non_dominated
 
-    rows = []
-    for position in kept:
-        point = study.designs[position]
-        values = [point.figure(figure) if point.feasible else None for figure in figures]
-        rows.append([math.nan if value is None else value for value in values])
+    feasible = study.judged.feasible[kept]
+    rows = [np.where(feasible, study.judged.figure(figure)[kept], math.nan) for figure in figures]
     fronts = {}
     for x, y in permutations(range(len(figures)), 2):
-        pair = [[row[x], row[y]] for row in rows]
-        chosen = non_dominated(pair, [study.world.maximise(figures[axis]) for axis in (x, y)])
-        places = [place for place, on_front in enumerate(chosen) if on_front]
-        fronts[f"{x},{y}"] = sorted(places, key=lambda place: (rows[place][x], place))
+        chosen = non_dominated(
+            np.column_stack([rows[x], rows[y]]), [study.world.maximise(figures[axis]) for axis in (x, y)]
+        )
+        places = np.flatnonzero(chosen)
+        fronts[f"{x},{y}"] = places[np.argsort(rows[x][places], kind="stable")].tolist()
     return fronts
 
 

@@ -48,7 +48,7 @@ def front_picture(
         raise InputError("a front needs two figures", "x, y", "name two objectives, or give x and y")
     x, y = x or chosen[0], y or chosen[1]
     positions, values = _figures(study, (x, y))
-    if not positions:
+    if not len(positions):
         raise InputError(
             f"no feasible point has both {x.label} and {y.label}",
             "x, y",
@@ -87,15 +87,12 @@ def front_picture(
 _FRONT_LINE = "front in these two figures"
 
 
-def _figures(study: Study, figures: tuple[ResultFigure, ...]) -> tuple[list[int], NDArray[np.float64]]:
+def _figures(study: Study, figures: tuple[ResultFigure, ...]) -> tuple[NDArray[np.intp], NDArray[np.float64]]:
     """The feasible points which have all these figures, and the figures: float64, points × figures."""
-    positions, rows = [], []
-    for position in study.feasible:
-        row = [study.designs[position].figure(figure) for figure in figures]
-        if None not in row:
-            positions.append(position)
-            rows.append(row)
-    return positions, np.array(rows, dtype=np.float64).reshape(len(rows), len(figures))
+    feasible = np.array(study.feasible, np.intp)
+    values = np.column_stack([study.judged.figure(figure)[feasible] for figure in figures])
+    held = ~np.isnan(values).any(axis=1)
+    return feasible[held], values[held]
 
 
 def _scaled(values: NDArray[np.float64], columns: Sequence[Column], axes: Any) -> NDArray[np.float64]:
@@ -124,14 +121,13 @@ def _number(value: float, _place: int | None = None) -> str:
     return f"{value:,.10g}"
 
 
-def _shades(study: Study, positions: Sequence[int], colour: ResultFigure | None) -> tuple[Any, Any]:
+def _shades(study: Study, positions: NDArray[np.intp], colour: ResultFigure | None) -> tuple[Any, Any]:
     """The colouring figure of each point (NaN: none) and its norm; None, None where no point has it."""
     from matplotlib.colors import Normalize
 
     if colour is None:
         return None, None
-    of_points = [study.designs[position].figure(colour) for position in positions]
-    values = np.array([np.nan if value is None else value for value in of_points])
+    values = study.judged.figure(colour)[positions]
     if not np.isfinite(values).any():
         return None, None
     least, most = np.nanmin(values), np.nanmax(values)
@@ -153,24 +149,23 @@ def _colours() -> Any:
 def _scatter(
     study: Study,
     axes: Any,
-    positions: Sequence[int],
+    positions: NDArray[np.intp],
     scaled: NDArray[np.float64],
     shades: Any,
     norm: Any,
     shapes: str | None,
 ) -> None:
     """The points, a marker for each level of the axis ``shapes``; those of the front larger and outlined."""
-    front = set(study.front)
-    levels = axis_levels(study, shapes) if shapes else [""]
+    front = np.isin(positions, study.front)
+    levels, level_of = [""], np.zeros(len(positions), np.intp)
+    if shapes:
+        levels = axis_levels(study, shapes)
+        texts = [axis_text(shapes, value) for value in study.axes[shapes]]
+        numbers = np.array([levels.index(text) if text in levels else -1 for text in texts], np.intp)
+        level_of = numbers[study.decisions.places(shapes, positions)]
     for number, level in enumerate(levels):
         for on_front in (False, True):
-            mask = np.array(
-                [
-                    (position in front) == on_front
-                    and (not shapes or axis_text(shapes, study.designs[position].axes.get(shapes)) == level)
-                    for position in positions
-                ]
-            )
+            mask = (front == on_front) & (level_of == number)
             if not mask.any():
                 continue
             colour = {"c": "C0"} if shades is None else {"c": shades[mask], "cmap": _colours(), "norm": norm}

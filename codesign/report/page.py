@@ -25,6 +25,7 @@ from codesign.report.explain_tables import effects_table
 from codesign.report.reproduction_tables import findings_table, reproduction_sources_table, reproduction_table
 from codesign.report.result_tables import figure_tables, result_reasons_table, sources_table
 from codesign.report.sentences import headline, run_pace_text
+from codesign.report.sourced import sourced_results
 from codesign.report.study_tables import (
     best_table,
     front_table,
@@ -91,7 +92,7 @@ def study_html(study: Study, *, pictures: Sequence[Picture] = (), command: str |
         winners=winners_table(study),
         reasons=reasons_table(study),
         nearest=nearest_table(study),
-        sources=sources_table(point.result for point in study.points if point.result is not None),
+        sources=sources_table(sourced_results(study)),
         figures=[figure.name for figure in chart_figures(study)],
         data=_script_json({"views": _views(study)}),
         plots=_script_json(chart_plots(study)) if feasible else None,

@@ -83,26 +83,29 @@ def render_markdown(table: Table) -> str:
     return "\n".join(lines) + "\n"
 
 
-def render_csv(table: Table) -> str:
+def render_csv(table: Table, *, headed: bool = True) -> str:
     """The values (not the texts) of the table as CSV, units in the heading; an absent value is empty.
 
     A text that a spreadsheet would take for a formula gets an apostrophe in front.
     """
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
-    writer.writerow([_harmless(_heading(column)) for column in table.columns])
+    if headed:
+        writer.writerow([_harmless(_heading(column)) for column in table.columns])
     for row in table.rows:
         writer.writerow([_field(cell) for cell in row])
     return out.getvalue()
 
 
-def write_csv(table: Table, path: Path) -> None:
-    """Write the table as CSV in UTF-8, whole or not at all.
+def write_csv(table: Table | Iterable[Table], path: Path) -> None:
+    """Write the table, or the rows of several tables with the same columns, as CSV in UTF-8, whole or not at all.
 
     Raises:
         RunError: the file cannot be written.
     """
-    write_atomically(path, render_csv(table).encode())
+    tables = [table] if isinstance(table, Table) else table
+    parts = (render_csv(each, headed=number == 0).encode() for number, each in enumerate(tables))
+    write_atomically(path, b"".join(parts))
 
 
 def printable(text: str) -> str:

@@ -9,6 +9,7 @@ from codesign.report.certainty import winners_certainty_table
 from codesign.report.explain_tables import effects_table
 from codesign.report.render import printable
 from codesign.report.result_tables import sources_table
+from codesign.report.sourced import sourced_results
 from codesign.report.study_tables import (
     best_design,
     best_table,
@@ -57,8 +58,7 @@ def study_tables(study: Study, *, everything: bool = False) -> tuple[Table, ...]
     tables += [] if winners is None else [winners]
     tables += [reasons_table(study)] if study.reasons else []
     if everything:
-        results = [point.result for point in study.points if point.result is not None]
         effects = effects_table(study.sensitivity(), study.objectives)
         tables += [best_table(study), effects, study_table(study), infeasible_table(study)]
-        tables.append(sources_table(results))
+        tables.append(sources_table(sourced_results(study)))
     return tuple(table for table in tables if table.rows)

@@ -7,7 +7,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from codesign.exploration.rows import Scalar, provenance_columns, study_columns
+import numpy as np
+
+from codesign.exploration.rows import provenance_columns, study_columns
 from codesign.figures import ResultFigure, label
 from codesign.report.aggregated import (
     aggregated_cell,
@@ -21,20 +23,20 @@ from codesign.report.aggregated import (
     same_text,
 )
 from codesign.report.axes import axis_levels, fixed_axes, level_texts, short_names, varying_axes
-from codesign.report.certainty import sure_cell, verdict_text
+from codesign.report.certainty import verdict_text
 from codesign.report.render import write_csv
 from codesign.report.sentences import asked_notes
 from codesign.report.table import Cell, Column, Table, left, right, word, words
 from codesign.report.wording import (
     ABSENT,
     count_cell,
+    figure_cell,
     quantity_cell,
     quantity_text,
     yes_cell,
 )
 from codesign.results.result import Reason
 from codesign.units import counted, format_count
-from codesign.verdicts import winner_verdict
 
 if TYPE_CHECKING:
     from codesign.exploration import Design, Study, StudyPoint
@@ -102,7 +104,6 @@ def study_table(study: Study) -> Table:
         *_figure_columns(figures),
         *left("feasible", "on the front", "why not"),
     )
-    front = {index for first in study.front for index in (first, *study.same.get(first, ()))}
     rows = []
     for design in study.designs:
         why = why_out(study, design)
@@ -111,9 +112,9 @@ def study_table(study: Study) -> Table:
                 (
                     *(_number(each) for each in (point, design)[: len(number)]),
                     *words(*(text(point.axes.get(name)) for name, text in texts.items())),
-                    *_figure_cells(point, figures),
+                    *(figure_cell(figure, point.figure(figure)) for figure in figures),
                     yes_cell(point.feasible and (design.feasible or bool(study.conditions))),
-                    yes_cell(design.index in front),
+                    yes_cell(bool(study.on_front[design.index])),
                     word(why_not(point) or why),
                 )
             )
@@ -121,18 +122,56 @@ def study_table(study: Study) -> Table:
     return Table("All points", columns, tuple(rows), _fixed_notes(study), strong)
 
 
-def study_csv(study: Study) -> Table:
-    """All points as raw values: ``study_columns``, in words why a point is not on the front, and the provenance."""
-    columns = study_columns(study)
-    reasons: list[Scalar] = []
-    for design in study.designs:
-        why = why_out(study, design)
-        reasons += [why_not(point) or why for point in design.points]
-    columns |= {"why_not": reasons} | provenance_columns(study)
+def study_csv(study: Study, points: range | None = None) -> Table:
+    """Points as raw values: ``study_columns``, in words why a point is not on the front, and the provenance.
+
+    Of all points, or of a range of them. The columns are the same for any range.
+    """
+    points = range(len(study.points)) if points is None else points
+    why = _Whys(study)
+    columns = study_columns(study, points) | {"why_not": [why.of(index) for index in points]}
+    columns |= provenance_columns(study, points)
     cells = tuple(
         tuple(Cell(str(value), value) for value in row) for row in zip(*columns.values(), strict=True)
     )
     return Table("All points", left(*columns), cells)
+
+
+class _Whys:
+    """Why each point is not on the front, in words; for points with the same reasons these are made once."""
+
+    def __init__(self, study: Study) -> None:
+        judged = self._judged = study.judged
+        self._study = study
+        lacking = np.zeros(judged.count, np.bool_)
+        for figure in study.objectives:
+            lacking |= np.isnan(judged.figure(figure))
+        self._fine = np.repeat(judged.feasible & ~judged.unreached & ~lacking, judged.conditions)
+        self._fine &= judged.feasible_points & ~judged.unreached_points
+        self._own = np.zeros(len(study.outcomes), np.bool_)
+        for broken in judged.broken_points:
+            self._own[broken.which] = True
+        self._texts: dict[tuple[int, int], str] = {}
+
+    def of(self, index: int) -> str:
+        """Of one point."""
+        if self._fine[index]:
+            return ""
+        judged, outcomes = self._judged, self._study.outcomes
+        # A constraint has a gap of its own at each point; so has a design over conditions.
+        if judged.fits_points[index] or self._own[index] or outcomes.which[index] < 0:
+            return self._text(index)
+        key = int(outcomes.which[index]), int(outcomes.reason[index])
+        if key not in self._texts:
+            self._texts[key] = why_not(self._study.points[index])
+        return self._texts[key] or self._text(index)
+
+    def _text(self, index: int) -> str:
+        study = self._study
+        return why_not(study.points[index]) or why_out(study, study.designs[index // self._judged.conditions])
+
+
+_ROWS_AT_ONCE = 20_000
 
 
 def write_study_csv(study: Study, path: Path) -> None:
@@ -141,7 +180,10 @@ def write_study_csv(study: Study, path: Path) -> None:
     Raises:
         RunError: the file cannot be written.
     """
-    write_csv(study_csv(study), path)
+    count = len(study.points)
+    begins = range(0, max(count, 1), _ROWS_AT_ONCE)
+    tables = (study_csv(study, range(begin, min(begin + _ROWS_AT_ONCE, count))) for begin in begins)
+    write_csv(tables, path)
 
 
 def front_table(study: Study) -> Table:
@@ -154,7 +196,7 @@ def front_table(study: Study) -> Table:
     ranked = _ranked(study, *study.objectives[:1])
     rows = [designs.cells(study.designs[index]) for index in ranked]
     # Conditions are other questions on purpose, and the figures are over all of them.
-    asked = () if study.conditions else asked_notes(point.result for point in study.points)
+    asked = () if study.conditions else asked_notes(study.templates)
     columns, notes = designs.columns, [*asked, summary(study)]
     if any(index in study.same for index in study.front):
         columns = (*columns, *left("the same with"))
@@ -180,15 +222,13 @@ def best_table(study: Study) -> Table:
     not tell apart from it.
     """
     designs = _Designs(study, study.objectives, spread=True)
-    rivals = [point for point in study.points if point.feasible and point.unreached is None]
-    results = [point.result for point in rivals if point.result is not None]
     rows = []
     for objective in study.objectives:
         design = best_design(study, objective)
         if design is not None:
             row = (Cell(aim_text(study, objective), objective.name), *designs.cells(design))
             apart = designs_text(study.alike_in(design.index, (objective,)))
-            sure = apart if study.conditions else verdict_text(winner_verdict(results, objective))
+            sure = apart if study.conditions else verdict_text(study.rivals.verdict(objective))
             rows.append((*row, word(sure)))
     columns = (
         *left("best"),
@@ -263,7 +303,7 @@ def reasons_table(study: Study) -> Table:
 
 def why_not(point: StudyPoint) -> str:
     """Why a point by itself is not feasible, or did not reach its goals, in one line; else ""."""
-    if point.result is None:
+    if point.state != "done":
         return "not computed" if point.failure is None else f"failed: {point.failure}"
     if point.unreached is not None:
         return f"goals not reached: {point.unreached}"
@@ -312,14 +352,6 @@ def _fixed_notes(study: Study) -> tuple[str, ...]:
     """The axes with one value, in a note in place of a column each."""
     fixed = fixed_axes(study)
     return (f"the same for all: {', '.join(f'{name} {value}' for name, value in fixed)}",) if fixed else ()
-
-
-def _figure_cells(
-    point: StudyPoint, figures: Sequence[ResultFigure], *, sure: bool = False
-) -> tuple[Cell, ...]:
-    """``sure``: with the intervals."""
-    result = point.result if sure else None
-    return tuple(sure_cell(result, figure, point.figure(figure)) for figure in figures)
 
 
 def _number(row: StudyPoint | Design) -> Cell:

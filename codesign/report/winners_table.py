@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
-import json
+import math
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from functools import cached_property
 from typing import TYPE_CHECKING
 
+import numpy as np
+from numpy.typing import NDArray
+
+from codesign.exploration.rivals import StudyRivals
 from codesign.figures import ResultFigure
 from codesign.inputs.edit import VARIANT_AXIS
 from codesign.report.axes import axis_levels, level_texts, short_names, varying_axes
@@ -15,12 +21,14 @@ from codesign.report.table import Cell, Column, Table, left, right, word, words
 from codesign.report.wording import ABSENT, axis_text, figure_cell, quantity_cell
 from codesign.results.result import Result
 from codesign.units import counted
-from codesign.verdicts import winner_verdict
 
 if TYPE_CHECKING:
     from codesign.exploration import Study, StudyPoint
 
 _EQUAL = " = "
+
+MOST_SETTINGS = 10_000
+"""A table shows no more settings than this."""
 
 
 def winners_table(
@@ -42,20 +50,16 @@ def winners_table(
     objective = objective or study.objectives[0]
     others = tuple(name for name in varying_axes(study) if name != axis)
     others = (*(name for name in study.conditions if len(axis_levels(study, name)) > 1), *others)
-    settings: dict[str, list[StudyPoint]] = {}
     # In one condition a point is a design of its own, and keeps the constraints by itself.
-    for part in map(study.at, study.world.each):
-        for point in part.points:
-            setting = json.dumps([point.axes.get(name) for name in others], sort_keys=True)
-            settings.setdefault(setting, []).append(point)
+    alone = replace(study, axes=study.every_axis, conditions={}, aggregate={})
+    settings = _Settings(study, alone, others)
     texts = [(name, level_texts(study, name)) for name in others]
-    rows = [
-        (
-            *words(*(text(points[0].axes.get(name)) for name, text in texts)),
-            *_contest(points, objective, axis)[1],
-        )
-        for points in settings.values()
-    ]
+    rows = []
+    for indices in settings.first(MOST_SETTINGS):
+        points = [alone.points[index] for index in indices]
+        axes = points[0].axes
+        setting = words(*(text(axes[name]) for name, text in texts))
+        rows.append((*setting, *_contest(alone, points, objective, axis)))
     figure = objective.label
     columns = (
         *left(*short_names(others), "best"),
@@ -68,24 +72,96 @@ def winners_table(
     if not any(row[-1].text for row in rows):
         columns, rows = columns[:-1], [row[:-1] for row in rows]
     notes = tuple(
-        _wins_text(name, [_contest(points, name, axis)[0] for points in settings.values()])
+        _wins_text(name, settings.winners(name, axis))
         for name in dict.fromkeys((objective, *study.objectives))
     )
+    if settings.count > MOST_SETTINGS:
+        notes += (f"the first {MOST_SETTINGS:,} of {settings.count:,} settings",)
     title = f"Best {axis.rpartition('.')[2]} by setting: {objective.aim}"
     return Table(title, columns, tuple(rows), notes)
 
 
-def _contest(
-    points: Sequence[StudyPoint], objective: ResultFigure, axis: str
-) -> tuple[str, tuple[Cell, ...]]:
-    """The winner at one setting, and the cells from ``best`` to ``left out``.
+class _Settings:
+    """The points of a study by the settings of the axes but one, in the order of the conditions.
 
-    There is none where the questions of the points differ.
+    ``alone``: the study with each point as a design. ``others``: the names of the axes that make a setting.
     """
+
+    def __init__(self, study: Study, alone: Study, others: Sequence[str]) -> None:
+        self._alone = alone
+        points = np.arange(len(alone.outcomes)).reshape(-1, study.judged.conditions).T.reshape(-1)
+        keys = np.zeros(len(points), np.int64)
+        for name in others:
+            keys = keys * len(alone.axes[name]) + alone.grid.values(name, points)
+        _, firsts, settings = np.unique(keys, return_index=True, return_inverse=True)
+        # Settings are numbered as they come up.
+        number = np.empty(len(firsts), np.intp)
+        number[np.argsort(firsts)] = np.arange(len(firsts))
+        of_points = number[settings.reshape(-1)]
+        order = np.argsort(of_points, kind="stable")
+        self.count = len(firsts)
+        self._points, self._setting = points[order], of_points[order]
+        self._begins = np.searchsorted(self._setting, np.arange(self.count + 1))
+
+    def first(self, most: int) -> Iterator[list[int]]:
+        """The points of each of the first settings."""
+        for number in range(min(most, self.count)):
+            yield self._points[self._begins[number] : self._begins[number + 1]].tolist()
+
+    def winners(self, objective: ResultFigure, axis: str) -> Counter[str]:
+        """How often each value of an axis, or several that are equal, wins by an objective; "" where none does."""
+        alone, setting = self._alone, self._setting
+        values = alone.outcomes.column(objective)[self._points]
+        fine = alone.judged.feasible_points & ~alone.judged.unreached_points
+        losses = np.where(fine[self._points], -values if objective.maximise else values, math.nan)
+        losses[self._differs[setting]] = math.nan
+        held = np.flatnonzero(~np.isnan(losses))
+        order = held[np.lexsort((losses[held], setting[held]))]
+        _, firsts = np.unique(setting[order], return_index=True)
+        best = np.full(self.count, math.nan)
+        best[setting[order[firsts]]] = losses[order[firsts]]
+        winners = np.flatnonzero(losses == best[setting])
+        wins = np.bincount(setting[winners], minlength=self.count)
+        counts: Counter[str] = Counter()
+        # In the order of the settings, which decides between equal counts.
+        texts = (axis_text(axis, value) or "none" for value in alone.axes[axis])
+        names = ["a tie" if _EQUAL in text else text for text in texts]
+        places = alone.grid.places(axis, self._points[winners])
+        name_of = np.full(self.count, len(names), np.int64)
+        name_of[setting[winners]] = places
+        name_of[wins > 1] = len(names) + 1
+        numbers, firsts = np.unique(name_of, return_index=True)
+        words_of = [*names, "none", "a tie"]
+        for number in numbers[np.argsort(firsts)].tolist():
+            counts[words_of[number]] += int((name_of == number).sum())
+        return counts
+
+    @cached_property
+    def _differs(self) -> NDArray[np.bool_]:
+        """In which settings the points were asked different questions."""
+        numbers: dict[str, int] = {}
+
+        def number(template: Result) -> int:
+            task = template.task
+            return -1 if task is None else numbers.setdefault(task.question, len(numbers))
+
+        asked = self._alone.outcomes.each(number, -1)[self._points]
+        known = asked >= 0
+        least, most = np.full(self.count, len(numbers)), np.full(self.count, -1)
+        np.minimum.at(least, self._setting[known], asked[known])
+        np.maximum.at(most, self._setting[known], asked[known])
+        return np.asarray(least < most)
+
+
+def _contest(
+    study: Study, points: Sequence[StudyPoint], objective: ResultFigure, axis: str
+) -> tuple[Cell, ...]:
+    """The cells from ``best`` to ``left out`` at one setting. There is no winner where the questions differ."""
     names_by_loss: dict[float, list[str]] = {}
-    compared: list[Result] = []
+    compared: list[int] = []
     out = []
-    differ = len({point.result.task.question for point in points if point.result and point.result.task}) > 1
+    tasks = (point.template.task for point in points if point.template is not None)
+    differ = len({task.question for task in tasks if task is not None}) > 1
     for point in points:
         name = axis_text(axis, point.axes.get(axis))
         value = point.figure(objective) if point.feasible and point.unreached is None else None
@@ -95,7 +171,7 @@ def _contest(
             out.append(f"{name}: {_fate(point, objective)}")
         else:
             names_by_loss.setdefault(_loss(objective, value), []).append(name)
-            compared += [point.result] if point.result is not None else []
+            compared.append(point.index)
     ranks = sorted(names_by_loss)[:2]
     names = [_EQUAL.join(names_by_loss[rank]) for rank in ranks]
     values = [_loss(objective, rank) for rank in ranks]
@@ -109,8 +185,9 @@ def _contest(
     if len(values) == 2:
         over, under = values if objective.maximise else values[::-1]
         ratio = over / under if under > 0 else None
-    sure = verdict_text(winner_verdict(compared, objective)) if len(compared) > 1 else ABSENT
-    return names[0] if names else "", (*cells, quantity_cell(ratio), word(sure), word("; ".join(out)))
+    rivals = StudyRivals(study, np.array(compared, np.intp))
+    sure = verdict_text(rivals.verdict(objective)) if len(compared) > 1 else ABSENT
+    return *cells, quantity_cell(ratio), word(sure), word("; ".join(out))
 
 
 def _fate(point: StudyPoint, objective: ResultFigure) -> str:
@@ -122,11 +199,10 @@ def _fate(point: StudyPoint, objective: ResultFigure) -> str:
     return f"no {objective.label}" if point.feasible else "infeasible"
 
 
-def _wins_text(objective: ResultFigure, winners: Sequence[str]) -> str:
+def _wins_text(objective: ResultFigure, wins: Counter[str]) -> str:
     """How often each variant wins by an objective, in a sentence."""
-    wins = Counter("a tie" if _EQUAL in name else name or "none" for name in winners)
     parts = (f"{name} in {count}" for name, count in wins.most_common())
-    return f"{objective.aim}, of {counted(len(winners), 'setting')}: {', '.join(parts)}"
+    return f"{objective.aim}, of {counted(wins.total(), 'setting')}: {', '.join(parts)}"
 
 
 def _loss(objective: ResultFigure, value: float) -> float:

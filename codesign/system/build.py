@@ -14,7 +14,6 @@ from codesign.inputs.components import (
     FpgaComponent,
     MemoryComponent,
     ProcessorComponent,
-
     RobotComponent,
 )
 from codesign.inputs.host_file import ProcessorPower

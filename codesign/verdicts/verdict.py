@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Literal
 
+import numpy as np
+from numpy.typing import NDArray
 from pydantic import Field
 
 from codesign.figures import FIGURES, Figure, ResultFigure
@@ -12,10 +14,13 @@ from codesign.inputs.constraint import LOWER, STRICT, Constraint
 from codesign.results.model import ResultModel
 from codesign.results.result import Result
 from codesign.results.terms import Monomial, priced
+from codesign.units import counted
 from codesign.verdicts.fits import Fit, fit_verdict
+from codesign.verdicts.rivals import Floats, Listed, Rivals
 from codesign.verdicts.sums import Inputs, Margin
 
 State = Literal["proved", "refuted", "depends", "not assessed"]
+Positions = NDArray[np.intp]
 
 
 class Decider(ResultModel):
@@ -147,48 +152,97 @@ def _with_demand(
     return verdict.model_copy(update={"state": "depends", "decides": decider})
 
 
-def winner_verdict(results: Sequence[Result], figure: ResultFigure | str) -> Verdict:
+def winner_verdict(results: Sequence[Result] | Rivals, figure: ResultFigure | str) -> Verdict:
     """Whether the best of several results by a figure is the best at every value inside all intervals.
 
     Results that share an input have one value of it. Those that are infeasible or have no such figure take no part.
     ``winner``, ``rival`` and ``equals`` are positions in ``results``. After a verdict that is not proved, the rest is
-    looked at only up to the ``NEAREST`` designs: what lies further off hardly flips first.
+    looked at only up to the ``NEAREST`` designs: what lies further off hardly flips first. Of designs that lie further
+    off and would have to be simulated, at most ``MOST_SIMULATED`` are looked at; the reason then says so.
     """
+    rivals = Listed(results) if isinstance(results, Sequence) else results
     declared = FIGURES[str(figure)]
-    values = [result.figure(declared) if result.feasible else None for result in results]
-    sign = -1.0 if declared.maximise else 1.0
-    ranked = sorted((sign * value, number) for number, value in enumerate(values) if value is not None)
-    if not ranked:
+    values = rivals.values(declared)
+    held = np.flatnonzero(~np.isnan(values))
+    if not len(held):
         return Verdict(state="not assessed", figure=declared.name, reason=f"no design has {declared.label}")
-    winner, *others = [number for _, number in ranked]
-    verdicts: list[Verdict] = []
-    equals: list[int] = []
-    for rank, number in enumerate(others):
-        if rank >= NEAREST and any(each.state != "proved" for each in verdicts):
-            break
-        if rank >= NEAREST and _apart(results[winner], results[number], declared):
-            continue
-        verdict = _against(results[winner], results[number], declared)
-        if verdict.least == verdict.most == 0:
-            equals.append(number)
-        else:
-            verdicts.append(verdict.model_copy(update={"rival": number}))
-    reason = "all others are equal" if equals else "no other design"
-    none = Verdict(state="proved", figure=declared.name, holds=True, reason=reason)
-    hardest = min(verdicts, key=_hardness, default=none)
-    fit = fit_verdict(results[winner])
-    return hardest.model_copy(update={"winner": winner, "fit": fit, "equals": tuple(equals)})
+    ranked = held[np.lexsort((held, -values[held] if declared.maximise else values[held]))]
+    contest = _Contest(rivals, declared, values, int(ranked[0]))
+    contest.look(ranked[1 : NEAREST + 1])
+    contest.look_further(ranked[NEAREST + 1 :])
+    return contest.verdict()
 
 
 NEAREST = 32
 """Designs nearest to the best one that are always looked at."""
 
+MOST_SIMULATED = 64
+"""Designs further off that are simulated to be looked at, at most."""
 
-def _apart(winner: Result, other: Result, figure: ResultFigure) -> bool:
-    """Whether the intervals of two results do not even touch: then the better one is the better at every value."""
-    ours, theirs = winner.interval(figure), other.interval(figure)
-    assessed = not _unassessed(winner, figure) and not _unassessed(other, figure)
-    return assessed and ours is not None and theirs is not None and ours[1] < theirs[0]
+
+class _Contest:
+    """The best of several designs by a figure against the others, by their positions."""
+
+    def __init__(self, rivals: Rivals, figure: ResultFigure, values: Floats, winner: int) -> None:
+        self._rivals, self._figure, self._values, self._winner = rivals, figure, values, winner
+        self._verdicts: list[Verdict] = []
+        self._equals: list[int] = []
+        self._left = 0
+
+    def look(self, others: Positions) -> None:
+        """Hold the best one against others one by one."""
+        held = self._rivals.result if priced(self._figure) else self._rivals.shared
+        for number in others.tolist():
+            ours, theirs = float(self._values[self._winner]), float(self._values[number])
+            margin = ours - theirs if self._figure.maximise else theirs - ours
+            verdict = _against(held(self._winner), held(number), self._figure, margin)
+            if verdict.least == verdict.most == 0:
+                self._equals.append(number)
+            else:
+                self._verdicts.append(verdict.model_copy(update={"rival": number}))
+
+    def look_further(self, others: Positions) -> None:
+        """Hold it against those that lie further off, nearest first, until one verdict is not proved."""
+        if not len(others) or not self._proved:
+            return
+        assessed = self._rivals.assessed(lambda result: _unassessed_run(result, self._figure))
+        if priced(self._figure):
+            low, high = self._rivals.ends(self._figure)
+            # Intervals that do not even touch: then the better one is the better at every value.
+            apart = assessed[self._winner] & assessed & (high[self._winner] < low)
+            self._look_one_by_one(others[~apart[others]])
+            return
+        known = assessed[others]
+        first = int(np.argmin(known)) if not known.all() else len(others)
+        equal = self._values[others[:first]] == self._values[self._winner]
+        self._equals += others[:first][equal].tolist()
+        self.look(np.concatenate([others[:first][~equal][:1], others[first : first + 1]]))
+
+    def _look_one_by_one(self, others: Positions) -> None:
+        simulated = 0
+        for place, number in enumerate(others.tolist()):
+            simulated += not self._rivals.at_hand(number)
+            if not self._proved:
+                return
+            if simulated > MOST_SIMULATED:
+                self._left = len(others) - place
+                return
+            self.look(others[place : place + 1])
+
+    @property
+    def _proved(self) -> bool:
+        return all(each.state == "proved" for each in self._verdicts)
+
+    def verdict(self) -> Verdict:
+        """The verdict against the one that is hardest to beat."""
+        reason = "all others are equal" if self._equals else "no other design"
+        none = Verdict(state="proved", figure=self._figure.name, holds=True, reason=reason)
+        hardest = min(self._verdicts, key=_hardness, default=none)
+        if self._left and self._proved:
+            why = f"{counted(self._left, 'design')} within its interval lie further off and were not compared"
+            hardest = hardest.model_copy(update={"state": "depends", "reason": why})
+        fit = fit_verdict(self._rivals.result(self._winner))
+        return hardest.model_copy(update={"winner": self._winner, "fit": fit, "equals": tuple(self._equals)})
 
 
 def _hardness(verdict: Verdict) -> tuple[int, float]:
@@ -200,12 +254,8 @@ def _hardness(verdict: Verdict) -> tuple[int, float]:
     return order.index(verdict.state), change
 
 
-def _against(winner: Result, other: Result, figure: ResultFigure) -> Verdict:
+def _against(winner: Result, other: Result, figure: ResultFigure, margin: float) -> Verdict:
     reason = _unassessed(winner, figure) or _unassessed(other, figure)
-    ours, theirs = winner.figure(figure), other.figure(figure)
-    assert ours is not None, "those without the figure take no part"
-    assert theirs is not None, "those without the figure take no part"
-    margin = ours - theirs if figure.maximise else theirs - ours
     if reason:
         return Verdict(state="not assessed", figure=figure.name, holds=True, margin=margin, reason=reason)
     if not priced(figure):
@@ -219,11 +269,14 @@ def _against(winner: Result, other: Result, figure: ResultFigure) -> Verdict:
 
 def _unassessed(result: Result, figure: ResultFigure) -> str:
     """Why there is no verdict about a figure of a result; "" where there is one."""
+    return _unassessed_run(result, figure) or (_unpriced(result, figure) if priced(figure) else "")
+
+
+def _unassessed_run(result: Result, figure: ResultFigure) -> str:
+    """Why there is no verdict about a figure of a run of this kind, whatever its terms; "" where there may be one."""
     if result.mission is not None or result.fleet is not None:
         kind = "mission" if result.mission is not None else "fleet"
         return f"a {kind} has no closed form: what the robot meets depends on when it arrives"
-    if priced(figure):
-        return _unpriced(result, figure)
     if figure.name == "cycles" and (result.part is None or result.external_memory is not None):
         return "the cycles rest on figures of processor or memory"
     return ""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import json
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +16,7 @@ from hypothesis import strategies as st
 import codesign
 from codesign.errors import InputError
 from codesign.exploration import Study, explore, load_study
-from codesign.exploration.designs import StudyPoint
+from codesign.exploration.outcomes import Outcomes
 from codesign.figures import FIGURES
 from codesign.inputs import Constraint, Exploration, Platform, Workload
 from codesign.inputs.aggregate import Quantile, Rule, Share
@@ -24,26 +25,21 @@ from codesign.results.result import Result
 
 TIME, SLICES, SHARE = FIGURES["first_plan_s"], FIGURES["slices"], FIGURES["share_reaching_goal"]
 SIZE, SEED = "workload.problem.map.rows", "workload.problem.map.seed"
+Rows = Sequence[Sequence[Result | str | None]]
 WITHIN_2_S = Share(share=Constraint(figure=TIME, at_most=2.0))
 
 
-def study(rows: list[list[Result | str]], condition: str = SIZE, **changes: Any) -> Study:
+def study(rows: Rows, condition: str = SIZE, **changes: Any) -> Study:
     """A study with a design for each row and a condition for each column; a text is a failure."""
     axes, count = {"relax.iterations": tuple(range(len(rows)))}, len(rows[0])
-    points = tuple(
-        StudyPoint(
-            index,
-            {"relax.iterations": index // count, condition: index % count},
-            *((None, cell) if isinstance(cell, str) else (cell,)),
-        )
-        for index, cell in enumerate(itertools.chain(*rows))
-    )
     fields: dict[str, Any] = {
         "objectives": (TIME, SLICES), "constraints": (), "conditions": {condition: tuple(range(count))},
         "aggregate": {},
     }  # fmt: skip
     fields |= changes
-    return Study("bench", "maze", axes, points=points, **fields)
+    if not fields["conditions"]:
+        axes[condition] = tuple(range(count))
+    return Study("bench", "maze", axes, outcomes=Outcomes.of([*itertools.chain(*rows)]), **fields)
 
 
 def timed(*seconds: float, slices: int = 10, share: float = 1.0) -> list[Result | str]:
@@ -162,10 +158,7 @@ def test_a_constraint_bounds_what_all_conditions_come_to() -> None:
 def test_a_failure_in_a_condition_is_a_failure_of_the_design_and_missing_points_of_it_are_missing() -> None:
     made = study([[result(), "no block fits", result()], timed(1, 1, 1)], aggregate={"default": WITHIN_2_S})
     assert (made.failed, made.designs[0].failure, made.feasible) == ((0,), "no block fits", (1,))
-    part = study([timed(1, 1), timed(1, 1)])
-    gone = StudyPoint(3, part.points[3].axes)
-    part = study([timed(1, 1), timed(1, 1)], conditions=part.conditions)
-    object.__setattr__(part, "points", (*part.points[:3], gone))
+    part = study([timed(1, 1), [result(seconds=1), None]])
     assert (part.missing, part.feasible) == ((1,), (0,))
 
 
@@ -217,13 +210,8 @@ FABRIC = [("fabric", "1 MHz", 2.0, 1), ("fabric", "2 MHz", 2.0, 1)]
 
 def linked(cells: list[tuple[str, str, float, int]], **changes: Any) -> Study:
     axes = {"workload.variant": ("host", "fabric"), "axi.clock": ("1 MHz", "2 MHz")}
-    points = tuple(
-        StudyPoint(
-            index, {"workload.variant": variant, "axi.clock": clock}, run(clock, seconds, over_link=used)
-        )
-        for index, (variant, clock, seconds, used) in enumerate(cells)
-    )
-    return Study("bench", "maze", axes, (TIME, SLICES), (), points, **changes)
+    results = [run(clock, seconds, over_link=used) for _, clock, seconds, used in cells]
+    return Study("bench", "maze", axes, (TIME, SLICES), (), Outcomes.of(results), **changes)
 
 
 def test_designs_that_differ_in_what_neither_uses_count_once() -> None:

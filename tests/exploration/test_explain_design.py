@@ -13,7 +13,7 @@ from small_maps import put_map
 import codesign
 from codesign.errors import InputError, SpecError
 from codesign.explanation import why_energy, why_time
-from codesign.exploration import Study, StudyPoint, load_study
+from codesign.exploration import Outcomes, Study, load_study
 from codesign.exploration.explain_design import explain_run, neighbours_of
 from codesign.figures import FIGURES
 
@@ -48,15 +48,11 @@ def stored(tmp_path_factory: pytest.TempPathFactory) -> tuple[Study, Path]:
 def synthetic(values: dict[tuple[int, int], tuple[float, int]]) -> Study:
     """A study of two axes with these seconds and slices; more than 100 slices do not fit."""
     axes = {"a.x": (0, 1, 2), "a.y": (0, 1)}
-    points = tuple(
-        StudyPoint(
-            index,
-            {"a.x": x, "a.y": y},
-            result(seconds=values[x, y][0], slices=values[x, y][1], fits=values[x, y][1] <= 100),
-        )
-        for index, (x, y) in enumerate(itertools.product(*axes.values()))
-    )
-    return Study("bench", "maze", axes, (TIME, SLICES), (), points)
+    results = [
+        result(seconds=values[x, y][0], slices=values[x, y][1], fits=values[x, y][1] <= 100)
+        for x, y in itertools.product(*axes.values())
+    ]
+    return Study("bench", "maze", axes, (TIME, SLICES), (), Outcomes.of(results))
 
 
 def test_neighbours_differ_in_one_axis_and_say_what_gains() -> None:
@@ -88,8 +84,6 @@ def test_a_study_put_together_by_hand_is_explained_without_its_levers() -> None:
     assert "nothing is known of its specs" in explanation.notes[0]
     with pytest.raises(InputError, match="of no exploration"):
         study.points[0].run()
-    with pytest.raises(InputError, match="of no study"):
-        StudyPoint(0, {}).explain()
 
 
 @pytest.mark.parametrize(("index", "nearest"), [(-1, "0"), (6, "5"), (10**30, "5")])
@@ -102,9 +96,7 @@ def test_an_index_out_of_range_names_the_range_and_the_nearest(index: int, neare
 
 
 def test_points_without_a_result_are_refused_with_the_remedy() -> None:
-    study = Study(
-        "bench", "maze", {"a.x": (0, 1)}, (TIME,), (), (StudyPoint(0, {}), StudyPoint(1, {}, None, "why"))
-    )
+    study = Study("bench", "maze", {"a.x": (0, 1)}, (TIME,), (), Outcomes.of([None, "why"]))
     with pytest.raises(InputError, match="point 0 was not computed"):
         study.explain(0)
     with pytest.raises(InputError, match="point 1 failed: why") as caught:

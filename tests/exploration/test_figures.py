@@ -16,7 +16,7 @@ from spec_texts import WORKLOAD
 
 import codesign
 from codesign.errors import SpecError
-from codesign.exploration import Study, StudyPoint
+from codesign.exploration import Outcomes, Study
 from codesign.exploration.document import study_schema
 from codesign.figures import FIGURES, SHORT_NAMES, ResultFigure, label
 from codesign.inputs import load_workload
@@ -45,8 +45,8 @@ def declared(monkeypatch: pytest.MonkeyPatch) -> ResultFigure:
 
 
 def a_study(figure: ResultFigure) -> Study:
-    points = (StudyPoint(0, {}, result(seconds=2.0)), StudyPoint(1, {}, result(seconds=1.0)))
-    return Study("bench", "maze", {}, (FIGURES["first_plan_s"], figure), (), points)
+    outcomes = Outcomes.of([result(seconds=2.0), result(seconds=1.0)])
+    return Study("bench", "maze", {"a.b": (0, 1)}, (FIGURES["first_plan_s"], figure), (), outcomes)
 
 
 def test_a_figure_that_is_computed_reaches_the_workers(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import click.testing
@@ -11,7 +12,7 @@ import pytest
 from explore_fakes import mission, result
 
 from codesign.exploration.constraints import figure_of, with_constraints
-from codesign.exploration.designs import StudyPoint
+from codesign.exploration.outcomes import Outcomes
 from codesign.exploration.study import Study
 from codesign.figures import FIGURES, ResultFigure
 from codesign.inputs import Constraint, Exploration
@@ -29,9 +30,10 @@ def driven(*, seconds: float = 60.0, reached: bool = True, slices: int = 10) -> 
 
 
 def study(
-    *outcomes: StudyPoint, objectives: tuple[ResultFigure, ...] = (F["mission_time_s"], F["slices"])
+    *outcomes: Result, objectives: tuple[ResultFigure, ...] = (F["mission_time_s"], F["slices"])
 ) -> Study:
-    return Study("bench", "maze", {"relax.iterations": tuple(range(len(outcomes)))}, objectives, (), outcomes)
+    axes = {"relax.iterations": tuple(range(len(outcomes)))}
+    return Study("bench", "maze", axes, objectives, (), Outcomes.of(outcomes))
 
 
 def test_every_figure_of_a_mission_in_its_unit() -> None:
@@ -61,12 +63,12 @@ def test_a_mission_that_failed_early_gains_nothing_by_it() -> None:
     failed = driven(seconds=1.0, reached=False)
     assert [figure_of(failed, name) for name in TIME_FIGURES] == [None] * 3
     assert figure_of(failed, F["missed_deadlines"]) == 2.0
-    made = study(StudyPoint(0, {}, failed), StudyPoint(1, {}, driven(seconds=90.0)))
+    made = study(failed, driven(seconds=90.0))
     assert (made.feasible, made.unreached, made.front) == ((0, 1), (0,), (1,))
     # Nor where the objectives are figures that it does have, and has better.
     by_slices = study(
-        StudyPoint(0, {}, driven(reached=False, slices=1)),
-        StudyPoint(1, {}, driven()),
+        driven(reached=False, slices=1),
+        driven(),
         objectives=(F["slices"],),
     )
     assert by_slices.front == (1,)
@@ -74,10 +76,10 @@ def test_a_mission_that_failed_early_gains_nothing_by_it() -> None:
 
 def test_tables_and_json_say_why_it_is_left_out() -> None:
     made = study(
-        StudyPoint(0, {}, driven(reached=False)),
-        StudyPoint(1, {}, driven()),
-        StudyPoint(2, {}, result()),
-        StudyPoint(3, {}, result(fits=False, slices=120)),
+        driven(reached=False),
+        driven(),
+        result(),
+        result(fits=False, slices=120),
     )
     assert ("without their goals", "1") in study_counts(made)
     whys = [row[-1].text for row in study_table(made).rows]
@@ -124,7 +126,8 @@ def test_no_constraint_on_the_time_of_a_mission_holds_where_it_failed() -> None:
         "mission_time_s at most: goals not reached",
         "missed_deadlines at most",
     ]
-    point = StudyPoint(0, {}, failed)
+    (point,) = replace(study(driven(seconds=1.0, reached=False)), constraints=limits).points
+    assert point.result == failed
     assert (point.feasible, point.unreached) == (False, None)
 
 
@@ -168,8 +171,8 @@ def test_a_design_without_a_chip_takes_none_of_its_resources(
 def test_host_and_fpga_share_a_front() -> None:
     host = result(seconds=5.0).model_copy(update={"resources": ()})
     made = study(
-        StudyPoint(0, {}, host),
-        StudyPoint(1, {}, result(seconds=1.0)),
+        host,
+        result(seconds=1.0),
         objectives=(F["first_plan_s"], F["slices"]),
     )
     assert made.front == (0, 1)

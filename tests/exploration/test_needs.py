@@ -9,7 +9,7 @@ from explore_fakes import result
 
 from codesign.errors import SpecError
 from codesign.exploration.constraints import with_constraints
-from codesign.exploration.designs import StudyPoint
+from codesign.exploration.outcomes import Outcomes
 from codesign.exploration.study import Study
 from codesign.figures import FIGURES
 from codesign.inputs.aggregate import Share
@@ -48,11 +48,15 @@ def test_a_design_without_a_part_has_a_share_of_nothing() -> None:
 
 
 def study(**changes: object) -> Study:
-    points = tuple(
-        StudyPoint(index, {"a.b": index}, result(seconds=seconds, slices=slices))
-        for index, (seconds, slices) in enumerate([(1, 90), (2, 60), (3, 30)])
+    outcomes = Outcomes.of(
+        [result(seconds=seconds, slices=slices) for seconds, slices in [(1, 90), (2, 60), (3, 30)]]
     )
-    fields = {"axes": {"a.b": (0, 1, 2)}, "objectives": (TIME, SLICES), "constraints": (), "points": points}
+    fields = {
+        "axes": {"a.b": (0, 1, 2)},
+        "objectives": (TIME, SLICES),
+        "constraints": (),
+        "outcomes": outcomes,
+    }
     return Study("bench", "maze", **(fields | changes))  # type: ignore[arg-type]
 
 

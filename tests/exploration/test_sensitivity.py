@@ -10,7 +10,7 @@ from explore_fakes import result
 from hypothesis import given
 from hypothesis import strategies as st
 
-from codesign.exploration.designs import StudyPoint
+from codesign.exploration.outcomes import Outcomes
 from codesign.exploration.sensitivity import variance_shares
 from codesign.exploration.study import Study
 from codesign.figures import FIGURES
@@ -94,11 +94,11 @@ def test_what_does_not_vary_has_no_shares() -> None:
 def test_a_study_counts_feasible_designs_alone() -> None:
     axes = {"a.x": (1, 2), "a.y": (10, 20), "a.one": (0,)}
     points = []
-    for index, (x, y, one) in enumerate(itertools.product(*axes.values())):
+    for x, y, _ in itertools.product(*axes.values()):
         fits = (x, y) != (2, 20)
         each = result(seconds=float(x), slices=y if fits else 200, fits=fits)
-        points.append(StudyPoint(index, {"a.x": x, "a.y": y, "a.one": one}, each))
-    study = Study("bench", "maze", axes, (TIME, SLICES), (), tuple(points))
+        points.append(each)
+    study = Study("bench", "maze", axes, (TIME, SLICES), (), Outcomes.of(points))
     effects = {(each.axis, each.figure): each for each in study.sensitivity()}
     assert list(effects) == [(axis, str(figure)) for axis in ("a.x", "a.y") for figure in (TIME, SLICES)]
     assert effects["a.y", "first_plan_s"].main == 0

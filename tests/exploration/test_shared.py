@@ -24,4 +24,4 @@ def test_a_study_keeps_what_its_points_have_in_common_once(specs: Specs) -> None
         alone = simulate(*design_point(platform, workload, point.axes))
         assert point.result == alone
         assert point.result.model_dump_json() == alone.model_dump_json()
-    assert approximate_bytes(study.points) / len(study.points) < 6000
+    assert approximate_bytes(study.outcomes) / len(study.points) < 6000

@@ -1,16 +1,17 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 
 import pytest
 from explore_fakes import result
 
 from codesign.exploration.constraints import with_constraints
-from codesign.exploration.designs import StudyPoint
+from codesign.exploration.outcomes import Outcomes
 from codesign.exploration.study import Study
 from codesign.figures import FIGURES
 from codesign.inputs import Constraint
-from codesign.results.result import Reason
+from codesign.results.result import Reason, Result
 
 OBJECTIVES = (FIGURES["first_plan_s"], FIGURES["slices"], FIGURES["share_reaching_goal"])
 SHARE_AND_TIME = (
@@ -19,20 +20,20 @@ SHARE_AND_TIME = (
 )
 
 
-def study(*outcomes: StudyPoint, constraints: tuple[Constraint, ...] = ()) -> Study:
+def study(*outcomes: Result | str | None, constraints: tuple[Constraint, ...] = ()) -> Study:
     axes = {"relax.iterations": tuple(range(len(outcomes)))}
-    return Study("bench", "maze", axes, OBJECTIVES, constraints, outcomes)
+    return Study("bench", "maze", axes, OBJECTIVES, constraints, Outcomes.of(outcomes))
 
 
 def test_front_is_of_the_feasible_points_in_each_objectives_direction() -> None:
     made = study(
-        StudyPoint(0, {}, result(seconds=1, slices=50, share=0.5)),
-        StudyPoint(1, {}, result(seconds=1, slices=50, share=0.9)),
-        StudyPoint(2, {}, result(seconds=9, slices=10, share=0.1)),
-        StudyPoint(3, {}, result(slices=110, fits=False)),
-        StudyPoint(4, {}, None, "failed"),
-        StudyPoint(5, {}),
-        StudyPoint(6, {}, result(seconds=1, slices=50, share=0.9)),
+        result(seconds=1, slices=50, share=0.5),
+        result(seconds=1, slices=50, share=0.9),
+        result(seconds=9, slices=10, share=0.1),
+        result(slices=110, fits=False),
+        "failed",
+        None,
+        result(seconds=1, slices=50, share=0.9),
     )
     assert made.feasible == (0, 1, 2, 6)
     assert made.front == (1, 2, 6)
@@ -41,8 +42,8 @@ def test_front_is_of_the_feasible_points_in_each_objectives_direction() -> None:
 
 
 def test_a_feasible_point_without_an_objective_is_not_on_the_front() -> None:
-    points = (StudyPoint(0, {}, result(path=None)), StudyPoint(1, {}, result(path=1.3)))
-    made = Study("bench", "maze", {}, (FIGURES["path_length_ratio_mean"],), (), points)
+    outcomes = Outcomes.of([result(path=None), result(path=1.3)])
+    made = Study("bench", "maze", {"a.b": (0, 1)}, (FIGURES["path_length_ratio_mean"],), (), outcomes)
     assert (made.feasible, made.front) == ((0, 1), (1,))
 
 
@@ -83,12 +84,12 @@ def test_a_figure_that_does_not_exist_satisfies_no_constraint() -> None:
 
 def test_where_nothing_is_feasible_reasons_and_nearest_points_say_why() -> None:
     made = study(
-        StudyPoint(0, {}, with_constraints(result(share=0.2), SHARE_AND_TIME)),
-        StudyPoint(1, {}, result(slices=130, fits=False)),
-        StudyPoint(2, {}, with_constraints(result(share=0.85), SHARE_AND_TIME)),
-        StudyPoint(3, {}, result(slices=101, fits=False)),
-        StudyPoint(4, {}, with_constraints(result(share=0.85, seconds=80), SHARE_AND_TIME)),
-        StudyPoint(5, {}, None, "relax.block: too large\n  hint: make it smaller"),
+        result(share=0.2),
+        result(slices=130, fits=False),
+        result(share=0.85),
+        result(slices=101, fits=False),
+        result(share=0.85, seconds=80),
+        "relax.block: too large\n  hint: make it smaller",
         constraints=SHARE_AND_TIME,
     )
     assert (made.feasible, made.front) == ((), ())
@@ -107,7 +108,7 @@ def test_where_nothing_is_feasible_reasons_and_nearest_points_say_why() -> None:
 def test_a_limit_of_zero_is_far_away_rather_than_a_division_by_it() -> None:
     none_left = Reason(kind="resource", name="multipliers", demand=3, limit=0, gap=3, unit="")
     out = result(fits=False, slices=101).model_copy(update={"reasons": (none_left,)})
-    assert study(StudyPoint(0, {}, out), StudyPoint(1, {}, result(slices=900, fits=False))).nearest() == (
+    assert study(out, result(slices=900, fits=False)).nearest() == (
         1,
         0,
     )
@@ -116,7 +117,7 @@ def test_a_limit_of_zero_is_far_away_rather_than_a_division_by_it() -> None:
 def test_counts_are_integers_in_json_wherever_they_stand() -> None:
     """A constraint is read as a double and a figure handed over as one; both count slices."""
     limits = (Constraint(figure=FIGURES["slices"], at_most=50.0), *SHARE_AND_TIME)
-    made = study(StudyPoint(0, {}, with_constraints(result(slices=60, share=0.8), limits)))
+    made = study(result(slices=60, share=0.8), constraints=limits)
     (point,) = made.to_dict()["points"]
     slices, share = point["result"]["reasons"]
     assert [slices[name] for name in ("demand", "limit", "gap")] == [60, 50, 10]
@@ -131,11 +132,12 @@ def test_counts_are_integers_in_json_wherever_they_stand() -> None:
 
 def test_json_has_every_point_with_all_figures() -> None:
     made = study(
-        StudyPoint(0, {"relax.block": [36, 66]}, result(seconds=0.5)),
-        StudyPoint(1, {}, result(slices=110, fits=False)),
-        StudyPoint(2, {}, None, "no way"),
+        result(seconds=0.5),
+        result(slices=110, fits=False),
+        "no way",
         constraints=SHARE_AND_TIME,
     )
+    made = replace(made, axes={"relax.block": ([36, 66], [12, 22], [6, 11])})
     text = json.loads(made.to_json())
     assert text["schema_version"] == 3
     assert (text["platform"], text["workload"], text["front"]) == ("bench", "maze", [0])

@@ -7,7 +7,8 @@ from dataclasses import replace
 import pytest
 from shipped_plans import design, on_host, result_of
 
-from codesign.exploration.study import Study, StudyPoint
+from codesign.exploration.outcomes import Outcomes
+from codesign.exploration.study import Study
 from codesign.figures import FIGURES, Figure, Status
 from codesign.report import (
     best_table,
@@ -100,12 +101,9 @@ def test_the_table_of_a_run_names_what_moves_each_figure_most() -> None:
 
 
 def study() -> Study:
-    points = [
-        StudyPoint(0, {"workload.variant": "base", "fpga.clock": "100 MHz"}, result_of(FPGA)),
-        StudyPoint(1, {"workload.variant": "on-arm", "fpga.clock": "100 MHz"}, result_of(ARM)),
-    ]
+    outcomes = Outcomes.of([result_of(FPGA), result_of(ARM)])
     axes = {"workload.variant": ("base", "on-arm"), "fpga.clock": ("100 MHz",)}
-    return Study("zynq", "breadth-first", axes, (TIME, FIGURES["energy_j"]), (), tuple(points))
+    return Study("zynq", "breadth-first", axes, (TIME, FIGURES["energy_j"]), (), outcomes)
 
 
 def test_the_tables_of_a_study_say_how_sure_its_winners_are() -> None:

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 from explore_fakes import result
 
-from codesign.exploration.designs import StudyPoint
+from codesign.exploration.outcomes import Outcomes
 from codesign.exploration.study import Study
 from codesign.figures import FIGURES
 from codesign.inputs import Constraint
@@ -41,18 +41,10 @@ CELLS = [
 
 def study(cells: list[list[Result]] = CELLS, **changes: Any) -> Study:
     sizes = (20, 40)
-    points = tuple(
-        StudyPoint(
-            2 * row + column,
-            {"workload.variant": VARIANTS[row], "workload.problem.map.rows": size},
-            cells[row][column],
-        )
-        for row in range(len(cells))
-        for column, size in enumerate(sizes)
-    )
     fields: dict[str, Any] = {
-        "platform": "bench", "workload": "maze", "axes": {"workload.variant": VARIANTS},
-        "objectives": (TIME, SLICES), "constraints": (), "points": points,
+        "platform": "bench", "workload": "maze", "axes": {"workload.variant": VARIANTS[: len(cells)]},
+        "objectives": (TIME, SLICES), "constraints": (),
+        "outcomes": Outcomes.of([each for row in cells for each in row]),
         "conditions": {"workload.problem.map.rows": sizes},
     }  # fmt: skip
     return Study(**(fields | changes))
@@ -114,12 +106,7 @@ def test_a_constraint_on_all_conditions_is_told_without_one() -> None:
 
 
 def test_seeds_have_their_interval_in_the_table_of_spreads() -> None:
-    made = study()
-    seeds = tuple(
-        replace(point, axes={"workload.variant": point.axes["workload.variant"], "a.seed": point.index % 2})
-        for point in made.points
-    )
-    drawn = replace(made, points=seeds, conditions={"a.seed": (0, 1)}, aggregate={"default": "mean"})
+    drawn = replace(study(), conditions={"a.seed": (0, 1)}, aggregate={"default": "mean"})
     rows = {row[1].text: row for row in spread_table(drawn).rows if row[0].value == 1}
     # 3 ms times the t of one degree of freedom, 12.706, over no root: two values, whose deviation is 4.243 ms.
     half = 12.7062047 * 3.0
@@ -136,7 +123,7 @@ def test_the_page_shows_each_condition_by_itself() -> None:
     assert [view["front"] for view in views] == [[0, 1, 0], [1, 1, 1], [0, 1, 0]]
     assert html.count("<details>") == 2
     assert "3 designs × 2 conditions = 6 points" in html
-    plain = study(conditions={}, points=study().at({"workload.problem.map.rows": 20}).points)
+    plain = study(conditions={}, outcomes=study().at({"workload.problem.map.rows": 20}).outcomes)
     assert "<details>" not in study_html(plain)
 
 

@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 from report_samples import FRAMES, SECOND, a_fleet, a_fleet_result, a_result, a_study, spans
 
 from benchmarks.velocity_obstacle_pace import LineLaw
+from codesign.exploration.outcomes import Outcomes
 from codesign.records import MapRecord, MissionRecord, PositionsRecord, Record, TaskRecord
 from codesign.report import comparison_table, result_tables, run_pictures, study_table
 from codesign.report.page import result_html
@@ -192,8 +193,7 @@ def test_the_page_says_the_sentence_once() -> None:
 def test_compare_and_study_tables_take_fleets() -> None:
     result = a_fleet_result()
     assert comparison_table([("one", result), ("other", a_fleet_result(collisions=0))]).rows
-    points = tuple(replace(point, result=result) for point in a_study(points=2).points)
-    assert len(study_table(replace(a_study(points=2), points=points)).rows) == 2
+    assert len(study_table(replace(a_study(points=8), outcomes=Outcomes.of([result] * 8))).rows) == 8
 
 
 def many_robots(count: int) -> list[Record]:

@@ -12,8 +12,9 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from report_samples import SampleReproduction, SampleRow, a_result, a_study
+from report_samples import SampleReproduction, SampleRow, a_hopeless_study, a_result, a_study
 
+from codesign.exploration.outcomes import Outcomes
 from codesign.exploration.study import Study
 from codesign.figures import FIGURES, ResultFigure
 from codesign.planners.reproduction import Finding
@@ -55,21 +56,17 @@ class Page(HTMLParser):
 
 def evil_study() -> Study:
     study = a_study()
-    points = tuple(
-        replace(
-            point,
-            axes={**point.axes, "x.evil": EVIL if point.index % 2 else "mild"},
-            result=point.result and point.result.model_copy(update={"platform": EVIL, "workload": EVIL}),
-        )
+    outcomes = [
+        point.result and point.result.model_copy(update={"platform": EVIL, "workload": EVIL})
         for point in study.points
-    )
-    failed = replace(points[3], result=None, failure=EVIL)
+        for _ in range(2)
+    ]
     return replace(
         study,
         platform=EVIL,
         workload=EVIL,
         axes={**study.axes, "x.evil": ("mild", EVIL), f"x.{EVIL}": (EVIL,)},
-        points=(*points[:3], failed, *points[4:]),
+        outcomes=Outcomes.of([*outcomes[:3], EVIL, *outcomes[4:]]),
     )
 
 
@@ -217,9 +214,7 @@ def test_a_large_study_is_thinned_and_keeps_its_front(monkeypatch: pytest.Monkey
 
 
 def test_a_study_with_nothing_feasible_says_so_and_needs_no_plot() -> None:
-    study = a_study()
-    points = tuple(replace(point, index=i) for i, point in enumerate(study.points[18:]))
-    html = study_html(replace(study, points=points))
+    html = study_html(a_hopeless_study())
     page = Page(html)
     assert "Nothing is feasible" in page.text
     assert "block: at most 36×66 fits" in page.text

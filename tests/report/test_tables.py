@@ -3,10 +3,10 @@ from __future__ import annotations
 from dataclasses import replace
 
 import pytest
-from report_samples import QUALITY, SampleReproduction, a_result, a_study, a_task
+from report_samples import QUALITY, SampleReproduction, a_hopeless_study, a_result, a_study, a_task
 
 from codesign.errors import CodesignError, Fault, SpecError
-from codesign.exploration.designs import StudyPoint
+from codesign.exploration.outcomes import Outcomes
 from codesign.figures import FIGURES, Figure, Status
 from codesign.planners.quality import Quality
 from codesign.report import (
@@ -190,13 +190,9 @@ def test_axes_with_the_same_last_word_keep_their_full_names() -> None:
 
 def test_failed_and_missing_points_are_counted_and_told() -> None:
     study = a_study()
-    axes = study.points[0].axes
-    points = (
-        StudyPoint(0, axes, None, "RunError: <b>out of memory</b>"),
-        StudyPoint(1, axes),
-        *study.points[2:],
-    )
-    broken = replace(study, points=points)
+    rest = [point.result for point in study.points[2:]]
+    outcomes = Outcomes.of(["RunError: <b>out of memory</b>", None, *rest])
+    broken = replace(study, outcomes=outcomes)
     assert dict(study_counts(broken))["failed"] == dict(study_counts(broken))["not computed"] == "1"
     assert "1 failed, 1 not computed" in summary(broken)
     why = values(infeasible_table(broken), "why")
@@ -231,9 +227,8 @@ def test_a_row_of_reasons_is_of_one_point() -> None:
         )
 
     far, near = (a_result(slices=99_999, reasons=(each,)) for each in (short(90, "far"), short(2, "near")))
-    points = tuple(StudyPoint(index, {}, result) for index, result in enumerate((far, far, near, far, near)))
-    failed = StudyPoint(5, {}, None, "no such_file: x")
-    study = replace(a_study(), axes={}, constraints=(), points=(*points, failed))
+    outcomes = Outcomes.of([far, far, near, far, near, "no such_file: x"])
+    study = replace(a_study(), axes={"a.b": tuple(range(6))}, constraints=(), outcomes=outcomes)
     table = reasons_table(study)
     assert [[cell.text for cell in row] for row in table.rows] == [
         ["resource", "block RAMs", "5", "2", "2", "near"],
@@ -261,12 +256,9 @@ def test_a_front_that_rises_is_listed_from_the_top() -> None:
 
 def test_a_study_with_nothing_feasible_or_nothing_at_all_has_tables() -> None:
     study = a_study()
-    hopeless = replace(study, points=study.points[18:], axes=study.axes)
-    hopeless = replace(
-        hopeless, points=tuple(replace(point, index=i) for i, point in enumerate(hopeless.points))
-    )
+    hopeless = a_hopeless_study()
     assert front_table(hopeless).rows == best_table(hopeless).rows == ()
-    empty = replace(study, points=(), objectives=())
+    empty = replace(study, axes={"a.b": ()}, outcomes=Outcomes.of([]), objectives=())
     assert front_table(empty).rows == study_table(empty).rows == reasons_table(empty).rows == ()
 
 
@@ -361,13 +353,17 @@ def test_results_side_by_side_say_what_was_asked() -> None:
     asked = "asked: task path, from each of 64 starts; maze of 72 × 132 cells, goal (3, 128)"
     assert table.title == f"Comparison, {asked}"
     study = a_study()
-    points = tuple(
-        replace(point, result=point.result.model_copy(update={"task": a_task(question=str(point.index % 2))}))
-        for point in study.points
-        if point.result is not None
+    outcomes = Outcomes.of(
+        [
+            point.result.model_copy(update={"task": a_task(question=str(point.index % 2))})
+            for point in study.points
+            if point.result is not None
+        ]
     )
-    assert front_table(replace(study, points=points)).notes[0].startswith("2 different questions were asked")
-    winners = winners_table(replace(study, points=points), axis="relax.schedule")
+    assert (
+        front_table(replace(study, outcomes=outcomes)).notes[0].startswith("2 different questions were asked")
+    )
+    winners = winners_table(replace(study, outcomes=outcomes), axis="relax.schedule")
     assert winners is not None
     assert {row[-1].text.count("another question") for row in winners.rows} == {2}
     assert winners.notes[0].endswith("none in 12")

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 from explore_fakes import mission, result
 
-from codesign.exploration.designs import StudyPoint
+from codesign.exploration.outcomes import Outcomes
 from codesign.exploration.study import Study
 from codesign.figures import FIGURES, ResultFigure
 from codesign.report import render_text, study_csv, study_table, winners_table
@@ -33,12 +33,8 @@ def study(
         "map.rows": tuple(dict.fromkeys(rows for _, rows in cells)),
         "fpga.clock": ("100 MHz",),
     }
-    points = []
-    for index, values in enumerate(itertools.product(*axes.values())):
-        found = cells[values[0], values[1]]
-        failure = "too large" if found is None else None
-        points.append(StudyPoint(index, dict(zip(axes, values, strict=True)), found, failure))
-    return Study("bench", "maze", axes, objectives, (), tuple(points))
+    outcomes = [cells[variant, rows] or "too large" for variant, rows, _ in itertools.product(*axes.values())]
+    return Study("bench", "maze", axes, objectives, (), Outcomes.of(outcomes))
 
 
 UNPRICED = "not assessed: the result has no terms"
@@ -152,11 +148,8 @@ def test_of_whole_problems_only_what_differs_is_told() -> None:
         "workload.problem": tuple(problems),
         "workload.variant": ("base", "b"),
     }
-    points = tuple(
-        StudyPoint(index, dict(zip(axes, values, strict=True)), result(seconds=1 + index))
-        for index, values in enumerate(itertools.product(*axes.values()))
-    )
-    made = Study("bench", "maze", axes, (F["first_plan_s"],), (), points)
+    outcomes = Outcomes.of([result(seconds=1 + index) for index in range(4)])
+    made = Study("bench", "maze", axes, (F["first_plan_s"],), (), outcomes)
     table = winners_table(made)
     assert table is not None
     assert [row[0] for row in texts(table)] == ["rows 10, goals 9, 3", "rows 20, goals 19, 3"]
@@ -178,6 +171,6 @@ def test_values_that_are_alike_for_long_are_still_told_apart() -> None:
         axes,
         (F["first_plan_s"],),
         (),
-        (StudyPoint(0, {"workload.scenario": {**same, "last": 1}}, result()),),
+        Outcomes.of([result(), None]),
     )
     assert axis_levels(made, "workload.scenario") == ["last 1", "last 2"]

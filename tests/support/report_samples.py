@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import itertools
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
-from codesign.exploration.designs import StudyPoint
+import numpy as np
+
+from codesign.exploration.outcomes import Outcomes
 from codesign.exploration.study import Study
 from codesign.figures import FIGURES, Figure, Status
 from codesign.inputs.constraint import Constraint
@@ -235,7 +237,7 @@ def a_task(**changes: Any) -> TaskFigures:
 
 
 def a_study(points: int = 24, **changes: Any) -> Study:
-    """Points over four axes, of which one is fixed; the largest blocks do not fit."""
+    """So many points, a multiple of 8, over four axes, of which one is fixed; the largest blocks do not fit."""
     blocks = [[12, 22], [24, 44], [36, 66], [48, 88]]
     schedules = [{"first": 7, "step": 8, "last": 63}, [15, 31]]
     sides = max(1, -(-points // (len(blocks) * len(schedules))))
@@ -247,7 +249,7 @@ def a_study(points: int = 24, **changes: Any) -> Study:
         "fpga.part": ("XC2V6000-4",),
     }
     outcomes = []
-    for index, values in enumerate(itertools.islice(itertools.product(*axes.values()), points)):
+    for values in itertools.product(*axes.values()):
         block, count, schedule, _part = values
         cells = block[0] * block[1]
         last = 63 if isinstance(schedule, dict) else 31
@@ -257,16 +259,23 @@ def a_study(points: int = 24, **changes: Any) -> Study:
             share=1 - 1 / (last + count),
             energy=0.004 * last / 31 * (1 + cells / 3000),
         )
-        outcomes.append(StudyPoint(index, dict(zip(axes, values, strict=True)), result))
+        outcomes.append(result)
     fields: dict[str, Any] = {
         "platform": "virtex2-pci",
         "workload": "labyrinth",
         "axes": axes,
         "objectives": OBJECTIVES,
         "constraints": (Constraint(figure=FIGURES["share_reaching_goal"], at_least=0.9),),
-        "points": tuple(outcomes),
+        "outcomes": Outcomes.of(outcomes),
     }
     return Study(**(fields | changes))
+
+
+def a_hopeless_study() -> Study:
+    """The designs of ``a_study`` with the largest blocks: none fits."""
+    study = a_study()
+    axes = {**study.axes, "relax.block": study.axes["relax.block"][3:]}
+    return replace(study, axes=axes, outcomes=study.outcomes.chosen(np.arange(18, 24)))
 
 
 @dataclass(frozen=True)

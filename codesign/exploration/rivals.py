@@ -1,0 +1,92 @@
+"""The points of a study that are compared by single figures: those that are feasible and reached their goals."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from codesign.errors import CodesignError
+from codesign.exploration.aggregation import Floats
+from codesign.exploration.outcomes import PRICED
+from codesign.figures import ResultFigure
+from codesign.results.result import Result
+from codesign.verdicts import Verdict, winner_verdict
+
+if TYPE_CHECKING:
+    from codesign.exploration.study import Study
+
+
+class StudyRivals:
+    """Points of a study by their positions in ``points``, which has their indices. See ``verdicts.rivals.Rivals``."""
+
+    def __init__(self, study: Study, points: NDArray[np.intp]) -> None:
+        self.points = points
+        self._study, self._outcomes = study, study.outcomes
+        self._verdicts: dict[ResultFigure, Verdict] = {}
+
+    def verdict(self, figure: ResultFigure) -> Verdict:
+        """Whether the best point by a figure is the best at every value inside all intervals.
+
+        Not assessed where points would have to be simulated, and the files of the study are missing.
+        """
+        if figure not in self._verdicts:
+            try:
+                self._verdicts[figure] = winner_verdict(self, figure)
+            except CodesignError as wrong:
+                values = self.values(figure)
+                best = np.nanargmax(values) if figure.maximise else np.nanargmin(values)
+                reason = str(wrong).partition("\n")[0]
+                self._verdicts[figure] = Verdict(
+                    state="not assessed", figure=figure.name, holds=True, reason=reason, winner=int(best)
+                )
+        return self._verdicts[figure]
+
+    def values(self, figure: ResultFigure) -> Floats:
+        """The figure of each; NaN: none."""
+        if figure.name in PRICED:
+            return self._outcomes.figures[figure.name][self.points]
+
+        # A design without a chip is compared by what it has, not as one that takes nothing.
+        def value(template: Result) -> float:
+            held = template.figure(figure)
+            return math.nan if held is None else held
+
+        return np.asarray(self._of_each(value), np.float64)
+
+    def ends(self, figure: ResultFigure) -> tuple[Floats, Floats]:
+        """The ends of the interval of the figure of each; NaN: it has none, or the figure is no sum of terms."""
+        low, high = (each[self.points] for each in self._outcomes.bounds(figure))
+        whole = self._outcomes.whole
+        # Power has an interval of its own, whatever the terms; a result that has none is not assessed.
+        termless = [
+            number in whole and each.terms is None for number, each in enumerate(self._outcomes.templates)
+        ]
+        return np.where(np.array(termless, np.bool_)[self._outcomes.which[self.points]], math.nan, low), high
+
+    def assessed(self, why_not: Callable[[Result], str]) -> NDArray[np.bool_]:
+        """Whether there is no reason against a verdict in what each has in common with others."""
+        return np.asarray(self._of_each(lambda template: not why_not(template)), np.bool_)
+
+    def at_hand(self, position: int) -> bool:
+        """Whether the full result of one was kept, or has to be simulated."""
+        return int(self._outcomes.which[self.points[position]]) in self._outcomes.whole
+
+    def result(self, position: int) -> Result:
+        """The full result of one."""
+        result = self._study.result(int(self.points[position]))
+        assert result is not None, "a feasible point"
+        return result
+
+    def shared(self, position: int) -> Result:
+        """What the result of one has in common with those of other points."""
+        template = self._outcomes.template(int(self.points[position]))
+        assert template is not None, "a feasible point"
+        return template
+
+    def _of_each(self, measure: Callable[[Result], object]) -> NDArray[np.generic]:
+        table = np.array([measure(template) for template in self._outcomes.templates])
+        return np.asarray(table[self._outcomes.which[self.points]])
