@@ -101,9 +101,9 @@ def _groups(study: Study, points: Flags) -> Iterator[tuple[tuple[Reason, ...], I
     count = len(outcomes.reasons) + 1
     numbers = outcomes.which[indices].astype(np.int64) * count + outcomes.reason[indices] + 1
     order = np.argsort(numbers, kind="stable")
-    groups, begins = np.unique(numbers[order], return_index=True)
-    for number, begin, end in zip(groups.tolist(), begins, [*begins[1:], len(order)], strict=True):
-        members = indices[order[begin:end]]
+    groups, begins, counts = np.unique(numbers[order], return_index=True, return_counts=True)
+    for number, begin, length in zip(groups.tolist(), begins, counts, strict=True):
+        members = indices[order[begin : begin + length]]
         template, reason = divmod(number, count)
         more = (outcomes.reasons[reason - 1],) if reason else ()
         yield (*outcomes.templates[template].reasons, *more), members

@@ -30,15 +30,7 @@ from codesign.units import PICOSECONDS_PER_SECOND
 
 Numbers = NDArray[np.intp]
 
-PRICED = (
-    "plan_time_worst_s",
-    "plan_time_mean_s",
-    "plan_time_95_s",
-    "first_plan_s",
-    "cycles",
-    "power",
-    "energy_j",
-)
+PRICED = ("plan_time_worst_s", "plan_time_mean_s", "plan_time_95_s", "first_plan_s", "cycles", "power", "energy_j")
 """The figures that prices move. All others are those of the template."""
 
 
@@ -120,10 +112,7 @@ def price(system: System, specs: Specs, memo: Memo) -> Priced:
     runs = np.array([not template.reasons for template in templates])[which] & (reason < 0)
     figures = {name: np.full(count, math.nan) for name in PRICED}
     planning = boards.get(system.component)
-    watts = {
-        name: (board.static[specs.which[name]], board.dynamic[specs.which[name]])
-        for name, board in boards.items()
-    }
+    watts = {name: (board.static[specs.which[name]], board.dynamic[specs.which[name]]) for name, board in boards.items()}
     shown = next((name for name in (system.component, *_apart(system)) if name in boards), None)
     if shown is not None:
         static, dynamic = watts[shown]
@@ -139,7 +128,9 @@ def price(system: System, specs: Specs, memo: Memo) -> Priced:
     return Priced(tuple(templates), which, figures, tuple(reasons), reason)
 
 
-def _fitted(system: System, specs: Specs, boards: Mapping[str, _Board]) -> tuple[tuple[Result, ...], Numbers]:
+def _fitted(
+    system: System, specs: Specs, boards: Mapping[str, _Board]
+) -> tuple[tuple[Result, ...], Numbers]:
     """A result without a run for each kind of part, and the one of each machine."""
     head = head_fields(system)
     used = [name for name in (system.component, *_apart(system)) if name in boards]
@@ -252,9 +243,7 @@ def _run(
         "quality": quality,
         "task": task_figures(system, arrivals, of_first),
         "reasons": () if short is None else (short,),
-        "utilisation": {
-            name: float(each.busy[0] > 0) for name, each in {**machines.by_name, **machines.links}.items()
-        },
+        "utilisation": {name: float(each.busy[0] > 0) for name, each in {**machines.by_name, **machines.links}.items()},
         "links": {name: _link_use(link) for name, link in machines.links.items()},
         "displays": {},
     }
@@ -279,9 +268,7 @@ def _mean_energy(requests: Requests) -> Column:
 
 def _link_use(link: Any) -> LinkUse:
     """The account of a link: how many messages and bits, which no price moves."""
-    return LinkUse.model_construct(
-        sent=link.sent, delivered=link.sent, bits=link.bits, dropped={}, in_flight=0
-    )
+    return LinkUse.model_construct(sent=link.sent, delivered=link.sent, bits=link.bits, dropped={}, in_flight=0)
 
 
 def _ran(template: Result, fields: Mapping[str, Any]) -> Result:

@@ -14,6 +14,7 @@ from codesign.inputs.components import (
     FpgaComponent,
     MemoryComponent,
     ProcessorComponent,
+
     RobotComponent,
 )
 from codesign.inputs.host_file import ProcessorPower
