@@ -6,6 +6,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 _BLOCK = 512
+_PIVOTS = 64
+_FEW = 4096
+_WORTHWHILE = 0.05
+"""Points are pruned as long as a round of pivots removes this share of those that are left."""
 
 
 def non_dominated(values: ArrayLike, maximise: ArrayLike) -> NDArray[np.bool_]:
@@ -29,12 +33,57 @@ def non_dominated(values: ArrayLike, maximise: ArrayLike) -> NDArray[np.bool_]:
     costs = np.asarray(values, dtype=np.float64).reshape(-1, len(maximise))
     # The zero added makes -0.0 and 0.0 one value, so that they are one row below as well.
     costs = np.where(maximise, -costs, costs) + 0.0
-    complete = ~np.isnan(costs).any(axis=1)
+    left = np.flatnonzero(~np.isnan(costs).any(axis=1))
+    left = left[_pruned(costs[left])]
+    rows = costs[left]
+    # Equal rows stand or fall together.
+    order = np.lexsort(rows.T[::-1]) if len(rows) else left
+    rows = rows[order]
+    first = np.ones(len(rows), dtype=bool)
+    first[1:] = (rows[1:] != rows[:-1]).any(axis=1)
     chosen = np.zeros(len(costs), dtype=bool)
-    if complete.any():
-        distinct, which = np.unique(costs[complete], axis=0, return_inverse=True)
-        chosen[complete] = _distinct_front(distinct)[which.reshape(-1)]
+    chosen[left[order]] = _distinct_front(rows[first])[np.cumsum(first) - 1]
     return chosen
+
+
+def _pruned(rows: NDArray[np.float64]) -> NDArray[np.intp]:
+    """The rows that are left when those that a few good ones dominate are removed: most, where there are many.
+
+    What is good decides how many are left, not what is on the front.
+    """
+    left = np.arange(len(rows))
+    score = _places(rows)
+    while len(left) > _FEW:
+        before = len(left)
+        pivots = left[np.argpartition(score[left], _PIVOTS)[:_PIVOTS]]
+        for pivot in pivots[np.argsort(score[pivots])]:
+            left = left[~_dominated(rows, left, rows[pivot])]
+        # The next round takes others.
+        score[pivots] = np.iinfo(score.dtype).max
+        if len(left) > (1 - _WORTHWHILE) * before:
+            break
+    return left
+
+
+def _places(rows: NDArray[np.float64]) -> NDArray[np.int64]:
+    """The sum of the places of each row among some rows, by objective: little for a good row, in whatever units."""
+    some = np.sort(rows[:: max(1, len(rows) // 1000)], axis=0)
+    places = np.zeros(len(rows), np.int64)
+    for column, sample in zip(rows.T, some.T, strict=True):
+        places += np.searchsorted(sample, column)
+    return places
+
+
+def _dominated(
+    rows: NDArray[np.float64], left: NDArray[np.intp], pivot: NDArray[np.float64]
+) -> NDArray[np.bool_]:
+    """Which of the rows that are left the pivot dominates."""
+    above = np.arange(len(left))
+    for column, value in zip(rows.T, pivot, strict=True):
+        above = above[column[left[above]] >= value]
+    dominated = np.zeros(len(left), dtype=bool)
+    dominated[above] = (rows[left[above]] > pivot).any(axis=1)
+    return dominated
 
 
 def _distinct_front(rows: NDArray[np.float64]) -> NDArray[np.bool_]:

@@ -90,12 +90,12 @@ def variance_shares(levels: Levels, values: Values) -> list[tuple[float | None, 
     centred = values - values.mean()
     whole = float(centred @ centred)
     varies = whole > count * (NO_SPREAD * float(np.abs(values).max())) ** 2
-    explained = _explained(levels, centred) if varies else 0.0
+    model = _Additive(levels, centred) if varies else None
+    explained = 0.0 if model is None else model.explained()
     shares: list[tuple[float | None, float | None, float]] = []
     for axis in range(axes):
-        others = np.delete(levels, axis, axis=1)
-        inside, paired = _inside_groups(others, centred)
-        main = (explained - _explained(others, centred)) / whole if varies else None
+        inside, paired = _inside_groups(np.delete(levels, axis, axis=1), centred)
+        main = None if model is None else (explained - model.explained(without=axis)) / whole
         total = inside / whole if varies else None
         shares.append((_share(main), _share(total), paired))
     return shares
@@ -108,33 +108,40 @@ def _share(value: float | None) -> float | None:
 
 def _inside_groups(others: Levels, centred: Values) -> tuple[float, float]:
     """The sum of squares inside the groups of equal rows, and the share of the rows in groups of several."""
-    _, group = (
-        np.unique(others, axis=0, return_inverse=True) if others.shape[1] else (None, np.zeros(len(centred)))
-    )
-    number = np.asarray(group, np.intp).reshape(-1)
+    number = np.zeros(len(centred), np.int64)
+    for column in others.T:
+        number = number * (int(column.max()) + 1) + column
+    if len(centred) and number.max() > 4 * len(centred):
+        number = np.unique(number, return_inverse=True)[1].reshape(-1)
     sizes = np.bincount(number)
-    means = np.bincount(number, centred) / sizes
+    means = np.bincount(number, centred) / np.maximum(sizes, 1)
     left = centred - means[number]
     return float(left @ left), float((sizes[number] > 1).mean())
 
 
-def _explained(levels: Levels, centred: Values) -> float:
-    """The sum of squares that the additive model explains, by its normal equations.
+class _Additive:
+    """The additive model of a figure by its normal equations, of all axes or without one of them.
 
     A column of the model says whether a design has one value of one axis. The products of two columns are counts.
     """
-    if not levels.shape[1]:
-        return 0.0
-    sizes = levels.max(axis=0) + 1
-    begins = np.concatenate([[0], np.cumsum(sizes)])
-    columns = levels + begins[:-1]
-    width = int(begins[-1])
-    products = np.zeros((width, width))
-    for left in range(levels.shape[1]):
-        for right in range(levels.shape[1]):
-            products += np.bincount(
-                columns[:, left] * width + columns[:, right], minlength=width * width
-            ).reshape(width, width)
-    sums = np.bincount(columns.reshape(-1), np.repeat(centred, levels.shape[1]), minlength=width)
-    fitted = np.linalg.lstsq(products, sums, rcond=1e-10)[0]
-    return float(fitted @ sums)
+
+    def __init__(self, levels: Levels, centred: Values) -> None:
+        sizes = levels.max(axis=0) + 1 if len(levels) else np.zeros(levels.shape[1], np.intp)
+        self._axis = np.repeat(np.arange(len(sizes)), sizes)
+        width = len(self._axis)
+        columns = [column + begin for column, begin in zip(levels.T, np.cumsum(sizes) - sizes, strict=True)]
+        self._products = np.zeros((width, width))
+        self._sums = np.zeros(width)
+        for number, left in enumerate(columns):
+            self._sums += np.bincount(left, centred, minlength=width)
+            for right in columns[number:]:
+                counts = np.bincount(left * width + right, minlength=width * width).reshape(width, width)
+                self._products += counts if left is right else counts + counts.T
+
+    def explained(self, without: int = -1) -> float:
+        """The sum of squares that the model explains."""
+        kept = np.flatnonzero(self._axis != without)
+        if not len(kept):
+            return 0.0
+        fitted = np.linalg.lstsq(self._products[np.ix_(kept, kept)], self._sums[kept], rcond=1e-10)[0]
+        return float(fitted @ self._sums[kept])
