@@ -19,7 +19,15 @@ from codesign.results.result import Reason, Result
 Column = NDArray[np.float64]
 Numbers = NDArray[np.int32]
 
-PRICED = ("plan_time_worst_s", "plan_time_mean_s", "plan_time_95_s", "first_plan_s", "cycles", "power", "energy_j")
+PRICED = (
+    "plan_time_worst_s",
+    "plan_time_mean_s",
+    "plan_time_95_s",
+    "first_plan_s",
+    "cycles",
+    "power",
+    "energy_j",
+)
 """The figures that prices move, by name. All others are those of the template."""
 
 

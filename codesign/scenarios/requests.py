@@ -6,9 +6,11 @@ Where a plan serves every start, starts that are answered alike (``Planner.answe
 from __future__ import annotations
 
 import math
-from collections.abc import Generator, Mapping
+from collections.abc import Generator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
+
+import numpy as np
 
 from codesign.inputs.problem import ProblemSpec
 from codesign.memo import Memo
@@ -57,10 +59,18 @@ class Requests:
     def joules(self) -> dict[str, float]:
         """The energy a request, mean over all."""
         # fsum rounds once, so that no sum depends on the order of the starts.
-        return {
-            part: math.fsum(request.joules[part] for request in self.all) / len(self.all)
-            for part in self.first.joules
-        }
+        return {part: _mean([request.joules[part] for request in self.all]) for part in self.first.joules}
+
+
+def _mean(values: Sequence[Any]) -> Any:
+    """The mean of numbers, or of arrays entry by entry; each sum is rounded once."""
+    if not any(np.ndim(value) for value in values):
+        return math.fsum(values) / len(values)
+    if all(value is values[0] for value in values):
+        # A product is rounded once, as a sum of as many equals is.
+        return values[0] * len(values) / len(values)
+    columns = np.broadcast_arrays(*values)
+    return np.array([math.fsum(entries) for entries in zip(*columns, strict=True)]) / len(values)
 
 
 def requests_of(machine: PlanMachine, boards: Boards, memo: Memo | None) -> Requests:

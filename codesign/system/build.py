@@ -7,17 +7,12 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 from codesign.errors import CodesignError, RunError, SpecError
-from codesign.inputs import Platform
 from codesign.inputs.components import (
-    BusyPower,
     DisplayComponent,
     FpgaComponent,
     MemoryComponent,
     ProcessorComponent,
-
-    RobotComponent,
 )
-from codesign.inputs.host_file import ProcessorPower
 from codesign.planners.interface import Planner
 from codesign.planners.styles import Exchange, Step
 from codesign.planners.task_graph import Flow
@@ -26,6 +21,7 @@ from codesign.results.ledger import BEGINS, CYCLES, Ledger, Spent
 from codesign.system.assemble import building_order, component_of, display_of, link_of, refused
 from codesign.system.bind import System
 from codesign.system.messages import Content, LostMessageError, Messages, Routes
+from codesign.system.ran import spec_of
 
 if TYPE_CHECKING:
     from codesign.components import BlockRam, ClockDomain, Component, Granularity
@@ -128,7 +124,7 @@ class Machine:
 
     def watts(self, name: str) -> tuple[float, float]:
         """What a processor, memory or link with declared power draws while it works and while it does not, W."""
-        power = power_of(self.system.platform, name)
+        power = spec_of(self.system, name).power
         return power.busy.value, power.idle.value
 
     @property
@@ -387,14 +383,6 @@ class Machine:
         for content, words in memory.words.items():
             ram.allocate(content, words)
         return ram
-
-
-def power_of(platform: Platform, name: str) -> ProcessorPower | BusyPower:
-    """The declared power of a processor, memory or link."""
-    spec = platform.links[name] if name in platform.links else platform.components[name]
-    assert not isinstance(spec, FpgaComponent | DisplayComponent | RobotComponent), "asked of no other"
-    assert spec.power is not None, "asked only where it is declared"
-    return spec.power
 
 
 def build(system: System, listeners: Sequence[Listener], granularity: Granularity) -> Machine:

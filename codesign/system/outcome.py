@@ -19,7 +19,7 @@ from codesign.system.bind import System
 from codesign.system.build import Machine
 from codesign.system.calibrated import calibration_notes, laws_of
 from codesign.system.chain import Answer
-from codesign.system.energy import board_powers, energy, idle_boards
+from codesign.system.energy import Spender, board_powers, energy, idle_boards
 from codesign.system.fit import TellLevers, clock_notes, fit
 from codesign.system.problem_map import length_error
 from codesign.units import PICOSECONDS_PER_SECOND
@@ -145,7 +145,7 @@ def times_until(answer: Answer) -> Times:
     )
 
 
-def quality_of(machine: Machine, answer: Answer, memo: Memo | None) -> Any:
+def quality_of(machine: Spender, answer: Answer, memo: Memo | None) -> Any:
     """The planner's judgement of an answer: computed once for each problem and plan."""
     planner = machine.system.planner
     key = ("quality", planner.name, answer.problem.digest, planner.identity(answer.plan))
