@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,14 +10,14 @@ import numpy as np
 
 from codesign.figures import Figure
 from codesign.pricing.boards import Numbers
-from codesign.pricing.machines import Column, Specs, half_bits_of
+from codesign.pricing.machines import Played, Specs, half_bits_of
 from codesign.results.ledger import Ledger
 from codesign.results.result import Power
-from codesign.scenarios.requests import Requests
 from codesign.system.bind import System
 from codesign.system.terms import TIMES, plan_terms
 
-Ends = dict[str, tuple[Column, Column]]
+Ends = dict[str, tuple[Any, Any]]
+"""By figure, the least and the greatest value: an entry a machine, or one number for all."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,31 +61,33 @@ class _Ran:
 
 
 def intervals_of(
-    requests: Requests, specs: Specs, chosen: Numbers, powers: Mapping[str, Power], system: System
+    system: System,
+    specs: Specs,
+    chosen: Numbers,
+    played: Sequence[Played],
+    of_starts: Sequence[int],
+    powers: Mapping[str, Power],
 ) -> Ends:
     """The least and the greatest value of each time of a plan and of its energy, by figure.
 
     Args:
-        requests: of all machines. specs: of the ``chosen`` ones alone, which have one part in each FPGA.
-        powers: of each FPGA on them.
-        system: that they are of.
+        system: that the machines are of. specs: of the ``chosen`` ones alone, which have one part in each FPGA.
+        played: the requests that differ, on all machines. of_starts: the number of the request of each start.
+        powers: of each FPGA on the chosen machines.
     """
-    ledgers: dict[int, Ledger] = {}
-
-    def own(ledger: Ledger) -> Ledger:
-        if id(ledger) not in ledgers:
-            copied = Ledger()
-            copied.work = ledger.work
-            for key, spent in ledger.spent.items():
-                copied.spent[key] = spent[chosen] if np.ndim(spent) else spent
-            ledgers[id(ledger)] = copied
-        return ledgers[id(ledger)]
-
-    terms = plan_terms(
-        _Ran(system, specs),
-        own(requests.first.before.ledger),
-        [own(each) for each in requests.ledgers],
-        powers,
-    )
+    ledgers = [_of_some(each.ledger, chosen) for each in played]
+    replans = played[0].first is not played[0].ledger
+    first = _of_some(played[0].first, chosen) if replans else ledgers[0]
+    terms = plan_terms(_Ran(system, specs), first, [ledgers[number] for number in of_starts], powers)
     ends = {name: terms.interval(name) for name in (*TIMES, "energy_j")}
     return {name: each for name, each in ends.items() if each is not None}
+
+
+def _of_some(ledger: Ledger, chosen: Numbers) -> Ledger:
+    """The books of some of the machines."""
+    some = Ledger()
+    some.work = ledger.work
+    for key, spent in ledger.spent.items():
+        of_all: Any = spent
+        some.spent[key] = of_all[chosen] if np.ndim(of_all) else of_all
+    return some

@@ -1,13 +1,13 @@
-"""Many machines side by side: one chain of a plan, with an array of times in the place of a simulation.
+"""Many machines side by side: what a computation makes them do, with arrays of times in the place of a simulation.
 
-A plan that nothing else contends with is a chain: a message, the steps of a component, a message. So no event decides
-what comes next, and the same chain (``plan_chain``) runs on many machines at once. They differ in what their components
-and links cost: clocks, rates, widths, costs of kernels. Times are int64 arrays of picoseconds, one entry a machine.
+A plan that nothing else contends with is a chain of acts: a message, the work of a component, a message. So no event
+decides what comes next, and many machines do it at once. They differ in what their components and links cost: clocks,
+rates, widths, costs of kernels. Times are int64 arrays of picoseconds, one entry a machine.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -18,13 +18,11 @@ from codesign.figures import Figure
 from codesign.inputs.components import FpgaComponent, MemoryComponent, ProcessorComponent
 from codesign.inputs.links import BusLink, IdealLink, SerialLink
 from codesign.models import SpecModel
-from codesign.planners.styles import Exchange, Step
-from codesign.planners.task_graph import Flow
+from codesign.pricing.computation import BITS, Act, Recorded
 from codesign.pricing.edges import Clocks, Times
 from codesign.results.ledger import BEGINS, CYCLES, Ledger, Spent
 from codesign.system.bind import System
-from codesign.system.build import planner_steps
-from codesign.system.messages import Content, Routes
+from codesign.system.energy import joules
 
 Column = NDArray[np.float64]
 
@@ -159,14 +157,27 @@ def half_bits_of(spec: SerialLink, bits: int) -> int:
     return -(-bits // spec.data_bits) * frame
 
 
+@dataclass(frozen=True, eq=False)
+class Played:
+    """A request on many machines.
+
+    - ``times``: when each act had ended, ps; ``times[0]`` is the begin.
+    - ``ledger``: of the request. ``first``: of its first plan, which of a replan is that before the change.
+    - ``machines``: after it. ``joules``: the parts of the energy from the request on, by name.
+    """
+
+    times: tuple[Times, ...]
+    ledger: Ledger
+    first: Ledger
+    machines: Machines
+    joules: Mapping[str, Column]
+
+
 class Machines:
     """As many machines as ``specs`` has, at time 0, of one bound system but for what their components cost.
 
-    It has what ``plan_chain`` and ``joules`` ask of a machine. ``now``: ps. ``by_name``, ``links``: components and
-    links, each with its ``busy``.
+    ``now``: ps. ``by_name``, ``links``: components and links, each with its ``busy``, ps.
     """
-
-    listening = False
 
     def __init__(self, system: System, specs: Specs) -> None:
         self.system, self.specs = system, specs
@@ -181,20 +192,23 @@ class Machines:
             elif isinstance(spec, MemoryComponent):
                 self.by_name[name] = _Resource(specs.count)
         self.links = {name: _link(specs, name) for name in platform.links}
-        self._routes = Routes(platform)
         self._spent: dict[str, Times] = {}
 
-    def run(self, process: Generator[Any, Any, None]) -> None:
-        """Run a chain to its end: it waits for nothing."""
-        for _ in process:
-            raise AssertionError("a chain on machines side by side waits for no event")
-
-    def another(self) -> Machines:
-        """The same machines at time 0."""
-        return Machines(self.system, self.specs)
+    def play(self, request: Recorded, watts: Mapping[str, tuple[Column, Column]]) -> Played:
+        """Do the acts of a request. ``watts``: static and dynamic power of each FPGA."""
+        times, ledger = [self.now], Ledger()
+        first, before = ledger, None
+        for number, act in enumerate(request.acts):
+            if request.before and number == request.before:
+                before, first, ledger = joules(self, watts), ledger, Ledger()
+            self._do(act, ledger)
+            times.append(self.now)
+        whole = joules(self, watts)
+        since = whole if before is None else {part: value - before[part] for part, value in whole.items()}
+        return Played(tuple(times), ledger, first, self, since)
 
     def watts(self, name: str) -> tuple[Column, Column]:
-        """What a processor or link draws while it works and while it does not, W."""
+        """What a processor, memory or link draws while it works and while it does not, W."""
         specs = self.specs
         busy = specs.measure(name, lambda spec: spec.power.busy.value)
         return busy, specs.measure(name, lambda spec: spec.power.idle.value)
@@ -206,123 +220,35 @@ class Machines:
             return dict(planning.phases)
         return {phase: planning.clocks.at_or_after(spent) for phase, spent in self._spent.items()}
 
-    def follow_up(self, task: str) -> None:
-        """Nothing: a workload with tasks of its own is simulated."""
-
-    def carry(
-        self,
-        flow: Flow,
-        ledger: Ledger | None = None,
-        *,
-        bits: int | None = None,
-        priority: int = 0,  # noqa: ARG002 - nothing contends
-        content: Content | None = None,
-    ) -> Generator[Any, Any, Any]:
-        """Process generator: a message over every link between two tasks."""
-        places = self.system.placement.places
-        origin, target = places[flow.sender], places[flow.receiver]
-        for hop in self._routes.between(origin, target) if origin != target else ():
-            if hop.links:
-                (name,) = hop.links
-                link, size = self.links[name], flow.bits if bits is None else bits
-                self.now = link.send(self.now, size)
-                if ledger is not None:
-                    ledger.spent[Spent.WAIT, name] += link.waited
-                    ledger.count(name, flow.name, size, 1)
-        return content
-        yield
-
-    def plan(
-        self, steps: Generator[Step, None, Any], ledger: Ledger | None = None
-    ) -> Generator[Any, Any, Any]:
-        """Process generator: the steps of the planner's style on its component."""
-        return (yield from self._run(self.system.component, steps, self.system.architecture.kernel, ledger))
-
-    def perform(
-        self,
-        task: str,
-        steps: Generator[Step, None, Any],
-        ledger: Ledger | None = None,
-        *,
-        priority: int = 0,  # noqa: ARG002 - nothing contends
-    ) -> Generator[Any, Any, Any]:
-        """Process generator: the steps of a task's own style on its component."""
-        placement = self.system.placement
-        return (yield from self._run(placement.places[task], steps, placement.styles[task].kernel, ledger))
-
-    def _run(
-        self, name: str, steps: Generator[Step, None, Any], kernel: str, ledger: Ledger | None
-    ) -> Generator[Any, Any, Any]:
-        steps = planner_steps(self.system.planner, steps)
-        component, ledger = self.by_name[name], Ledger() if ledger is None else ledger
-        if isinstance(component, _Fpga):
-            return (yield from self._on_fpga(name, component, steps, ledger))
-        return (yield from self._on_processor(name, component, steps, kernel, ledger))
-
-    def _on_fpga(
-        self, name: str, fpga: _Fpga, steps: Generator[Step, None, Any], ledger: Ledger
-    ) -> Generator[Any, Any, Any]:
-        while True:
-            # From the next edge, the steps follow each other without a gap.
-            first, cycles = fpga.clocks.at_or_after(self.now), 0
-            begin = fpga.clocks.edge(first)
-            ledger.count(name, "", BEGINS, 1)
-            ledger.spent[Spent.WAIT, name] += begin - self.now
-            exchange, output = None, None
-            while exchange is None:
-                try:
-                    step = next(steps)
-                except StopIteration as done:
-                    output = done.value
-                    break
-                if isinstance(step, Exchange):
-                    exchange = step
-                    break
-                amount = int(step.cycles.sum())
-                fpga.phases[step.phase] = fpga.phases.get(step.phase, 0) + amount
-                ledger.count(name, step.phase, CYCLES, amount)
-                cycles += amount
-            end = fpga.clocks.edge(first + cycles)
-            fpga.busy = fpga.busy + (end - begin)
-            self.now = end
-            if exchange is None:
-                return output
-            yield from self._exchange(exchange, ledger)
-
-    def _on_processor(
-        self,
-        name: str,
-        processor: _Processor,
-        steps: Generator[Step, None, Any],
-        kernel: str,
-        ledger: Ledger,
-    ) -> Generator[Any, Any, Any]:
-        while True:
-            try:
-                step = next(steps)
-            except StopIteration as done:
-                return done.value
-            if isinstance(step, Exchange):
-                yield from self._exchange(step, ledger)
-                continue
-            units, wanted = int(step.cycles.sum()), step.kernel or kernel
-            if step.instead is not None and wanted not in processor.costs:
-                units, wanted = step.instead, kernel
-            if not units:
-                continue
-            spent = processor.costs[wanted] * units
+    def _do(self, act: Act, ledger: Ledger) -> None:
+        if act.unit == BITS:
+            link = self.links[act.where]
+            self.now = link.send(self.now, act.amount)
+            ledger.spent[Spent.WAIT, act.where] += link.waited
+            ledger.count(act.where, act.what, act.amount, 1)
+        elif act.unit == CYCLES:
+            self._work(self.by_name[act.where], act, ledger)
+        else:
+            processor = self.by_name[act.where]
+            spent = processor.costs[act.unit] * act.amount
             processor.busy = processor.busy + spent
             self.now = self.now + spent
-            ledger.count(name, step.phase, wanted, units)
-            if name == self.system.component:
-                self._spent[step.phase] = self._spent.get(step.phase, np.int64(0)) + spent
+            ledger.count(act.where, act.what, act.unit, act.amount)
+            if act.where == self.system.component:
+                self._spent[act.what] = self._spent.get(act.what, np.int64(0)) + spent
 
-    def _exchange(self, step: Exchange, ledger: Ledger) -> Generator[Any, Any, None]:
-        """A question to another task, that task, and its answer."""
-        asker, task = self.system.planner.planning_task, step.to
-        yield from self.carry(Flow(asker, task, f"{task} request", step.bits), ledger)
-        yield from self.perform(task, self.system.placement.styles[task].steps(self.system.job), ledger)
-        yield from self.carry(Flow(task, asker, f"{task} answer", step.answer_bits), ledger)
+    def _work(self, fpga: _Fpga, act: Act, ledger: Ledger) -> None:
+        """Cycles without a gap, from the next edge of the clock."""
+        first = fpga.clocks.at_or_after(self.now)
+        begin, end = fpga.clocks.edge(first), fpga.clocks.edge(first + act.amount)
+        ledger.count(act.where, "", BEGINS, 1)
+        waited: Any = begin - self.now
+        ledger.spent[Spent.WAIT, act.where] += waited
+        for phase, cycles in act.phases:
+            fpga.phases[phase] = fpga.phases.get(phase, 0) + cycles
+            ledger.count(act.where, phase, CYCLES, cycles)
+        fpga.busy = fpga.busy + (end - begin)
+        self.now = end
 
 
 def _link(specs: Specs, name: str) -> _Link:

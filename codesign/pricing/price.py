@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,18 +11,17 @@ import numpy as np
 
 from codesign.figures import FIGURES
 from codesign.inputs.components import DisplayComponent
-from codesign.memo import Memo
 from codesign.pricing.boards import Board, Numbers, boards_of, used_boards
+from codesign.pricing.computation import Computation, Recorded
+from codesign.pricing.edges import Times
 from codesign.pricing.intervals import intervals_of
-from codesign.pricing.machines import Column, Machines, Specs
+from codesign.pricing.machines import Column, Machines, Played, Specs
 from codesign.results.mission import LinkUse
 from codesign.results.result import Power, Reason, ResourceUse, Result
 from codesign.results.task import times_of
-from codesign.scenarios.plan_once import task_figures
-from codesign.scenarios.requests import Requests, requests_of
+from codesign.scenarios.requests import mean_of_requests
 from codesign.system.bind import System
-from codesign.system.outcome import head_fields, quality_of
-from codesign.system.trials import arrival_reason, arrivals_of
+from codesign.system.outcome import head_fields
 from codesign.units import PICOSECONDS_PER_SECOND
 
 PRICED = (
@@ -83,14 +82,14 @@ class Priced:
     reason: Numbers
 
 
-def price(system: System, specs: Specs, memo: Memo) -> Priced:
+def price(system: System, specs: Specs, computed: Callable[[], Computation]) -> Priced:
     """The outcomes of a bound system on machines that compute the same.
 
-    Equal to those of single runs to the last bit. ``system`` is one that ``why_alone`` lets price. ``memo`` shares
-    functional work with other systems.
+    Equal to those of single runs to the last bit. ``system`` is one that ``why_alone`` lets price. ``computed`` gives
+    what it computes (``record``); it is called where any of the machines fits.
 
     Raises:
-        RunError: the planner failed, or a time is beyond 64 bits.
+        RunError: a time is beyond 64 bits. All that ``computed`` raises.
     """
     boards = boards_of(system, specs)
     used = used_boards(system)
@@ -101,14 +100,14 @@ def price(system: System, specs: Specs, memo: Memo) -> Priced:
         _put_power(specs, used[0], boards[used[0]], figures, lows, highs)
     runs = np.array([not template.reasons for template in templates])[which] & (reason < 0)
     if runs.any():
-        requests, fields, priced = _run(system, specs, boards, memo)
+        computation = computed()
+        played, fields, priced = _run(system, specs, boards, computation)
         for name, values in priced.items():
             figures[name][runs] = values[runs]
         for number in np.unique(which[runs]):
             chosen = np.flatnonzero(runs & (which == number))
-            ends = intervals_of(
-                requests, specs.subset(chosen), chosen, _powers(specs, boards, chosen), system
-            )
+            own, powers = specs.subset(chosen), _powers(specs, boards, chosen)
+            ends = intervals_of(system, own, chosen, played, computation.of_starts, powers)
             for name, (low, high) in ends.items():
                 lows[name][chosen], highs[name][chosen] = low, high
         ran = [_ran(template, fields) for template in templates]
@@ -188,23 +187,20 @@ def _powers(specs: Specs, boards: Mapping[str, Board], chosen: Numbers) -> dict[
 
 
 def _run(
-    system: System, specs: Specs, boards: Mapping[str, Board], memo: Memo
-) -> tuple[Requests, dict[str, Any], dict[str, Column]]:
-    """The requests, the fields of a result that all machines share, and the figures that prices move."""
-    machines = Machines(system, specs)
+    system: System, specs: Specs, boards: Mapping[str, Board], computation: Computation
+) -> tuple[list[Played], dict[str, Any], dict[str, Column]]:
+    """The requests on the machines, the fields of a result that all share, and the figures that prices move."""
     watts = {name: board.watts(specs.which[name]) for name, board in boards.items()}
-    requests = requests_of(machines, watts, memo)
-    first = requests.first.answer
-    quality = quality_of(machines, first, memo)
-    arrivals = arrivals_of(system, first.problem, quality)
-    times = times_of([request.answer.parts for request in requests.all])
-    short = arrival_reason(arrivals)
+    played = [Machines(system, specs).play(request, watts) for request in computation.requests]
+    parts = [_parts(each, request) for each, request in zip(played, computation.requests, strict=True)]
+    times = times_of([parts[number] for number in computation.of_starts])
+    first, machines = computation.requests[0], played[0].machines
     components = {**machines.by_name, **machines.links}
     fields = {
-        **system.planner.figures(first.plan),
-        "quality": quality,
-        "task": task_figures(system, arrivals, {name: float(values[0]) for name, values in times.items()}),
-        "reasons": () if short is None else (short,),
+        **computation.figures,
+        "quality": computation.quality,
+        "task": computation.task,
+        "reasons": () if computation.short is None else (computation.short,),
         "utilisation": {name: float(each.busy[0] > 0) for name, each in components.items()},
         "links": {
             name: LinkUse.model_construct(sent=link.sent, delivered=link.sent, bits=link.bits)
@@ -213,11 +209,19 @@ def _run(
     }
     priced = {
         **{name: values for name, values in times.items() if name in PRICED},
-        "first_plan_s": requests.first.before.answered / PICOSECONDS_PER_SECOND,
+        "first_plan_s": played[0].times[first.before or first.answered] / PICOSECONDS_PER_SECOND,
         "cycles": np.broadcast_to(np.asarray(sum(machines.cycles().values()), np.float64), specs.count),
-        "energy_j": requests.joules["energy_j"],
+        "energy_j": mean_of_requests([played[number].joules["energy_j"] for number in computation.of_starts]),
     }
-    return requests, fields, priced
+    return played, fields, priced
+
+
+def _parts(played: Played, request: Recorded) -> tuple[Times, Times, Times]:
+    """Picoseconds until the map was there, of planning, and until the answer was received (``Answer.parts``)."""
+    asked, loaded, planned, answered = (
+        played.times[number] for number in (request.asked, request.loaded, request.planned, request.answered)
+    )
+    return loaded - asked, planned - loaded, answered - planned
 
 
 def _ran(template: Result, fields: Mapping[str, Any]) -> Result:

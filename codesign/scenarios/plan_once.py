@@ -89,7 +89,7 @@ def _tell_answer(machine: Machine, answer: Answer) -> None:
         machine.tell(TrajectoryRecord(machine.now, "robot", points, arrived))
 
 
-def task_figures(system: System, arrivals: Arrivals | None, times: Mapping[str, float]) -> TaskFigures:
+def task_figures(system: System, arrivals: Arrivals | None, times: Mapping[str, Any]) -> TaskFigures:
     """The task, and its times (``times_of``)."""
     problem, spec = system.problem, system.workload.problem
     if not isinstance(problem, Problem) or not isinstance(spec, ProblemSpec):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator, Iterable, Iterator, Sequence
+from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
@@ -20,6 +20,7 @@ from codesign.records import Listener, Record, TaskRecord
 from codesign.results.ledger import BEGINS, CYCLES, Ledger, Spent
 from codesign.system.assemble import building_order, component_of, display_of, link_of, refused
 from codesign.system.bind import System
+from codesign.system.energy import joules
 from codesign.system.messages import Content, LostMessageError, Messages, Routes
 from codesign.system.ran import spec_of
 
@@ -121,6 +122,10 @@ class Machine:
     def another(self) -> Machine:
         """A machine of the same system at time 0, without listeners."""
         return build(self.system, (), self.granularity)
+
+    def joules(self, boards: Mapping[str, tuple[float, float]]) -> dict[str, float]:
+        """The parts of an energy up to now, by name; see ``energy.joules``."""
+        return joules(self, boards)
 
     def watts(self, name: str) -> tuple[float, float]:
         """What a processor, memory or link with declared power draws while it works and while it does not, W."""

@@ -53,7 +53,7 @@ class RanMachine:
 
     def sent_bits(self, name: str, bits: int) -> float:
         """Bits on the wire of a serial link for a message, with those of its frames."""
-        link = self.machine.links[name]
+        link: Any = self.machine.links[name]
         return float(link.frames(bits) * link.frame_bits)
 
     def wire_bits(self, name: str, bits: int) -> int:
