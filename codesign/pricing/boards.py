@@ -11,11 +11,13 @@ from numpy.typing import NDArray
 
 from codesign.figures import Figure, Status
 from codesign.inputs.components import FpgaComponent
+from codesign.part import Part
+from codesign.planners.demand import Demand
 from codesign.planners.job import Job
 from codesign.pricing.machines import Column, Specs
 from codesign.results.result import Power, Reason, ResourceUse
 from codesign.system.bind import System
-from codesign.system.calibrated import laws_of
+from codesign.system.calibrated import Laws, laws_of
 from codesign.system.fit import clock_reason, fit_part
 
 Numbers = NDArray[np.intp]
@@ -33,7 +35,7 @@ class Board:
     """
 
     kind: Numbers
-    parts: Sequence[Any]
+    parts: Sequence[Part]
     fits: Sequence[tuple[tuple[ResourceUse, ...], tuple[Reason, ...]]]
     powers: Sequence[Power]
     too_fast: Sequence[Reason | None]
@@ -65,7 +67,10 @@ def used_boards(system: System) -> tuple[str, ...]:
 def _board(system: System, models: Sequence[Any], name: str) -> Board:
     style, job, task = _design_on(system, name)
     kinds: dict[Any, int] = {}
-    kind, parts, fits, prices = [], [], [], []
+    kind: list[int] = []
+    parts: list[Part] = []
+    fits: list[tuple[tuple[ResourceUse, ...], tuple[Reason, ...]]] = []
+    prices: list[tuple[Laws, Demand, Figure] | None] = []
     powers: list[Power] = []
     too_fast: list[Reason | None] = []
     for model in models:

@@ -7,17 +7,17 @@ rates, widths, costs of kernels. Times are int64 arrays of picoseconds, one entr
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import BaseModel
 
 from codesign.figures import Figure
 from codesign.inputs.components import FpgaComponent, MemoryComponent, ProcessorComponent
 from codesign.inputs.links import BusLink, IdealLink, SerialLink
-from codesign.models import SpecModel
 from codesign.pricing.computation import BITS, Act, Recorded
 from codesign.pricing.edges import Clocks, Times
 from codesign.results.ledger import BEGINS, CYCLES, Ledger, Spent
@@ -35,7 +35,7 @@ class Specs:
     each machine, intp. ``count``: of machines.
     """
 
-    models: Mapping[str, tuple[SpecModel, ...]]
+    models: Mapping[str, Sequence[BaseModel]]
     which: Mapping[str, NDArray[np.intp]]
     count: int
 
@@ -224,7 +224,8 @@ class Machines:
         if act.unit == BITS:
             link = self.links[act.where]
             self.now = link.send(self.now, act.amount)
-            ledger.spent[Spent.WAIT, act.where] += link.waited
+            waited: Any = link.waited
+            ledger.spent[Spent.WAIT, act.where] += waited
             ledger.count(act.where, act.what, act.amount, 1)
         elif act.unit == CYCLES:
             self._work(self.by_name[act.where], act, ledger)

@@ -144,7 +144,8 @@ def _fitted(
 
 def _too_fast(specs: Specs, boards: Mapping[str, Board]) -> tuple[Numbers, tuple[Reason, ...]]:
     """The number of the reason of each machine, and the reasons."""
-    reason, reasons = np.full(specs.count, -1, np.intp), []
+    reason = np.full(specs.count, -1, np.intp)
+    reasons: list[Reason] = []
     for name, board in boards.items():
         for number, each in enumerate(board.too_fast):
             if each is not None:
@@ -178,7 +179,7 @@ def _powers(specs: Specs, boards: Mapping[str, Board], chosen: Numbers) -> dict[
     """The power of each FPGA on some machines of one part each: figures, or arrays of them."""
     powers = {}
     for name, board in boards.items():
-        own = Specs({name: tuple(board.powers)}, {name: specs.which[name][chosen]}, len(chosen))
+        own = Specs({name: board.powers}, {name: specs.which[name][chosen]}, len(chosen))
         powers[name] = Power.model_construct(
             static=own.figure(name, lambda power: power.static),
             dynamic=own.figure(name, lambda power: power.dynamic),

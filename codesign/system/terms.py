@@ -328,9 +328,9 @@ class _Pricing:
         least, most = dynamic.interval[0] / (low * amount), dynamic.interval[1] / (high * amount)
         if np.any(least < 1 - SAME) or np.any(most > 1 + SAME):
             text = f"activity of the design over that of the law, {law}: {dynamic.source}"
-            ends = (np.minimum(1.0, least), np.maximum(1.0, most))
-            low, high = ends if np.ndim(amount) else map(float, ends)
-            activity = Figure(1.0, "1", dynamic.status, text, low, high)
+            ends: Any = np.minimum(1.0, least), np.maximum(1.0, most)
+            lower, upper = ends if np.ndim(amount) else map(float, ends)
+            activity = Figure(1.0, "1", dynamic.status, text, lower, upper)
             powers[self.input(f"law {law}.power.activity", activity)] = 1
         return amount, powers
 
