@@ -14,7 +14,7 @@ from enum import IntEnum
 import numpy as np
 from numpy.typing import NDArray
 
-from codesign.pricing.price import PRICED
+from codesign.pricing.price import PRICED, Priced
 from codesign.results.result import Reason, Result
 
 Column = NDArray[np.float64]
@@ -88,6 +88,18 @@ class Outcomes:
             self.figures[name][index] = math.nan if value is None else value
             if ends is not None:
                 self.lows[name][index], self.highs[name][index] = ends
+
+    def take(self, numbers: NDArray[np.int64], priced: Priced) -> None:
+        """Take the outcomes of points that were priced side by side, in their order."""
+        self.state[numbers] = State.DONE
+        self.which[numbers] = priced.which + len(self.templates)
+        self.templates += priced.templates
+        late = priced.reason >= 0
+        self.reason[numbers[late]] = priced.reason[late] + len(self.reasons)
+        self.reasons += priced.reasons
+        for name in PRICED:
+            self.figures[name][numbers] = priced.figures[name]
+            self.lows[name][numbers], self.highs[name][numbers] = priced.lows[name], priced.highs[name]
 
     def fail(self, index: int, message: str) -> None:
         """Take a point that could not be computed."""

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Generator, Mapping
+from functools import cache
 from typing import Any, NamedTuple
+
+from pydantic import TypeAdapter
 
 from codesign.inputs.components import FpgaComponent
 from codesign.memo import Memo
@@ -12,7 +15,7 @@ from codesign.planners.styles import Exchange, Step
 from codesign.planners.task_graph import Flow
 from codesign.results.ledger import CYCLES, Ledger
 from codesign.results.model import ResultModel
-from codesign.results.result import Reason
+from codesign.results.result import Reason, Result
 from codesign.results.task import TaskFigures
 from codesign.scenarios.plan_once import task_figures
 from codesign.scenarios.requests import Request, requests_of
@@ -70,6 +73,24 @@ class Computation(ResultModel):
     quality: Quality | RobotsQuality | None
     task: TaskFigures
     short: Reason | None
+
+    @classmethod
+    def read(cls, text: str) -> Computation:
+        """The computation that ``model_dump_json`` wrote.
+
+        Raises:
+            ValueError: the text is none.
+        """
+        computation = cls.model_validate_json(text)
+        figures = {name: _adapter(name).validate_python(value) for name, value in computation.figures.items()}
+        return computation.model_copy(update={"figures": figures})
+
+
+@cache
+def _adapter(name: str) -> TypeAdapter[Any]:
+    """What validates a field of a result."""
+    annotation: Any = Result.model_fields[name].annotation
+    return TypeAdapter(annotation)
 
 
 _NO_TIMES = dict.fromkeys(

@@ -189,14 +189,19 @@ def merged(monomials: Iterable[Monomial]) -> tuple[Monomial, ...]:
 
 
 def mean_of(plans: Sequence[Plan]) -> Plan:
-    """The terms of the mean time of several plans: like parts of the chain are one term."""
+    """The terms of the mean time of several plans: like parts of the chain are one term. Equal plans are one object."""
+    counts: dict[int, tuple[Plan, int]] = {}
+    for plan in plans:
+        counts[id(plan)] = plan, counts.get(id(plan), (plan, 0))[1] + 1
     sums: dict[Any, Term] = {}
-    share = 1.0 / len(plans)
-    for term in (term for plan in plans for term in plan):
-        key = term.where, term.what, frozenset(term.powers.items()), term.divide, term.by
-        old = sums.get(key)
-        amount, seconds = (0.0, 0.0) if old is None else (old.amount, old.seconds)
-        sums[key] = replace(term, amount=amount + share * term.amount, seconds=seconds + share * term.seconds)
+    for plan, count in counts.values():
+        share = count / len(plans)
+        for term in plan:
+            key = term.where, term.what, frozenset(term.powers.items()), term.divide, term.by
+            old = sums.get(key)
+            amount, seconds = (0.0, 0.0) if old is None else (old.amount, old.seconds)
+            amount, seconds = amount + share * term.amount, seconds + share * term.seconds
+            sums[key] = replace(term, amount=amount, seconds=seconds)
     return tuple(sums.values())
 
 
