@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import traceback
-from collections.abc import Callable, Iterable, Mapping
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import PurePath
 from typing import TYPE_CHECKING, Any
@@ -52,23 +53,34 @@ class Done:
         return self.simulated > 0
 
 
-Evaluate = Callable[[Work], Done]
-"""Computes work. For ``ProcessExecutor`` it must pickle; each worker then works on a copy of its own."""
+class Evaluator(ABC):
+    """Computes work. For ``ProcessExecutor`` it must pickle; each worker then works on a copy of its own."""
+
+    def __init__(self, space: Space) -> None:
+        self.space = space
+
+    @abstractmethod
+    def __call__(self, work: Work) -> Done:
+        """What came of work; a point that raises becomes a failed one."""
+
+    def points(self, work: Work) -> Iterator[DesignPoint]:
+        """The points of work, in order."""
+        return iter(work.points) if isinstance(work, Alone) else map(self.space.point, work.indices)
 
 
-class PointByPoint:
+class PointByPoint(Evaluator):
     """Computes each point by itself. ``evaluate`` computes one."""
 
     def __init__(self, evaluate: EvaluatePoint, space: Space) -> None:
-        self.evaluate, self.space = evaluate, space
+        super().__init__(space)
+        self.evaluate = evaluate
 
     def __call__(self, work: Work) -> Done:
-        """The entries of the points, in order; a point that raises becomes a failed one."""
-        points = work.points if isinstance(work, Alone) else map(self.space.point, work.indices)
-        return _one_by_one(work, points, self.evaluate)
+        """The entries of the points, in order."""
+        return _one_by_one(work, self.points(work), self.evaluate)
 
 
-class Pricer:
+class Pricer(Evaluator):
     """Prices points that compute the same, and simulates all others.
 
     Args:
@@ -85,7 +97,8 @@ class Pricer:
         memory: int | None = None,
         computations: Mapping[str, str] | None = None,
     ) -> None:
-        self.explored, self.space, self.grid, self.memory = explored, space, grid, memory
+        super().__init__(space)
+        self.explored, self.grid, self.memory = explored, grid, memory
         self.computations = dict(computations or {})
         self._simulator = Simulator(explored, grid, memory)
         self._memo: Memo | None = None
@@ -96,8 +109,7 @@ class Pricer:
             done = self._together(work)
             if done is not None:
                 return done
-        points = work.points if isinstance(work, Alone) else map(self.space.point, work.indices)
-        return _one_by_one(work, points, self._simulator)
+        return _one_by_one(work, self.points(work), self._simulator)
 
     def _together(self, work: Together) -> Done | None:
         """Points priced side by side; None where each has to be simulated, or to be refused, by itself."""

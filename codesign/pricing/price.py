@@ -204,7 +204,19 @@ def _run(
         "reasons": () if computation.short is None else (computation.short,),
         "utilisation": {name: float(each.busy[0] > 0) for name, each in components.items()},
         "links": {
-            name: LinkUse.model_construct(sent=link.sent, delivered=link.sent, bits=link.bits)
+            name: LinkUse(
+                sent=link.sent,
+                delivered=link.sent,
+                dropped={},
+                in_flight=0,
+                retransmissions=0,
+                undetected=0,
+                ignored_damage={},
+                late=0,
+                bits=link.bits,
+                utilisation=0.0,
+                queued_s=0.0,
+            )
             for name, link in machines.links.items()
         },
     }

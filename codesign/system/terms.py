@@ -253,7 +253,9 @@ class _Pricing:
             periods = spent / PICOSECONDS_PER_SECOND * self.values[clock]
             source = "clock periods waited until the next edge, at most one each time"
             # Where nothing was waited, there is no term; of many machines, one of 0.
-            most = np.where(spent, np.maximum(begins, periods), 0) if np.ndim(spent) else max(begins, periods)
+            most: Any = (
+                np.where(spent, np.maximum(begins, periods), 0) if np.ndim(spent) else max(begins, periods)
+            )
             edges = Figure(periods, "1", Status.CALIBRATED, source, 0 * most, most)
             powers = {self.edges(name, edges): 1, clock: -1}
             yield self.term(wait, 1.0, powers)
