@@ -161,8 +161,8 @@ class _Pricing:
     def edges(self, name: str, waited: Figure) -> str:
         """The name of the clock periods waited at a component or link; each request has its own.
 
-        So those of the second are ``axi 2 edges``. Equal numbers are not made one: whether they are equal is a matter of
-        the prices, and the terms are not.
+        So those of the second are ``axi 2 edges``. Equal numbers are not made one: whether they are equal depends on
+        the prices, and the terms do not.
         """
         self._waits[name] += 1
         number = self._waits[name]

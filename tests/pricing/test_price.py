@@ -124,7 +124,7 @@ def test_any_prices(tmp_path: Path, data: st.DataObject) -> None:
     name = data.draw(st.sampled_from(sorted(SMALL)))
     workload = workload_of(tmp_path, name, data.draw(st.sampled_from(TASKS)))
     platform = codesign.load_platform(data.draw(st.sampled_from(["zynq", "nexys2", "virtex4-pci"])))
-    hertz = st.integers(1, 10**9).map("{} Hz".format)
+    hertz = st.integers(10**5, 10**9).map("{} Hz".format)
     axes: dict[str, Any] = {"fabric.clock": data.draw(st.lists(hertz, min_size=1, max_size=3, unique=True))}
     for link, spec in platform.links.items():
         if spec.type == "serial":
