@@ -9,11 +9,12 @@ from typing import Any
 
 import numpy as np
 
-from codesign.exploration.outcomes import PRICED, Outcomes, State
+from codesign.exploration.outcomes import Outcomes, State
 from codesign.exploration.study import Study
 from codesign.figures import FIGURES
 from codesign.inputs.constraint import constraint_of
 from codesign.planners.quality import Quality
+from codesign.pricing.price import PRICED
 from codesign.report.study_answer import study_sentence, study_tables
 from codesign.results.result import Reason, ResourceUse, Result
 
@@ -57,7 +58,7 @@ def synthetic(seed: int = 0) -> Study:
         templates,
         reasons=[Reason(kind="clock", name="fpga", demand=140e6, limit=120e6, gap=20e6, unit="Hz")],
     )
-    outcomes.take(np.arange(count), batch)
+    outcomes.join(np.arange(count), batch)
     limits = tuple(map(constraint_of, ("plan_time_worst_s < 20 ms", "slices <= 80 %")))
     return Study("bench", "maze", axes, tuple(FIGURES[name] for name in OBJECTIVES), limits, outcomes)
 

@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING
 
 from codesign.errors import InputError
 from codesign.exploration.constraints import with_constraints
-from codesign.exploration.outcomes import PRICED, State
+from codesign.exploration.outcomes import State
 from codesign.figures import FIGURES
 from codesign.memo import Memo
+from codesign.pricing.price import PRICED
 from codesign.results.result import Result
 from codesign.scenarios import simulate
 

@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -21,16 +22,27 @@ from codesign.inputs.constraint import Constraint
 from codesign.results.result import Result
 
 if TYPE_CHECKING:
-    from codesign.exploration.study import Study
+    from codesign.exploration.designs import Conditions
+    from codesign.exploration.outcomes import Outcomes
 
 
 class Judged:
-    """The points and designs of a study, judged. Arrays of points end in ``points``; all others are of designs."""
+    """The points and designs of a study, judged. Arrays of points end in ``points``; all others are of designs.
 
-    def __init__(self, study: Study) -> None:
-        self._study, self._outcomes = study, study.outcomes
-        self.conditions = len(study.world.each)
-        self.count = len(study.outcomes) // self.conditions
+    ``world``: the conditions and the rules. ``figures``: the objectives and what else designs are compared by.
+    """
+
+    def __init__(
+        self,
+        outcomes: Outcomes,
+        world: Conditions,
+        constraints: Sequence[Constraint] = (),
+        figures: Sequence[ResultFigure] = (),
+    ) -> None:
+        self._outcomes, self._world, self._constraints = outcomes, world, constraints
+        self._compared = {*figures, *(limit.figure for limit in constraints)}
+        self.conditions = len(world.each)
+        self.count = len(outcomes) // self.conditions
         self._figures: dict[ResultFigure, Floats] = {}
 
     def by_design(self, points: NDArray[np.generic]) -> NDArray[np.generic]:
@@ -59,10 +71,10 @@ class Judged:
     @cached_property
     def broken_points(self) -> list[Broken]:
         """The constraints that points do not keep; none over conditions, where designs keep them."""
-        study, outcomes = self._study, self._outcomes
+        outcomes = self._outcomes
         return [
             broken
-            for limit in (() if study.conditions else study.constraints)
+            for limit in (() if self._world.axes else self._constraints)
             for broken in broken_bounds(
                 limit,
                 outcomes.column(limit.figure),
@@ -109,10 +121,8 @@ class Judged:
 
         A share does not, nor does what a design takes of its chip.
         """
-        study = self._study
-        figures = {*study.objectives, *(limit.figure for limit in study.constraints)}
-        by_share = [figure for figure in figures if isinstance(study.world.rule(figure), Share)]
-        return bool(by_share) and all(figure in by_share or figure.is_resource for figure in figures)
+        by_share = [figure for figure in self._compared if isinstance(self._world.rule(figure), Share)]
+        return bool(by_share) and all(figure in by_share or figure.is_resource for figure in self._compared)
 
     @cached_property
     def blocked(self) -> NDArray[np.int64]:
@@ -129,13 +139,12 @@ class Judged:
     @cached_property
     def broken(self) -> list[Broken]:
         """The constraints that designs do not keep over the conditions; none without conditions."""
-        study = self._study
-        if not study.conditions:
+        if not self._world.axes:
             return []
         held = (self.state == State.DONE) & ((self.blocked == 0) | self.tolerant)
         unreached = np.asarray(self.by_design(self.unreached_points).any(axis=1))
         broken = []
-        for limit in study.constraints:
+        for limit in self._constraints:
             budgets = self._budgets(limit)
             if limit.of_part:
                 table = self.by_design(budgets)
@@ -154,7 +163,7 @@ class Judged:
     def short(self) -> list[Broken]:
         """The rules that require a share of the conditions which designs fall short of."""
         short = []
-        for name, rule in self._study.world.aggregate.items():
+        for name, rule in self._world.aggregate.items():
             if isinstance(rule, Share) and rule.required is not None:
                 met = self.values_by_share(rule).mean(axis=1)
                 which = np.flatnonzero((self.state == State.DONE) & (met < rule.required))
@@ -201,7 +210,7 @@ class Judged:
     def figure(self, figure: ResultFigure) -> Floats:
         """The aggregated figure of each design; NaN where it has no value in some condition."""
         if figure not in self._figures:
-            rule = self._study.world.rule(figure)
+            rule = self._world.rule(figure)
             if self.conditions == 1 and not isinstance(rule, Share):
                 self._figures[figure] = self._outcomes.column(figure)
             else:
@@ -213,7 +222,7 @@ class Judged:
 
     def values(self, figure: ResultFigure) -> Floats:
         """What is aggregated, designs × conditions: the figure; by share, 1 where the limit is met, else 0."""
-        rule = self._study.world.rule(figure)
+        rule = self._world.rule(figure)
         return self.values_by_share(rule) if isinstance(rule, Share) else self.plain(figure)
 
     def plain(self, figure: ResultFigure) -> Floats:

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from codesign.errors import CodesignError
 from codesign.exploration.aggregation import Floats
-from codesign.exploration.outcomes import PRICED
 from codesign.figures import ResultFigure
+from codesign.pricing.price import PRICED
 from codesign.results.result import Result
 from codesign.verdicts import Verdict, winner_verdict
 

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codesign.exploration.constraints import figure_of
-from codesign.exploration.outcomes import PRICED
 from codesign.figures import FIGURES
 from codesign.inputs.workload import PLACE_KEYS
+from codesign.pricing.price import PRICED
 from codesign.results.result import Result
 
 if TYPE_CHECKING:

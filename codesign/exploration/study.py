@@ -101,7 +101,7 @@ class Study:
     @cached_property
     def judged(self) -> Judged:
         """Which points and designs are feasible, and their figures, in arrays."""
-        return Judged(self)
+        return Judged(self.outcomes, self.world, self.constraints, self.objectives)
 
     @property
     def points(self) -> Rows[StudyPoint]:

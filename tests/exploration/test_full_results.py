@@ -12,8 +12,8 @@ import pytest
 import codesign
 from codesign.errors import InputError
 from codesign.exploration import Outcomes, Study, load_study
-from codesign.exploration.outcomes import PRICED
 from codesign.figures import FIGURES
+from codesign.pricing.price import PRICED
 from codesign.report import render_csv, render_text, study_csv, study_sentence, study_tables
 from codesign.report.chart import chart_data
 

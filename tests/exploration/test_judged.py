@@ -11,11 +11,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from plain_study import Plain, PlainStudy
 
-from codesign.exploration.outcomes import PRICED, Outcomes, State
+from codesign.exploration.outcomes import Outcomes, State
 from codesign.exploration.study import Study
 from codesign.figures import FIGURES
 from codesign.inputs.aggregate import Quantile, Share
 from codesign.inputs.constraint import constraint_of
+from codesign.pricing.price import PRICED
 from codesign.results.mission import LinkUse
 from codesign.results.result import Reason, Result
 
@@ -127,7 +128,7 @@ def _outcomes(points: list[Plain]) -> Outcomes:
         states = [State[point.state.upper()] for point in batch]
         which = [-1 if point.template is None else TEMPLATES.index(point.template) for point in batch]
         reason = [-1 if point.too_fast is None else TOO_FAST.index(point.too_fast) for point in batch]
-        outcomes.take(
+        outcomes.join(
             np.arange(begin, len(points), 2),
             Outcomes(
                 np.array(states, np.int8),
@@ -190,7 +191,7 @@ def test_one_condition_by_itself_has_its_own_points(drawn: tuple[Study, list[Pla
 def test_outcomes_are_equal_however_their_templates_are_numbered() -> None:
     results = [result(), result(slices=20), None, "why"]
     one, other = Outcomes.of(results), Outcomes.empty(4)
-    other.take(np.array([1, 3]), Outcomes.of([results[1], "why"]))
+    other.join(np.array([1, 3]), Outcomes.of([results[1], "why"]))
     other.put(0, result())
     assert one == other
     assert one.chosen(np.array([3, 1])) == Outcomes.of(["why", results[1]])

@@ -11,12 +11,12 @@ import numpy as np
 
 from codesign.exploration.aggregation import aggregated
 from codesign.exploration.constraints import figure_of
-from codesign.exploration.outcomes import PRICED
 from codesign.exploration.same import _is_idle
 from codesign.exploration.study import Study
 from codesign.figures import FIGURES, ResultFigure
 from codesign.inputs.aggregate import Share
 from codesign.inputs.constraint import LOWER, STRICT, Constraint
+from codesign.pricing.price import PRICED
 from codesign.results.result import Reason, Result
 
 
