@@ -90,7 +90,8 @@ def _template(block: int, part: int, chance: Any) -> Result:
 
 def filtered(study: Study) -> int:
     """The feasible points of one part, by rising energy: what a reader asks of a table."""
-    chosen = np.flatnonzero(study.judged.feasible & (study.decisions.places("fpga.part") == 2))
+    part = study.decisions.levels(np.arange(len(study.designs)))["fpga.part"]
+    chosen = np.flatnonzero(study.judged.feasible & (part == 2))
     energy = study.judged.figure(FIGURES["energy_j"])[chosen]
     return int(chosen[np.argsort(energy, kind="stable")][0])
 

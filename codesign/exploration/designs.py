@@ -51,7 +51,7 @@ class StudyPoint:
     @property
     def axes(self) -> dict[str, Any]:
         """The value of each decision and condition."""
-        return self.study.grid.at(self.index)
+        return self.study.space.values(self.index)
 
     @property
     def state(self) -> Word:
@@ -212,7 +212,7 @@ class Design:
     @property
     def axes(self) -> dict[str, Any]:
         """The value of each decision."""
-        return self.study.decisions.at(self.index)
+        return self.study.decisions.values(self.index)
 
     @cached_property
     def points(self) -> tuple[StudyPoint, ...]:

@@ -202,8 +202,9 @@ def neighbours_of(study: Study, design: Design) -> tuple[Moved, ...]:
     """
     own = {figure: design.figure(figure) for figure in study.objectives}
     neighbours = []
+    step = len(study.designs)
     for name, values in study.axes.items():
-        step = study.decisions.step(name)
+        step //= len(values)
         place = design.index // step % len(values)
         for other_place, value in enumerate(values):
             other = study.designs[design.index + (other_place - place) * step]

@@ -48,9 +48,12 @@ def study_columns(study: Study, points: range | None = None) -> dict[str, list[S
     columns: dict[str, list[Scalar]] = {"index": [*some]}
     if study.conditions:
         columns["design"] = [*(indices // judged.conditions).tolist()]
+    levels = study.space.levels(indices)
     for axis, values in study.every_axis.items():
         name, entries = _axis_column(axis, values)
-        columns[name] = [entries[place] for place in study.grid.places(axis, indices).tolist()]
+        # The number -1 of an axis that does not exist takes the last one.
+        entries.append(None)
+        columns[name] = [entries[level] for level in levels[axis].tolist()]
     for figure in dict.fromkeys((*study.objectives, *FIGURES.values())):
         column = outcomes.column(figure)
         if not np.isnan(column).all():
@@ -91,9 +94,9 @@ def provenance_columns(study: Study, points: range) -> dict[str, list[Scalar]]:
     digests, single = provenance.platform_digests, study.platform
     names = [single] * len(points)
     if PLATFORM_AXIS in study.every_axis:
-        values = list(map(str, study.every_axis[PLATFORM_AXIS]))
-        places = study.grid.places(PLATFORM_AXIS, np.arange(points.start, points.stop))
-        names = [values[place] for place in places.tolist()]
+        values = [*map(str, study.every_axis[PLATFORM_AXIS]), single]
+        levels = study.space.levels(np.arange(points.start, points.stop))[PLATFORM_AXIS]
+        names = [values[level] for level in levels.tolist()]
     for name, text in provenance.stamped().constants.items():
         if name == "workload_digest":
             columns["platform_digest"] = [digests.get(platform) for platform in names]

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codesign.exploration.constraints import figure_of
+from codesign.exploration.space import canonical
 from codesign.figures import FIGURES
 from codesign.inputs.workload import PLACE_KEYS
 from codesign.pricing.price import PRICED
@@ -35,8 +36,8 @@ def first_of_same(study: Study) -> Indices:
     held = np.flatnonzero(idle.any(axis=1))
     # By the axes that are idle, and by the values of the others.
     keys = [np.unique(idle[held], axis=0, return_inverse=True)[1].reshape(-1)] if len(held) else []
-    for number, name in enumerate(study.axes):
-        keys.append(np.where(idle[held, number], -1, study.decisions.values(name, held)))
+    for number, (name, levels) in enumerate(study.decisions.levels(held).items()):
+        keys.append(np.where(idle[held, number], -1, first_of_equals(study.axes[name])[levels]))
     held, keys = _several(held, keys)
     if not len(held):
         return first
@@ -45,6 +46,12 @@ def first_of_same(study: Study) -> Indices:
     _, firsts = np.unique(group, return_index=True)
     first[held] = held[firsts][group]
     return first
+
+
+def first_of_equals(values: Sequence[Any]) -> Indices:
+    """For each value the number of the first one that is equal as JSON; behind them -1, where there is no value."""
+    texts = list(map(canonical, values))
+    return np.array([*map(texts.index, texts), -1], np.intp)
 
 
 def _several(held: Indices, keys: Sequence[NDArray[Any]]) -> tuple[Indices, list[NDArray[Any]]]:

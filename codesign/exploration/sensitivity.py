@@ -50,7 +50,8 @@ def axis_effects(study: Study, figures: Sequence[ResultFigure]) -> tuple[AxisEff
     for figure in figures:
         column = judged.figure(figure)
         held = np.flatnonzero(judged.feasible & ~judged.unreached & ~np.isnan(column))
-        levels = [_last_of_equals(study, name)[study.decisions.places(name, held)] for name in names]
+        of_axes = study.decisions.levels(held)
+        levels = [_last_of_equals(study, name)[of_axes[name]] for name in names]
         values = column[held]
         shares = variance_shares(np.array(levels, np.intp).reshape(len(names), len(held)).T, values)
         effects += [
@@ -69,9 +70,11 @@ def axis_effects(study: Study, figures: Sequence[ResultFigure]) -> tuple[AxisEff
 
 
 def _last_of_equals(study: Study, name: str) -> Levels:
-    """The number of each value of an axis; of values that are equal as JSON, that of the last."""
+    """For each value of an axis the number of the last one that is equal as JSON; behind them that of having none."""
     texts = {json.dumps(value): place for place, value in enumerate(study.axes[name])}
-    return np.array([texts[json.dumps(value)] for value in study.axes[name]], np.intp)
+    return np.array(
+        [*(texts[json.dumps(value)] for value in study.axes[name]), len(study.axes[name])], np.intp
+    )
 
 
 def variance_shares(levels: Levels, values: Values) -> list[tuple[float | None, float | None, float]]:

@@ -19,7 +19,6 @@ from codesign.exploration.designs import Conditions, Design, Rows, StudyPoint, c
 from codesign.exploration.document import study_document
 from codesign.exploration.front import non_dominated
 from codesign.exploration.full_results import FullResults
-from codesign.exploration.grid import Grid
 from codesign.exploration.judged import Judged
 from codesign.exploration.outcomes import Outcomes, State
 from codesign.exploration.reasons import ReasonCount, nearest_designs, reason_counts
@@ -27,6 +26,7 @@ from codesign.exploration.rivals import StudyRivals
 from codesign.exploration.rows import study_columns
 from codesign.exploration.same import Indices, first_of_same
 from codesign.exploration.sensitivity import axis_effects
+from codesign.exploration.space import Space
 from codesign.exploration.specs import Specs
 from codesign.figures import ResultFigure
 from codesign.inputs.aggregate import Rule
@@ -71,7 +71,7 @@ class Study:
     specs: Specs | None = field(default=None, compare=False)
 
     def __post_init__(self) -> None:
-        assert len(self.grid) == len(self.outcomes), (
+        assert len(self.space) == len(self.outcomes), (
             "a point for each combination of decisions and conditions"
         )
 
@@ -89,14 +89,14 @@ class Study:
         return Conditions(self.conditions, self.aggregate)
 
     @cached_property
-    def grid(self) -> Grid:
-        """The points by their index."""
-        return Grid(self.every_axis)
+    def space(self) -> Space:
+        """The axes of the points by their index."""
+        return Space(self.every_axis, "")
 
     @cached_property
-    def decisions(self) -> Grid:
-        """The designs by their index."""
-        return Grid(self.axes)
+    def decisions(self) -> Space:
+        """The axes of the designs by their index."""
+        return Space(self.axes, "")
 
     @cached_property
     def judged(self) -> Judged:

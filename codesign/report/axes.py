@@ -73,7 +73,8 @@ def _platform_texts(study: Study) -> dict[str, str]:
     moved = any(name.endswith(".part") for name in study.axes)
     templates, which = study.outcomes.templates, study.outcomes.which
     done = np.flatnonzero(which >= 0)[::-1]
-    pairs = study.grid.places(PLATFORM_AXIS, done) * len(templates) + which[done]
+    levels = study.space.levels(done)[PLATFORM_AXIS]
+    pairs = (levels.astype(np.int64) * len(templates) + which[done])[levels >= 0]
     numbers, lasts = np.unique(pairs, return_index=True)
     texts: dict[str, str] = {}
     # Of several parts the last one is shown.

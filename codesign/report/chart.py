@@ -95,10 +95,11 @@ def _kept(study: Study, most: int) -> list[int]:
 
 
 def _axis_data(study: Study, name: str, short: str, kept: list[int]) -> dict[str, Any]:
-    texts_of = list(map(level_texts(study, name), study.axes[name]))
+    places = study.decisions.levels(np.array(kept, np.intp))[name]
+    values = [*study.axes[name], *([None] if (places < 0).any() else [])]
+    texts_of = list(map(level_texts(study, name), values))
     levels = list(dict.fromkeys(texts_of))
     numbers = [levels.index(text) for text in texts_of]
-    places = study.decisions.places(name, np.array(kept, np.intp))
     return {"name": short, "levels": levels, "level": [numbers[place] for place in places.tolist()]}
 
 

@@ -161,8 +161,8 @@ def _scatter(
     if shapes:
         levels = axis_levels(study, shapes)
         texts = [axis_text(shapes, value) for value in study.axes[shapes]]
-        numbers = np.array([levels.index(text) if text in levels else -1 for text in texts], np.intp)
-        level_of = numbers[study.decisions.places(shapes, positions)]
+        numbers = [levels.index(text) if text in levels else -1 for text in texts]
+        level_of = np.array([*numbers, -1], np.intp)[study.decisions.levels(positions)[shapes]]
     for number, level in enumerate(levels):
         for on_front in (False, True):
             mask = (front == on_front) & (level_of == number)

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codesign.exploration.rivals import StudyRivals
+from codesign.exploration.same import first_of_equals
 from codesign.figures import ResultFigure
 from codesign.inputs.edit import VARIANT_AXIS
 from codesign.report.axes import axis_levels, level_texts, short_names, varying_axes
@@ -58,7 +59,7 @@ def winners_table(
     for indices in settings.first(MOST_SETTINGS):
         points = [alone.points[index] for index in indices]
         axes = points[0].axes
-        setting = words(*(text(axes[name]) for name, text in texts))
+        setting = words(*(text(axes.get(name)) for name, text in texts))
         rows.append((*setting, *_contest(alone, points, objective, axis)))
     figure = objective.label
     columns = (
@@ -90,9 +91,10 @@ class _Settings:
     def __init__(self, study: Study, alone: Study, others: Sequence[str]) -> None:
         self._alone = alone
         points = np.arange(len(alone.outcomes)).reshape(-1, study.judged.conditions).T.reshape(-1)
-        keys = np.zeros(len(points), np.int64)
+        keys, levels = np.zeros(len(points), np.int64), alone.space.levels(points)
         for name in others:
-            keys = keys * len(alone.axes[name]) + alone.grid.values(name, points)
+            values = alone.axes[name]
+            keys = keys * (len(values) + 1) + first_of_equals(values)[levels[name]] + 1
         _, firsts, settings = np.unique(keys, return_index=True, return_inverse=True)
         # Settings are numbered as they come up.
         number = np.empty(len(firsts), np.intp)
@@ -124,11 +126,11 @@ class _Settings:
         wins = np.bincount(setting[winners], minlength=self.count)
         counts: Counter[str] = Counter()
         # In the order of the settings, which decides between equal counts.
-        texts = (axis_text(axis, value) or "none" for value in alone.axes[axis])
+        texts = (axis_text(axis, value) or "none" for value in (*alone.axes[axis], None))
         names = ["a tie" if _EQUAL in text else text for text in texts]
-        places = alone.grid.places(axis, self._points[winners])
+        places = alone.space.levels(self._points[winners])[axis]
         name_of = np.full(self.count, len(names), np.int64)
-        name_of[setting[winners]] = places
+        name_of[setting[winners]] = np.where(places < 0, len(names) - 1, places)
         name_of[wins > 1] = len(names) + 1
         numbers, firsts = np.unique(name_of, return_index=True)
         words_of = [*names, "none", "a tie"]
