@@ -16,6 +16,7 @@ from codesign.inputs.constraint import constraint_of
 from codesign.planners.quality import Quality
 from codesign.pricing.price import PRICED
 from codesign.report.study_answer import study_sentence, study_tables
+from codesign.report.winners_table import winners_table
 from codesign.results.result import Reason, ResourceUse, Result
 
 BLOCKS, ITERATIONS, SCHEDULES, PARTS, CLOCKS, LINKS = 20, 10, 10, 5, 10, 10
@@ -105,6 +106,7 @@ STEPS: dict[str, Callable[[Study], object]] = {
     "repr": repr,
     "sensitivity": lambda study: len(study.sensitivity()),
     "sentence": study_sentence,
+    "winners": lambda study: len(winners_table(study, axis="fpga.part").rows),  # type: ignore[union-attr]
     "tables": lambda study: len(study_tables(study)),
 }
 

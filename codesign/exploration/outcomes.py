@@ -176,6 +176,11 @@ class Outcomes:
         number = int(self.which[index])
         return None if number < 0 else self.templates[number]
 
+    def is_priced(self, index: int) -> bool:
+        """Whether a point has a template in place of a full result."""
+        number = int(self.which[index])
+        return number >= 0 and number not in self.whole
+
     def each(self, measure: Callable[[Result], Any], none: Any) -> NDArray[Any]:
         """Of each point what its template measures; ``none`` where it has no template."""
         # The number -1 takes the last one.

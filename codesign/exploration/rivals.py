@@ -73,7 +73,7 @@ class StudyRivals:
 
     def at_hand(self, position: int) -> bool:
         """Whether the full result of one was kept, or has to be simulated."""
-        return int(self._outcomes.which[self.points[position]]) in self._outcomes.whole
+        return not self._outcomes.is_priced(int(self.points[position]))
 
     def result(self, position: int) -> Result:
         """The full result of one."""

@@ -31,6 +31,9 @@ _EQUAL = " = "
 MOST_SETTINGS = 10_000
 """A table shows no more settings than this."""
 
+MOST_ASSESSED = 200
+"""Settings whose points are simulated to say how sure the winner is, at most."""
+
 
 def winners_table(
     study: Study, objective: ResultFigure | None = None, axis: str = VARIANT_AXIS
@@ -55,12 +58,13 @@ def winners_table(
     alone = replace(study, axes=study.every_axis, conditions={}, aggregate={})
     settings = _Settings(study, alone, others)
     texts = [(name, level_texts(study, name)) for name in others]
-    rows = []
+    rows, simulated = [], 0
     for indices in settings.first(MOST_SETTINGS):
         points = [alone.points[index] for index in indices]
         axes = points[0].axes
         setting = words(*(text(axes.get(name)) for name, text in texts))
-        rows.append((*setting, *_contest(alone, points, objective, axis)))
+        simulated += any(alone.outcomes.is_priced(index) for index in indices)
+        rows.append((*setting, *_contest(alone, points, objective, axis, simulated <= MOST_ASSESSED)))
     figure = objective.label
     columns = (
         *left(*short_names(others), "best"),
@@ -78,6 +82,8 @@ def winners_table(
     )
     if settings.count > MOST_SETTINGS:
         notes += (f"the first {MOST_SETTINGS:,} of {settings.count:,} settings",)
+    if simulated > MOST_ASSESSED:
+        notes += (f"how sure: assessed at the first {MOST_ASSESSED} settings of points that were priced",)
     title = f"Best {axis.rpartition('.')[2]} by setting: {objective.aim}"
     return Table(title, columns, tuple(rows), notes)
 
@@ -156,7 +162,7 @@ class _Settings:
 
 
 def _contest(
-    study: Study, points: Sequence[StudyPoint], objective: ResultFigure, axis: str
+    study: Study, points: Sequence[StudyPoint], objective: ResultFigure, axis: str, assessed: bool
 ) -> tuple[Cell, ...]:
     """The cells from ``best`` to ``left out`` at one setting. There is no winner where the questions differ."""
     names_by_loss: dict[float, list[str]] = {}
@@ -187,8 +193,9 @@ def _contest(
     if len(values) == 2:
         over, under = values if objective.maximise else values[::-1]
         ratio = over / under if under > 0 else None
-    rivals = StudyRivals(study, np.array(compared, np.intp))
-    sure = verdict_text(rivals.verdict(objective)) if len(compared) > 1 else ABSENT
+    sure = ABSENT
+    if len(compared) > 1 and assessed:
+        sure = verdict_text(StudyRivals(study, np.array(compared, np.intp)).verdict(objective))
     return *cells, quantity_cell(ratio), word(sure), word("; ".join(out))
 
 
