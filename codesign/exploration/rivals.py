@@ -51,8 +51,8 @@ class StudyRivals:
             return self._outcomes.figures[figure.name][self.points]
 
         # A design without a chip is compared by what it has, not as one that takes nothing.
-        def value(template: Result) -> float:
-            held = template.figure(figure)
+        def value(number: int) -> float:
+            held = self._outcomes.templates[number].figure(figure)
             return math.nan if held is None else held
 
         return np.asarray(self._of_each(value), np.float64)
@@ -60,16 +60,16 @@ class StudyRivals:
     def ends(self, figure: ResultFigure) -> tuple[Floats, Floats]:
         """The ends of the interval of the figure of each; NaN: it has none, or the figure is no sum of terms."""
         low, high = (each[self.points] for each in self._outcomes.bounds(figure))
-        whole = self._outcomes.whole
-        # Power has an interval of its own, whatever the terms; a result that has none is not assessed.
-        termless = [
-            number in whole and each.terms is None for number, each in enumerate(self._outcomes.templates)
-        ]
-        return np.where(np.array(termless, np.bool_)[self._outcomes.which[self.points]], math.nan, low), high
+        whole, templates = self._outcomes.whole, self._outcomes.templates
+        # Power has an interval of its own, whatever the terms; a full result that has none is not assessed.
+        termless = self._of_each(lambda number: number in whole and templates[number].terms is None)
+        return np.where(np.asarray(termless, np.bool_), math.nan, low), high
 
     def assessed(self, why_not: Callable[[Result], str]) -> NDArray[np.bool_]:
         """Whether there is no reason against a verdict in what each has in common with others."""
-        return np.asarray(self._of_each(lambda template: not why_not(template)), np.bool_)
+        return np.asarray(
+            self._of_each(lambda number: not why_not(self._outcomes.templates[number])), np.bool_
+        )
 
     def at_hand(self, position: int) -> bool:
         """Whether the full result of one was kept, or has to be simulated."""
@@ -87,6 +87,7 @@ class StudyRivals:
         assert template is not None, "a feasible point"
         return template
 
-    def _of_each(self, measure: Callable[[Result], object]) -> NDArray[np.generic]:
-        table = np.array([measure(template) for template in self._outcomes.templates])
-        return np.asarray(table[self._outcomes.which[self.points]])
+    def _of_each(self, measure: Callable[[int], object]) -> NDArray[np.generic]:
+        """Of each point what follows from the number of its template."""
+        numbers, which = np.unique(self._outcomes.which[self.points], return_inverse=True)
+        return np.asarray(np.array(list(map(measure, numbers.tolist())))[which.reshape(-1)])

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 _EQUAL = " = "
 
-MOST_SETTINGS = 10_000
+MOST_SETTINGS = 5_000
 """A table shows no more settings than this."""
 
 MOST_ASSESSED = 200
