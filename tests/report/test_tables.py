@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 from report_samples import QUALITY, SampleReproduction, a_hopeless_study, a_result, a_study, a_task
@@ -23,6 +24,7 @@ from codesign.report import (
     result_tables,
     study_csv,
     study_table,
+    write_study_csv,
 )
 from codesign.report.axes import fixed_axes, short_names, varying_axes
 from codesign.report.reproduction_tables import error_text
@@ -379,3 +381,14 @@ def test_figures_of_cells_are_compared_where_every_plan_covers_all_cells() -> No
     assert "share reaching goal" in {row[0].text for row in shown.rows}
     assert "share reaching goal" not in {row[0].text for row in without.rows}
     assert any(note.startswith("left out: share reaching goal") for note in without.notes)
+
+
+def test_points_are_written_in_blocks_as_they_are_at_once(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    study = a_study()
+    write_study_csv(study, tmp_path / "whole.csv")
+    monkeypatch.setattr("codesign.report.study_tables._ROWS_AT_ONCE", 7)
+    write_study_csv(study, tmp_path / "parts.csv")
+    assert (tmp_path / "parts.csv").read_bytes() == (tmp_path / "whole.csv").read_bytes()
+    assert len((tmp_path / "whole.csv").read_text(encoding="utf-8").splitlines()) == 25
