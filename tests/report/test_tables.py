@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -388,7 +389,7 @@ def test_points_are_written_in_blocks_as_they_are_at_once(
 ) -> None:
     study = a_study()
     write_study_csv(study, tmp_path / "whole.csv")
-    monkeypatch.setattr("codesign.report.study_tables._ROWS_AT_ONCE", 7)
+    monkeypatch.setattr(sys.modules[write_study_csv.__module__], "_ROWS_AT_ONCE", 7)
     write_study_csv(study, tmp_path / "parts.csv")
     assert (tmp_path / "parts.csv").read_bytes() == (tmp_path / "whole.csv").read_bytes()
     assert len((tmp_path / "whole.csv").read_text(encoding="utf-8").splitlines()) == 25
