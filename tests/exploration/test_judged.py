@@ -197,3 +197,24 @@ def test_outcomes_are_equal_however_their_templates_are_numbered() -> None:
     assert one.chosen(np.array([3, 1])) == Outcomes.of(["why", results[1]])
     other.put(0, result(slices=11))
     assert one != other
+
+
+def test_by_share_a_mission_counts_as_unreached_where_no_condition_that_fits_reached_it() -> None:
+    stuck, driven, misfit = Plain(TEMPLATES[6]), Plain(TEMPLATES[5]), Plain(MISFIT)
+    rows = [[stuck, misfit], [stuck, driven], [misfit, stuck], [stuck, stuck], [misfit, misfit]]
+    points = [point for row in rows for point in row]
+    share = Share(share=constraint_of("first_plan_s < 2 s"))
+    axes, conditions = {"relax.block": tuple(range(len(rows)))}, {"a.b": (0, 1)}
+    study = Study(
+        "bench",
+        "maze",
+        axes,
+        (FIGURES["first_plan_s"],),
+        (),
+        _outcomes(points),
+        conditions,
+        {"first_plan_s": share},
+    )
+    assert [design.ended is not None for design in study.designs] == [True, False, True, True, False]
+    plain = PlainStudy(study, points).designs
+    assert [design.ended for design in study.designs] == [each.ended for each in plain]
