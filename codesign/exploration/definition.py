@@ -60,6 +60,7 @@ def definition_text(explored: Explored, section: Exploration, specs: Specs, prov
         "axes": {name: list(values) for name, values in section.axes.items()},
         "conditions": {name: list(values) for name, values in section.conditions.items()},
         "aggregate": {name: rule_as_written(rule) for name, rule in section.aggregate.items()},
+        "figures": {name: figure.as_written for name, figure in section.figures.items()},
         "objectives": [figure.name for figure in section.objectives],
         "constraints": [limit.model_dump(mode="json", exclude_none=True) for limit in section.constraints],
     }
@@ -73,7 +74,7 @@ def read_definition(text: str) -> StudyDefinition:
         ValueError, KeyError, TypeError, AttributeError, ArithmeticError, RecursionError: this version cannot read it.
     """
     definition = read_json(text)
-    keys = ("axes", "conditions", "aggregate", "objectives", "constraints")
+    keys = ("axes", "conditions", "aggregate", "figures", "objectives", "constraints")
     section = Exploration.model_validate({key: definition[key] for key in keys})
     contents = {
         str(axis): {str(value): str(digest) for value, digest in digests.items()}

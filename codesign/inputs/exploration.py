@@ -6,15 +6,23 @@ import json
 import math
 import re
 from collections.abc import Mapping, Sequence
-from typing import Annotated, Any
+from typing import Annotated, Any, Self
 
-from pydantic import Field, ValidationInfo, field_validator
+from pydantic import (
+    Field,
+    ModelWrapValidatorHandler,
+    ValidationError,
+    ValidationInfo,
+    field_validator,
+    model_validator,
+)
 from pydantic_core import InitErrorDetails
 
 from codesign.errors import clip
 from codesign.figures import FIGURES, ResultFigure
 from codesign.inputs.aggregate import Aggregate, Rule, Share, rule_for
 from codesign.inputs.constraint import Constraint, FigureName, WrittenConstraint, contradictions
+from codesign.inputs.derived import DerivedFigures, in_scope, read_figures
 from codesign.models import Location, RefusalError, SpecModel, raise_all, refusal_details
 
 MAX_AXES = 16
@@ -67,6 +75,11 @@ class Exploration(SpecModel):
         description="How a figure of a design is made of its values in all conditions, by figure and by default:"
         ' worst, best, mean, median, {quantile: 0.9} or {share: "< 100 ms"}. Default: worst.',
     )
+    figures: DerivedFigures = Field(
+        default={},
+        description="Figures derived from declared ones, by name: an expression, energy_j * plan_time_worst_s, or a"
+        " mapping with its unit and direction. Objectives, constraints and rules may name them.",
+    )
     objectives: Annotated[tuple[FigureName, ...], Field(min_length=1)] = Field(
         default=DEFAULT_OBJECTIVES,
         description="Figures that span the front, each in its own direction; of drives by default"
@@ -76,6 +89,18 @@ class Exploration(SpecModel):
         default=(),
         description='Bounds that a design has to keep, as text, "time < 100 ms", or as a mapping.',
     )
+
+    @model_validator(mode="wrap")
+    @classmethod
+    def _with_figures(cls, value: Any, handler: ModelWrapValidatorHandler[Self]) -> Self:
+        raw = value.get("figures", {}) if isinstance(value, Mapping) else {}
+        try:
+            figures = read_figures(raw)
+        except (RefusalError, ValidationError):
+            # Its field reports it, and the names that it should have are no faults of those that use them.
+            return handler({"figures": raw})
+        with in_scope(figures):
+            return handler(value)
 
     @property
     def points(self) -> int:
