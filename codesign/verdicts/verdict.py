@@ -7,7 +7,7 @@ from typing import Literal
 
 from pydantic import Field
 
-from codesign.figures import FIGURES, Figure, ResultFigure
+from codesign.figures import Figure, ResultFigure, named
 from codesign.inputs.constraint import LOWER, STRICT, Constraint
 from codesign.results.model import ResultModel
 from codesign.results.result import Result
@@ -83,7 +83,7 @@ def need_verdict(
 
     ``strict``: a value that is equal to the limit does not do.
     """
-    declared = FIGURES[str(figure)]
+    declared = named(figure)
     value = result.figure(declared)
     reason = _unassessed(result, declared)
     if value is None:
@@ -154,7 +154,7 @@ def winner_verdict(results: Sequence[Result], figure: ResultFigure | str) -> Ver
     ``winner``, ``rival`` and ``equals`` are positions in ``results``. After a verdict that is not proved, the rest is
     looked at only up to the ``NEAREST`` designs: what lies further off hardly flips first.
     """
-    declared = FIGURES[str(figure)]
+    declared = named(figure)
     values = [result.figure(declared) if result.feasible else None for result in results]
     sign = -1.0 if declared.maximise else 1.0
     ranked = sorted((sign * value, number) for number, value in enumerate(values) if value is not None)
@@ -222,6 +222,8 @@ def _unassessed(result: Result, figure: ResultFigure) -> str:
     if result.mission is not None or result.fleet is not None:
         kind = "mission" if result.mission is not None else "fleet"
         return f"a {kind} has no closed form: what the robot meets depends on when it arrives"
+    if figure.within == "derived":
+        return f"{figure.label} is derived, and no sum of terms"
     if priced(figure):
         return _unpriced(result, figure)
     if figure.name == "cycles" and (result.part is None or result.external_memory is not None):
@@ -268,7 +270,7 @@ def sensitivity(result: Result, figure: ResultFigure | str) -> tuple[Swing, ...]
     Empty where the figure rests on none, or is no sum of terms.
     """
     inputs = Inputs()
-    sums = inputs.sums(result, FIGURES[str(figure)].name)
+    sums = inputs.sums(result, named(figure).name)
     if not sums:
         return ()
     # The margin of a figure against 0 is the figure itself.
