@@ -20,7 +20,7 @@ from codesign.advice.boards import Board
 from codesign.advice.candidates import Candidate, chains_of
 from codesign.advice.needs import Question
 from codesign.advice.trials import Laboratory, Trial, at_clock
-from codesign.exploration.store import Entry, EntryState, Store
+from codesign.exploration.store import Batch, Entry, EntryState, Store
 
 BUDGET_S = 45.0
 """Seconds of computing that a search may take by default. A design that was begun is completed."""
@@ -120,5 +120,5 @@ class _Waiting:
             self.write()
 
     def write(self) -> None:
-        self._store.put(self._entries.values())
+        self._store.put(Batch(tuple(self._entries.values())))
         self._entries = {}

@@ -80,6 +80,10 @@ class DesignPoint:
         value = self.demand.total(term)
         return Figure(value, "1", Status.CALIBRATED, "sum of its lines", min(low, value), max(high, value))
 
+    def _power(self, clock: int) -> tuple[Figure, Figure]:
+        job = self.system.job
+        return self.laws.power(self.laws.power_demand(job, self.demand), clock)
+
     def dynamic_power(self, clock: float) -> Figure:
         """The dynamic power at a clock in Hz, W, by the law."""
         return self._power(round(clock))[1]

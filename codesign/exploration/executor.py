@@ -1,9 +1,8 @@
-"""The executors: they compute the points in this process, or in several.
+"""The executors: they compute work in this process, or in several.
 
-An executor takes groups of points and an evaluator, and yields entries for the store as they come in. What
-comes in does not depend on the executor; only the order may. An exception in one point is a
-failure of that point alone. Outcomes travel as JSON text: what a worker sends is then, byte for byte, what
-the store keeps.
+An executor takes works and an evaluator, and yields what came of each as it comes in. What comes in does not depend on
+the executor; only the order may. An exception in one point is a failure of that point alone, and so is the death of a
+worker: what it was computing is computed again, first as a whole, then point by point.
 
 Workers are spawned, not forked: compiled kernels and their threads do not survive a fork. They ignore
 Ctrl-C, which is the parent's to handle, and end when the parent does. SIGTERM ends them at once, in a kernel too; where
@@ -17,156 +16,197 @@ shut down; and while a pool hands work over, or is ended, Ctrl-C and SIGTERM are
 
 from __future__ import annotations
 
-import json
 import os
 import signal
 import threading
 import time
-import traceback
-from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
+from collections import deque
+from collections.abc import Generator, Iterable, Iterator
 from concurrent.futures import Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
-from itertools import islice
+from dataclasses import replace
 from multiprocessing import get_context, parent_process
 from multiprocessing.process import BaseProcess
-from pathlib import PurePath
 from queue import SimpleQueue
-from typing import TYPE_CHECKING, Protocol
+from typing import Protocol
 
-from codesign.errors import CodesignError, RunError
-from codesign.exploration.space import DesignPoint
+from codesign.errors import RunError
+from codesign.exploration.evaluation import Done, Evaluator
+from codesign.exploration.partition import Alone, Work
 from codesign.exploration.store import Entry, EntryState
 from codesign.interrupts import held
 
-if TYPE_CHECKING:
-    from codesign.results.result import Result
-
-Evaluate = Callable[[DesignPoint], "Result"]
-"""Computes one point. For ``ProcessExecutor`` it must pickle; each worker then works on a copy of its own."""
-
-Group = Sequence[DesignPoint]
-
-_GROUPS_AHEAD = 2
+_WORKS_AHEAD = 2
+_NO_WORK = Alone(())
 _SECONDS_TO_END = 5.0
 _SECONDS_TO_STRIKE = 0.2
-_HINT_LATER = "use fewer workers if memory ran out (SIGKILL); finished points are kept"
-_HINT_AT_START = (
-    f"{_HINT_LATER}; in a script, explore below `if __name__ == '__main__':`, as workers import it"
+_HINT = (
+    "use fewer workers if memory ran out (SIGKILL); in a script, explore below `if __name__ == '__main__':`, as workers"
+    " import it"
 )
 
 
 class Executor(Protocol):
-    """Computes groups of points."""
+    """Computes work."""
 
-    def run(self, groups: Iterable[Group], evaluate: Evaluate) -> Generator[tuple[Entry, ...], None, None]:
-        """Entries as they come in, each point's once.
-
-        Groups are not empty. Closing the generator ends all work.
-
-        Raises:
-            RunError: a worker process died.
-        """
+    def run(self, works: Iterable[Work], evaluate: Evaluator) -> Generator[Done, None, None]:
+        """What came of each work, as it comes in. Works are not empty. Closing the generator ends all work."""
 
 
 class SerialExecutor:
-    """Computes in this process, group by group."""
+    """Computes in this process, work by work."""
 
-    def run(self, groups: Iterable[Group], evaluate: Evaluate) -> Generator[tuple[Entry, ...], None, None]:
-        """The entries of each group, in order."""
-        for group in groups:
-            yield evaluate_group(evaluate, group)
+    def run(self, works: Iterable[Work], evaluate: Evaluator) -> Generator[Done, None, None]:
+        """What came of each work, in order."""
+        for work in works:
+            yield evaluate(work)
 
 
 class ProcessExecutor:
     """Computes in worker processes, ``workers`` of them.
 
-    Until the first point that fits, and so is run, one worker computes alone: it compiles the kernels into their
-    cache on disk. Others would compile them at the same time, and the cache bears only one that writes.
+    Until a plan was computed, one worker computes alone: it compiles the kernels into their cache on disk. Others would
+    compile them at the same time, and the cache bears only one that writes.
+
+    A worker that dies takes the pool with it. Then what was being computed is computed again, one work after another.
+    Where a worker dies of it again, its points are computed one by one, and a point of which a worker dies has failed.
     """
 
     def __init__(self, workers: int) -> None:
         self.workers = workers
 
-    def run(self, groups: Iterable[Group], evaluate: Evaluate) -> Generator[tuple[Entry, ...], None, None]:
-        """Entries as they come in."""
-        waiting = _first_alone(groups)
-        pool = ProcessPoolExecutor(self.workers, get_context("spawn"), _start_worker, (evaluate,))
-        running: dict[Future[tuple[Entry, ...]], Group] = {}
-        finished: SimpleQueue[Future[tuple[Entry, ...]]] = SimpleQueue()
-        ahead, hint = 1, _HINT_AT_START
-        processes: list[BaseProcess] = []
+    def run(self, works: Iterable[Work], evaluate: Evaluator) -> Generator[Done, None, None]:
+        """What came of each work, as it comes in."""
+        queue = _Queue(iter(works), evaluate)
+        while True:
+            pool = _Pool(self.workers, evaluate)
+            try:
+                yield from pool.run(queue)
+                return
+            except BrokenProcessPool:
+                cause = pool.cause()
+                pool.end()
+                yield from queue.after_death(cause)
+            finally:
+                pool.end()
+
+
+class _Queue:
+    """The works to come: those under suspicion first, each of them alone.
+
+    ``suspects``: works that were being computed when a worker died. ``compiled``: a plan was computed before.
+    """
+
+    def __init__(self, works: Iterator[Work], evaluate: Evaluator) -> None:
+        self._works, self._evaluate = works, evaluate
+        self.suspects: deque[Work] = deque()
+        self.running: list[Work] = []
+        self.compiled = False
+
+    def ahead(self, workers: int) -> int:
+        """How many works may be under way."""
+        return _WORKS_AHEAD * workers if self.compiled and not self.suspects else 1
+
+    def next(self) -> Work | None:
+        """The next work, now under way; None where there is none, or a suspect has to be alone."""
+        if self.suspects:
+            work: Work | None = None if self.running else self.suspects[0]
+        else:
+            work = next(self._works, None)
+        if work is not None:
+            self.running.append(work)
+        return work
+
+    def take(self, done: Done) -> None:
+        """Take off what came in."""
+        self.running.remove(done.work)
+        if self.suspects and self.suspects[0] is done.work:
+            self.suspects.popleft()
+        self.compiled = self.compiled or done.ran
+
+    def after_death(self, cause: str) -> Iterator[Done]:
+        """What has failed, after a worker died; the rest of what was under way is under suspicion."""
+        running, self.running = self.running, []
+        if not self.suspects:
+            self.suspects.extend(running)
+            return
+        culprit = self.suspects.popleft()
+        points = tuple(self._evaluate.points(culprit))
+        if len(points) > 1:
+            self.suspects.extendleft(Alone((point,)) for point in reversed(points))
+            return
+        message = f"a worker process died{cause} twice while it computed this point"
+        entries = tuple(
+            Entry(point.key, EntryState.FAILED, f"{message}\n  hint: {_HINT}") for point in points
+        )
+        yield Done(Alone(points), entries=entries)
+
+
+class _Pool:
+    """Worker processes that compute until one of them dies."""
+
+    def __init__(self, workers: int, evaluate: Evaluator) -> None:
+        self._workers = workers
+        self._pool = ProcessPoolExecutor(workers, get_context("spawn"), _start_worker, (evaluate,))
+        self._processes: list[BaseProcess] = []
+
+    def run(self, queue: _Queue) -> Generator[Done, None, None]:
+        """What comes in.
+
+        Raises:
+            BrokenProcessPool: a worker died. RunError: workers die as they start.
+        """
+        self._begin()
+        running: dict[Future[Done], Work] = {}
+        finished: SimpleQueue[Future[Done]] = SimpleQueue()
+        while True:
+            while len(running) < queue.ahead(self._workers) and (work := queue.next()) is not None:
+                with held():
+                    future = self._pool.submit(_work, work)
+                    future.add_done_callback(finished.put)
+                    running[future] = work
+            self._processes = _processes(self._pool)
+            if not running:
+                break
+            # In the order in which they came: where a worker died, what the others had finished is first.
+            future = finished.get()
+            done = replace(future.result(), work=running.pop(future))
+            queue.take(done)
+            yield done
+        self._pool.shutdown()
+
+    def _begin(self) -> None:
+        with held():
+            started = self._pool.submit(_started)
         try:
-            while True:
-                for group in islice(waiting, ahead - len(running)):
-                    with held():
-                        future = pool.submit(_work, group)
-                        future.add_done_callback(finished.put)
-                        running[future] = group
-                processes = _processes(pool)
-                if not running:
-                    break
-                # In the order in which they came: where a worker died, what the others had finished is first.
-                future = finished.get()
-                entries = future.result()
-                del running[future]
-                hint = _HINT_LATER
-                if _was_run(entries):
-                    ahead = _GROUPS_AHEAD * self.workers
-                yield entries
-            pool.shutdown()
-        except BrokenProcessPool as fault:
-            if any(process.exitcode == -signal.SIGTERM for process in processes):
-                # Sent to the whole group of processes, it has reached this one too: it says so rather than fail.
-                time.sleep(_SECONDS_TO_STRIKE)
-            points = _ranges(running.values())
-            what = f"a worker process died{_cause(processes)} while it computed one of the points {points}"
-            raise RunError(what, hint=hint) from fault
-        finally:
-            with held():
-                _end(_processes(pool))
-                pool.shutdown(wait=False, cancel_futures=True)
+            started.result()
+        except BrokenProcessPool as broken:
+            raise RunError(f"a worker process died{self.cause()} as it started", hint=_HINT) from broken
+
+    def cause(self) -> str:
+        """How the worker that died first ended, in words.
+
+        Raises:
+            RunError: the workers were terminated, as this process will be.
+        """
+        cause = _cause(self._processes)
+        if any(process.exitcode == -signal.SIGTERM for process in self._processes):
+            # Sent to the whole group of processes, it has reached this one too: it says so rather than fail.
+            time.sleep(_SECONDS_TO_STRIKE)
+            raise RunError("the worker processes were terminated", hint="finished points are kept")
+        return cause
+
+    def end(self) -> None:
+        """End all workers now."""
+        with held():
+            _end(_processes(self._pool))
+            self._pool.shutdown(wait=False, cancel_futures=True)
 
 
-def _was_run(entries: tuple[Entry, ...]) -> bool:
-    return any(entry.state is EntryState.DONE and json.loads(entry.text)["feasible"] for entry in entries)
+_worker_evaluate: Evaluator | None = None
 
 
-def _first_alone(groups: Iterable[Group]) -> Iterator[Group]:
-    rest = iter(groups)
-    for first in rest:
-        yield first[:1]
-        if len(first) > 1:
-            yield first[1:]
-        yield from rest
-
-
-def evaluate_group(evaluate: Evaluate, group: Group) -> tuple[Entry, ...]:
-    """The entry of each point, in order; a point that raises becomes a failed one."""
-    return tuple(_entry_of(evaluate, point) for point in group)
-
-
-def _entry_of(evaluate: Evaluate, point: DesignPoint) -> Entry:
-    try:
-        return Entry(point.key, EntryState.DONE, evaluate(point).model_dump_json())
-    except CodesignError as fault:
-        return Entry(point.key, EntryState.FAILED, str(fault))
-    except Exception as fault:
-        # Not the user's mistake: the place is what a report of it needs.
-        return Entry(point.key, EntryState.FAILED, f"{type(fault).__name__}: {fault} ({_place(fault)})")
-
-
-def _place(fault: Exception) -> str:
-    """The innermost line of this package behind ``_entry_of``, or of any other where it never came back here."""
-    frames = traceback.extract_tb(fault.__traceback__)
-    ours = [frame for frame in frames[1:] if "codesign" in PurePath(frame.filename).parts]
-    frame = (ours or frames)[-1]
-    return f"{PurePath(frame.filename).name}:{frame.lineno}"
-
-
-_worker_evaluate: Evaluate | None = None
-
-
-def _start_worker(evaluate: Evaluate) -> None:
+def _start_worker(evaluate: Evaluator) -> None:
     global _worker_evaluate  # noqa: PLW0603 - a pool hands its initializer's work on through the module
     _worker_evaluate = evaluate
     signal.signal(signal.SIGINT, signal.SIG_IGN)
@@ -180,9 +220,14 @@ def _end_with_parent() -> None:
         os._exit(1)
 
 
-def _work(group: Group) -> tuple[Entry, ...]:
+def _started() -> None:
+    """The first thing that a worker is asked."""
+
+
+def _work(work: Work) -> Done:
     assert _worker_evaluate is not None
-    return evaluate_group(_worker_evaluate, group)
+    # The work need not travel back: the parent has it.
+    return replace(_worker_evaluate(work), work=_NO_WORK)
 
 
 def _processes(pool: ProcessPoolExecutor) -> list[BaseProcess]:
@@ -211,18 +256,3 @@ def _end(processes: list[BaseProcess]) -> None:
         if process.is_alive():
             process.kill()
             process.join()
-
-
-def _ranges(groups: Iterable[Group]) -> str:
-    """The places of the points, as ranges.
-
-    >>> _ranges([[DesignPoint(index, {}, "") for index in (4, 6, 5)], [DesignPoint(9, {}, "")]])
-    '4 to 6, 9'
-    """
-    ranges: list[list[int]] = []
-    for index in sorted(point.index for group in groups for point in group):
-        if ranges and index == ranges[-1][1] + 1:
-            ranges[-1][1] = index
-        else:
-            ranges.append([index, index])
-    return ", ".join(str(first) if first == last else f"{first} to {last}" for first, last in ranges)

@@ -14,13 +14,11 @@ from enum import IntEnum
 import numpy as np
 from numpy.typing import NDArray
 
+from codesign.pricing.price import PRICED, Priced
 from codesign.results.result import Reason, Result
 
 Column = NDArray[np.float64]
 Numbers = NDArray[np.int32]
-
-PRICED = ("plan_time_worst_s", "plan_time_mean_s", "plan_time_95_s", "first_plan_s", "cycles", "power", "energy_j")
-"""The figures that prices move, by name. All others are those of the template."""
 
 
 class State(IntEnum):
@@ -58,12 +56,9 @@ class Outcomes:
     @classmethod
     def empty(cls, count: int) -> Outcomes:
         """The outcomes of points of which none is computed."""
-        return cls(
-            np.zeros(count, np.int8),
-            np.full(count, -1, np.int32),
-            *({name: np.full(count, math.nan) for name in PRICED} for _ in range(3)),
-            np.full(count, -1, np.int32),
-        )
+        figures, lows, highs = ({name: np.full(count, math.nan) for name in PRICED} for _ in range(3))
+        numbers = np.full((2, count), -1, np.int32)
+        return cls(np.zeros(count, np.int8), numbers[0], figures, lows, highs, numbers[1])
 
     @classmethod
     def of(cls, results: Sequence[Result | str | None]) -> Outcomes:
@@ -93,6 +88,18 @@ class Outcomes:
             self.figures[name][index] = math.nan if value is None else value
             if ends is not None:
                 self.lows[name][index], self.highs[name][index] = ends
+
+    def take(self, numbers: NDArray[np.int64], priced: Priced) -> None:
+        """Take the outcomes of points that were priced side by side, in their order."""
+        self.state[numbers] = State.DONE
+        self.which[numbers] = priced.which + len(self.templates)
+        self.templates += priced.templates
+        late = priced.reason >= 0
+        self.reason[numbers[late]] = priced.reason[late] + len(self.reasons)
+        self.reasons += priced.reasons
+        for name in PRICED:
+            self.figures[name][numbers] = priced.figures[name]
+            self.lows[name][numbers], self.highs[name][numbers] = priced.lows[name], priced.highs[name]
 
     def fail(self, index: int, message: str) -> None:
         """Take a point that could not be computed."""

@@ -5,10 +5,14 @@ from __future__ import annotations
 import contextlib
 import hashlib
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
 
 from codesign.errors import InputError, RunError, StoreError
+from codesign.exploration.blocks import plan_of, read_plan
 from codesign.exploration.definition import (
     MAX_STUDY_POINTS,
     OTHER_VERSION,
@@ -16,23 +20,27 @@ from codesign.exploration.definition import (
     platform_text,
     read_definition,
 )
-from codesign.exploration.executor import Evaluate, Executor, Group, ProcessExecutor, SerialExecutor
+from codesign.exploration.evaluation import Done, EvaluatePoint, Evaluator, PointByPoint, Pricer
+from codesign.exploration.executor import Executor, ProcessExecutor, SerialExecutor
 from codesign.exploration.explored import Explored
 from codesign.exploration.identity import canonical_digest, contents_of, files_read, identity_of
-from codesign.exploration.simulator import Simulator, check_some_point
-from codesign.exploration.space import DesignPoint, Space, group, group_limit
+from codesign.exploration.kept import Kept
+from codesign.exploration.partition import ALONE_AT_ONCE, Alone, Work, parted
+from codesign.exploration.simulator import check_some_point
+from codesign.exploration.space import Space
 from codesign.exploration.specs import Specs
 from codesign.exploration.store import FileStore, MemoryStore, Store
 from codesign.exploration.study import Study
 from codesign.exploration.tally import Progress, Tally
 from codesign.inputs import Platform, Workload
-from codesign.inputs.edit import PLATFORM_AXIS
 from codesign.inputs.exploration import Exploration
-from codesign.inputs.roles import ROLES
 from codesign.scenarios import scenario_of
 from codesign.system.memory import share_of_memory
 from codesign.system.problem_map import grid_of
 from codesign.system.provenance import provenance_of
+
+if TYPE_CHECKING:
+    from codesign.maps import OccupancyGrid
 
 
 def explore(
@@ -42,7 +50,7 @@ def explore(
     store: Path | str | Store | None = None,
     workers: int | None = None,
     progress: Callable[[Progress], None] | None = None,
-    evaluate: Evaluate | None = None,
+    evaluate: EvaluatePoint | None = None,
     memory: int | None = None,
 ) -> Study:
     """Compute every point of the workload's exploration on the platform or platforms.
@@ -79,27 +87,62 @@ def explore(
     axes = section.every_axis
     specs = Specs.of(explored, identity_of(explored.single, workload, grid), contents_of(explored))
     space = Space(axes, canonical_digest(specs.identity), specs.contents)
-    if evaluate is None:
-        share = share_of_memory(workers, memory)
-        check_some_point(explored, space, grid, share)
-        evaluate = Simulator(explored, grid, share)
     where = str(store) if isinstance(store, str | Path) else None
     tally = Tally(space, section, where, progress, specs)
-    with _open_store(store) as kept:
+    with _open_store(store) as opened:
+        kept = Kept(opened, space, where)
+        evaluator = _evaluator(explored, space, grid, share_of_memory(workers, memory), evaluate, opened)
         provenance = provenance_of(explored.platforms.values(), explored.workload)
         definition = definition_text(explored, section, specs, provenance)
-        kept.begin(hashlib.sha256(definition.encode()).hexdigest(), definition)
-        groups = _groups(tally.take_kept(kept), explored, space, workers)
-        several = workers > 1 and len(groups) > 1
+        every = list(_works(explored, space, alone=evaluate is not None))
+        opened.begin(hashlib.sha256(definition.encode()).hexdigest(), definition, plan_of(every))
+        works = _pending(kept, tally, every)
+        several = workers > 1 and len(works) > 1
         executor: Executor = ProcessExecutor(workers) if several else SerialExecutor()
         # Closed by name: after Ctrl-C the traceback would keep the generator, and with it the workers, alive.
-        with contextlib.closing(executor.run(groups, evaluate)) as batches:
-            for batch in batches:
+        with contextlib.closing(executor.run(works, evaluator)) as coming:
+            for done in coming:
                 _refuse_changes(files, files_read(explored))
-                kept.put(batch)
-                tally.take(batch)
+                kept.put(done)
+                tally.take(done)
     names = [each.name for each in explored.platforms.values()]
     return tally.study(platform_text(names), workload.name, provenance)
+
+
+def _evaluator(
+    explored: Explored,
+    space: Space,
+    grid: OccupancyGrid | None,
+    memory: int,
+    evaluate: EvaluatePoint | None,
+    store: Store,
+) -> Evaluator:
+    """What computes the points: the caller's own ``evaluate``, or pricing and simulation."""
+    if evaluate is not None:
+        return PointByPoint(evaluate, space)
+    check_some_point(explored, space, grid, memory)
+    return Pricer(explored, space, grid, memory, store.computations())
+
+
+def _works(explored: Explored, space: Space, *, alone: bool) -> Iterator[Work]:
+    """The points as work; ``alone``: each of them is computed by itself."""
+    if not alone:
+        yield from parted(explored, space, np.arange(len(space)))
+        return
+    for begin in range(0, len(space), ALONE_AT_ONCE):
+        yield Alone(tuple(map(space.point, range(begin, min(begin + ALONE_AT_ONCE, len(space))))))
+
+
+def _pending(kept: Kept, tally: Tally, works: Iterable[Work]) -> list[Work]:
+    """What is left to compute, after what the store has was taken."""
+    pending: list[Work] = []
+    for each in kept.parted(works):
+        if isinstance(each, Done):
+            tally.take_kept(each)
+        else:
+            pending.append(each)
+    tally.report()
+    return pending
 
 
 def load_study(path: Path | str) -> Study:
@@ -111,13 +154,16 @@ def load_study(path: Path | str) -> Study:
         StoreError: the file is no store, is damaged, or holds no study.
     """
     with FileStore(path, read_only=True) as store:
-        text = store.latest()
-        if text is None:
+        latest = store.latest()
+        if latest is None:
             raise StoreError("holds no study", str(path), "hwsw explore puts one there")
         try:
+            text, plan = latest
             definition = read_definition(text)
             tally = Tally(definition.space, definition.section, str(path), specs=definition.specs)
-            tally.take_kept(store, retry=False)
+            kept = Kept(store, definition.space, str(path))
+            for done in kept.everything(read_plan(plan, len(definition.space))):
+                tally.take_kept(done)
             study = tally.study(definition.platform, definition.workload, definition.provenance)
         except (ValueError, KeyError, TypeError, AttributeError, ArithmeticError, RecursionError) as wrong:
             raise StoreError(
@@ -163,17 +209,6 @@ def _open_store(store: Path | str | Store | None) -> contextlib.AbstractContextM
     if isinstance(store, str | Path):
         return contextlib.closing(FileStore(store))
     return contextlib.nullcontext(store)
-
-
-def _groups(pending: list[DesignPoint], explored: Explored, space: Space, workers: int) -> Sequence[Group]:
-    """Points that share work together: platforms and their axes leave it as it is, those of schedules share stages."""
-    owners = {PLATFORM_AXIS, *ROLES}
-    for platform in explored.platforms.values():
-        owners |= {*platform.components, *platform.links}
-    cheap = [name for name in space.axes if name.partition(".")[0] in owners]
-    related = [name for name in space.axes if name.split(".")[1:2] == ["schedule"]]
-    limit = group_limit(len(pending), workers)
-    return group(pending, cheap=cheap, related=related, limit=limit)
 
 
 def _processors() -> int:

@@ -45,7 +45,7 @@ class Simulator:
             self._memo = Memo()
         try:
             moved = self.explored.point(point.axes)
-            own = _grid_for(moved[1], self.explored.workload, self.grid)
+            own = grid_for(moved[1], self.explored.workload, self.grid)
             return simulate(*moved, memo=self._memo, grid=own, memory=self.memory)
         except UnsuitedError as wrong:
             if self.explored.single is not None:
@@ -66,7 +66,7 @@ def check_some_point(explored: Explored, space: Space, grid: OccupancyGrid | Non
     for point in islice(space.points(), _TRIED_AT_FIRST):
         try:
             moved = explored.point(point.axes)
-            ready(bind(*moved, grid=_grid_for(moved[1], explored.workload, grid)), memory=memory)
+            ready(bind(*moved, grid=grid_for(moved[1], explored.workload, grid)), memory=memory)
         except (SpecError, InputError) as fault:
             first = first or fault
         else:
@@ -111,6 +111,6 @@ def _sentence(fault: Fault) -> str:
     return fault.what if axis == fault.file else f"{axis}: {fault.what}"
 
 
-def _grid_for(moved: Workload, workload: Workload, grid: OccupancyGrid | None) -> OccupancyGrid | None:
+def grid_for(moved: Workload, workload: Workload, grid: OccupancyGrid | None) -> OccupancyGrid | None:
     """The map that was read before, unless an axis moved the problem."""
     return grid if moved.problem is workload.problem else None

@@ -11,6 +11,9 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 MAX_GROUP = 16
 
 Contents = Mapping[str, Mapping[str, str]]
@@ -74,6 +77,19 @@ class Space:
             rest, place = divmod(rest, len(values))
             chosen.append(values[place])
         return self._point(index, tuple(reversed(chosen)))
+
+    def values(self, index: int) -> dict[str, Any]:
+        """The value of each axis at one place of the enumeration."""
+        levels = self.levels(np.array([index], np.int64))
+        return {axis: self.axes[axis][int(column[0])] for axis, column in levels.items()}
+
+    def levels(self, indices: NDArray[np.int64]) -> dict[str, NDArray[np.int32]]:
+        """The number of the value of each axis at some places of the enumeration, int32, by axis."""
+        if not self.axes:
+            return {}
+        counts = tuple(len(values) for values in self.axes.values())
+        columns = np.unravel_index(indices, counts)
+        return {axis: column.astype(np.int32) for axis, column in zip(self.axes, columns, strict=True)}
 
     def _point(self, index: int, values: tuple[Any, ...]) -> DesignPoint:
         axes = dict(zip(self.axes, values, strict=True))

@@ -15,8 +15,8 @@ from __future__ import annotations
 import contextlib
 import sqlite3
 import zlib
-from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from enum import StrEnum
 from pathlib import Path
 from tempfile import gettempdir
@@ -25,9 +25,12 @@ from typing import Protocol
 from codesign.errors import StoreError
 from codesign.exploration.snapshot import UnsteadyError, connected_copy, written_here
 
-SCHEMA = 1
+SCHEMA = 2
 _APPLICATION = int.from_bytes(b"HwSw", "big")
 _KEYS_A_QUERY = 500
+MOST_COMPUTATIONS = 2**26
+"""Bytes of computations that are read at once: each worker gets them."""
+
 _OURS = "give another file name, or remove this file"
 
 _TABLES = (
@@ -35,12 +38,21 @@ _TABLES = (
         number INTEGER PRIMARY KEY,
         key TEXT NOT NULL UNIQUE,
         definition TEXT NOT NULL,
+        plan BLOB NOT NULL,
         checksum INTEGER NOT NULL)""",
     """CREATE TABLE point (
         key TEXT PRIMARY KEY,
         state TEXT NOT NULL,
         text TEXT NOT NULL,
         checksum INTEGER NOT NULL) WITHOUT ROWID""",
+    """CREATE TABLE block (
+        key TEXT PRIMARY KEY,
+        data BLOB NOT NULL,
+        checksum INTEGER NOT NULL)""",
+    """CREATE TABLE computation (
+        key TEXT PRIMARY KEY,
+        text TEXT NOT NULL,
+        checksum INTEGER NOT NULL)""",
 )
 
 
@@ -66,20 +78,46 @@ class Entry:
     text: str
 
 
+@dataclass(frozen=True)
+class Batch:
+    """What is kept together, all of it or nothing.
+
+    - ``entries``: of points that were simulated by themselves.
+    - ``blocks``: outcomes of points that compute the same, by key (``blocks.block_of``).
+    - ``computations``: what they compute, as JSON by digest.
+    """
+
+    entries: Sequence[Entry] = ()
+    blocks: Mapping[str, bytes] = field(default_factory=dict)
+    computations: Mapping[str, str] = field(default_factory=dict)
+
+
 class Store(Protocol):
-    """Entries by key, and the definitions of the studies that they were computed for."""
+    """What was computed, by key, and the definitions of the studies that it was computed for."""
 
     def find(self, keys: Sequence[str]) -> dict[str, Entry]:
         """The entries there are under ``keys``."""
 
-    def put(self, entries: Iterable[Entry]) -> None:
-        """Keep all of these or none; an entry under the same key is replaced."""
+    def blocks(self, keys: Sequence[str]) -> Iterator[tuple[str, bytes]]:
+        """The blocks there are under ``keys``, one by one."""
 
-    def begin(self, key: str, definition: str) -> None:
-        """Note a study: what ``latest`` gives from now on. The same study again is noted anew, not twice."""
+    def has_entries(self) -> bool:
+        """Whether any point that was simulated by itself is kept."""
 
-    def latest(self) -> str | None:
-        """The definition of the study noted last, or None."""
+    def computations(self) -> dict[str, str]:
+        """Every computation, up to ``MOST_COMPUTATIONS`` bytes of them, by digest."""
+
+    def put(self, batch: Batch) -> None:
+        """Keep all of a batch or nothing; what stands under the same key is replaced."""
+
+    def begin(self, key: str, definition: str, plan: bytes = b"") -> None:
+        """Note a study: what ``latest`` gives from now on. The same study again is noted anew, not twice.
+
+        ``plan``: which points compute the same (``blocks.plan_of``).
+        """
+
+    def latest(self) -> tuple[str, bytes] | None:
+        """The definition and the plan of the study noted last, or None."""
 
     def close(self) -> None:
         """Let go of the file; may be called twice."""
@@ -90,23 +128,39 @@ class MemoryStore:
 
     def __init__(self) -> None:
         self._entries: dict[str, Entry] = {}
-        self._studies: dict[str, str] = {}
+        self._blocks: dict[str, bytes] = {}
+        self._computations: dict[str, str] = {}
+        self._studies: dict[str, tuple[str, bytes]] = {}
 
     def find(self, keys: Sequence[str]) -> dict[str, Entry]:
         """The entries there are under ``keys``."""
         return {key: self._entries[key] for key in keys if key in self._entries}
 
-    def put(self, entries: Iterable[Entry]) -> None:
-        """Keep all of these or none."""
-        self._entries.update({entry.key: entry for entry in entries})
+    def blocks(self, keys: Sequence[str]) -> Iterator[tuple[str, bytes]]:
+        """The blocks there are under ``keys``."""
+        yield from ((key, self._blocks[key]) for key in keys if key in self._blocks)
 
-    def begin(self, key: str, definition: str) -> None:
+    def has_entries(self) -> bool:
+        """Whether any entry is kept."""
+        return bool(self._entries)
+
+    def computations(self) -> dict[str, str]:
+        """Every computation."""
+        return dict(self._computations)
+
+    def put(self, batch: Batch) -> None:
+        """Keep all of a batch."""
+        self._entries.update({entry.key: entry for entry in batch.entries})
+        self._blocks.update(batch.blocks)
+        self._computations.update(batch.computations)
+
+    def begin(self, key: str, definition: str, plan: bytes = b"") -> None:
         """Note a study."""
         self._studies.pop(key, None)
-        self._studies[key] = definition
+        self._studies[key] = definition, plan
 
-    def latest(self) -> str | None:
-        """The definition of the study noted last, or None."""
+    def latest(self) -> tuple[str, bytes] | None:
+        """The definition and the plan of the study noted last, or None."""
         return next(reversed(self._studies.values()), None)
 
     def close(self) -> None:
@@ -154,29 +208,74 @@ class FileStore:
                     entries[key] = Entry(key, self._state(state), text)
         return entries
 
-    def put(self, entries: Iterable[Entry]) -> None:
-        """Keep all of these or none; an entry under the same key is replaced."""
-        rows = [(e.key, e.state.value, e.text, _checksum(e.key, e.state.value, e.text)) for e in entries]
-        with self._reported_faults(), self._transaction():
-            self._connection.executemany("INSERT OR REPLACE INTO point VALUES (?, ?, ?, ?)", rows)
+    def blocks(self, keys: Sequence[str]) -> Iterator[tuple[str, bytes]]:
+        """The blocks there are under ``keys``, one by one."""
+        query = "SELECT data, checksum FROM block WHERE key = ?"
+        for key in keys:
+            with self._reported_faults():
+                row = self._connection.execute(query, (key,)).fetchone()
+                if row is None:
+                    continue
+                data, checksum = row
+                if not isinstance(data, bytes) or checksum != zlib.crc32(data, zlib.crc32(key.encode())):
+                    raise self._damaged()
+            yield key, data
 
-    def begin(self, key: str, definition: str) -> None:
+    def has_entries(self) -> bool:
+        """Whether any point that was simulated by itself is kept."""
+        with self._reported_faults():
+            return self._connection.execute("SELECT 1 FROM point LIMIT 1").fetchone() is not None
+
+    def computations(self) -> dict[str, str]:
+        """Every computation, up to ``MOST_COMPUTATIONS`` bytes of them, by digest."""
+        found: dict[str, str] = {}
+        left = MOST_COMPUTATIONS
+        with self._reported_faults():
+            for key, text, checksum in self._connection.execute(
+                "SELECT key, text, checksum FROM computation"
+            ):
+                self._check_row(checksum, key, text)
+                left -= len(text)
+                if left < 0:
+                    break
+                found[key] = text
+        return found
+
+    def put(self, batch: Batch) -> None:
+        """Keep all of a batch or nothing; what stands under the same key is replaced."""
+        entries = [
+            (e.key, e.state.value, e.text, _checksum(e.key, e.state.value, e.text)) for e in batch.entries
+        ]
+        blocks = [
+            (key, data, zlib.crc32(data, zlib.crc32(key.encode()))) for key, data in batch.blocks.items()
+        ]
+        computations = [(key, text, _checksum(key, text)) for key, text in batch.computations.items()]
+        with self._reported_faults(), self._transaction():
+            self._connection.executemany("INSERT OR REPLACE INTO point VALUES (?, ?, ?, ?)", entries)
+            self._connection.executemany("INSERT OR REPLACE INTO block VALUES (?, ?, ?)", blocks)
+            self._connection.executemany("INSERT OR REPLACE INTO computation VALUES (?, ?, ?)", computations)
+
+    def begin(self, key: str, definition: str, plan: bytes = b"") -> None:
         """Note a study: what ``latest`` gives from now on."""
-        row = (key, definition, _checksum(key, definition))
+        row = (key, definition, plan, zlib.crc32(plan, _checksum(key, definition)))
         with self._reported_faults(), self._transaction():
             self._connection.execute("DELETE FROM study WHERE key = ?", (key,))
-            self._connection.execute("INSERT INTO study (key, definition, checksum) VALUES (?, ?, ?)", row)
+            self._connection.execute(
+                "INSERT INTO study (key, definition, plan, checksum) VALUES (?, ?, ?, ?)", row
+            )
 
-    def latest(self) -> str | None:
-        """The definition of the study noted last, or None."""
-        query = "SELECT key, definition, checksum FROM study ORDER BY number DESC LIMIT 1"
+    def latest(self) -> tuple[str, bytes] | None:
+        """The definition and the plan of the study noted last, or None."""
+        query = "SELECT key, definition, plan, checksum FROM study ORDER BY number DESC LIMIT 1"
         with self._reported_faults():
             row = self._connection.execute(query).fetchone()
         if row is None:
             return None
-        key, definition, checksum = row
-        self._check_row(checksum, key, definition)
-        return str(definition)
+        key, definition, plan, checksum = row
+        texts = isinstance(key, str) and isinstance(definition, str) and isinstance(plan, bytes)
+        if not texts or checksum != zlib.crc32(plan, _checksum(key, definition)):
+            raise self._damaged()
+        return definition, plan
 
     def close(self) -> None:
         """Let go of the file, and leave it as a single one."""
@@ -239,7 +338,7 @@ class FileStore:
             name
             for (name,) in self._connection.execute("SELECT name FROM sqlite_master WHERE type = 'table'")
         }
-        if not {"study", "point"} <= tables:
+        if not {"study", "point", "block", "computation"} <= tables:
             raise StoreError("is damaged: its tables are missing", str(self.path), _OURS)
 
     def _number(self, pragma: str) -> int:
@@ -247,7 +346,10 @@ class FileStore:
 
     def _check_row(self, checksum: object, *texts: object) -> None:
         if not all(isinstance(text, str) for text in texts) or checksum != _checksum(*map(str, texts)):
-            raise StoreError("is damaged: a row does not match its checksum", str(self.path), _OURS)
+            raise self._damaged()
+
+    def _damaged(self) -> StoreError:
+        return StoreError("is damaged: a row does not match its checksum", str(self.path), _OURS)
 
     def _state(self, word: str) -> EntryState:
         try:

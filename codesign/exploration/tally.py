@@ -4,22 +4,22 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+
+import numpy as np
 
 from codesign.errors import StoreError
-from codesign.exploration.constraints import with_constraints
 from codesign.exploration.definition import OTHER_VERSION, read_json
-from codesign.exploration.designs import StudyPoint
+from codesign.exploration.evaluation import Done
+from codesign.exploration.outcomes import Outcomes
 from codesign.exploration.shared import Shared
-from codesign.exploration.space import DesignPoint, Space
+from codesign.exploration.space import Space
 from codesign.exploration.specs import Specs
-from codesign.exploration.store import Entry, EntryState, Store
+from codesign.exploration.store import EntryState
 from codesign.exploration.study import Study
 from codesign.inputs.exploration import Exploration
 from codesign.results.provenance import Provenance
 from codesign.results.result import Result
-
-_KEYS_AT_ONCE = 500
 
 
 @dataclass(frozen=True)
@@ -43,7 +43,7 @@ class Progress:
 
 
 class Tally:
-    """The outcomes so far, by index. ``progress`` is called with each change of them."""
+    """The outcomes so far. ``progress`` is called with each change of them."""
 
     def __init__(
         self,
@@ -53,44 +53,27 @@ class Tally:
         progress: Callable[[Progress], None] | None = None,
         specs: Specs | None = None,
     ) -> None:
-        self.space = space
-        self.specs = specs
-        self.section = section
-        # With conditions, it is a design that keeps a constraint, by what all of its points come to.
-        self._constraints = () if section.conditions else section.constraints
-        self.where = where
+        self.space, self.section, self.where, self.specs = space, section, where, specs
         self.progress = progress
-        self.points = list(space.points())
-        self.outcomes = [StudyPoint(point.index, point.axes) for point in self.points]
+        self.outcomes = Outcomes.empty(len(space))
+        self.simulated = 0
         self._shared = Shared()
-        self._place = {point.key: point.index for point in self.points}
         self._started = time.monotonic()
         self._first_batch: tuple[float, int] | None = None
-        self._cached = self._computed = self._feasible = self._failed = 0
+        self._cached = self._computed = 0
 
-    def take_kept(self, store: Store, *, retry: bool = True) -> list[DesignPoint]:
-        """Take what the store has; return the points still to be computed, with ``retry`` those that failed too."""
-        pending = []
-        for begin in range(0, len(self.points), _KEYS_AT_ONCE):
-            some = self.points[begin : begin + _KEYS_AT_ONCE]
-            entries = store.find([point.key for point in some])
-            for point in some:
-                entry = entries.get(point.key)
-                if entry is None or (retry and entry.state is EntryState.FAILED):
-                    pending.append(point)
-                else:
-                    self._take(entry)
-        self._cached = len(self.points) - len(pending)
-        self._report()
-        return pending
+    def take_kept(self, done: Done) -> None:
+        """Take what a store had."""
+        self._cached += len(done.work.indices)
+        self._take(done)
 
-    def take(self, entries: tuple[Entry, ...]) -> None:
+    def take(self, done: Done) -> None:
         """Take what was computed."""
-        for entry in entries:
-            self._take(entry)
-        self._computed += len(entries)
+        self._computed += len(done.work.indices)
+        self.simulated += done.simulated
         self._first_batch = self._first_batch or (time.monotonic(), self._computed)
-        self._report()
+        self._take(done)
+        self.report()
 
     def study(self, platform: str, workload: str, provenance: Provenance) -> Study:
         """The outcomes so far as a study."""
@@ -101,31 +84,31 @@ class Tally:
             dict(section.axes),
             section.objectives,
             section.constraints,
-            tuple(self.outcomes),
+            self.outcomes,
             dict(section.conditions),
             dict(section.aggregate),
             provenance,
             self.specs,
         )
 
-    def _take(self, entry: Entry) -> None:
-        index = self._place[entry.key]
-        axes = self.points[index].axes
-        if entry.state is EntryState.FAILED:
-            self.outcomes[index] = StudyPoint(index, axes, failure=entry.text)
-            self._failed += 1
-            return
-        try:
-            read = self._shared.result(Result.model_validate(read_json(entry.text)))
-            result = with_constraints(read, self._constraints)
-        except (ValueError, ArithmeticError, RecursionError) as wrong:
-            raise StoreError(
-                "holds a result that this version cannot read", self.where, OTHER_VERSION
-            ) from wrong
-        self.outcomes[index] = StudyPoint(index, axes, result)
-        self._feasible += result.feasible
+    def _take(self, done: Done) -> None:
+        if done.priced is not None:
+            templates = tuple(map(self._shared.result, done.priced.templates))
+            self.outcomes.take(np.array(done.work.indices), replace(done.priced, templates=templates))
+        for index, entry in zip(done.work.indices, done.entries, strict=False):
+            if entry.state is EntryState.FAILED:
+                self.outcomes.fail(index, entry.text)
+                continue
+            try:
+                result = Result.model_validate(read_json(entry.text))
+            except (ValueError, ArithmeticError, RecursionError) as wrong:
+                raise StoreError(
+                    "holds a result that this version cannot read", self.where, OTHER_VERSION
+                ) from wrong
+            self.outcomes.put(index, self._shared.result(result))
 
-    def _report(self) -> None:
+    def report(self) -> None:
+        """Tell how far the exploration is."""
         if self.progress is None:
             return
         now = time.monotonic()
@@ -133,14 +116,14 @@ class Tally:
         left_s = None
         if self._first_batch is not None and self._computed > self._first_batch[1]:
             since, before = self._first_batch
-            left_s = (now - since) / (self._computed - before) * (len(self.points) - done)
+            left_s = (now - since) / (self._computed - before) * (len(self.space) - done)
         self.progress(
             Progress(
                 done=done,
-                total=len(self.points),
+                total=len(self.space),
                 cached=self._cached,
-                feasible=self._feasible,
-                failed=self._failed,
+                feasible=int(self.outcomes.fits.sum()),
+                failed=len(self.outcomes.failures),
                 elapsed_s=now - self._started,
                 left_s=left_s,
             )

@@ -1,29 +1,28 @@
-"""Many machines side by side: one chain of a plan, with an array of times in the place of a simulation.
+"""Many machines side by side: what a computation makes them do, with arrays of times in the place of a simulation.
 
-A plan that nothing else contends with is a chain: a message, the steps of a component, a message. So no event decides
-what comes next, and the same chain (``plan_chain``) runs on many machines at once. They differ in what their components
-and links cost: clocks, rates, widths, costs of kernels. Every time is an int64 array of picoseconds, one entry a machine.
+A plan that nothing else contends with is a chain of acts: a message, the work of a component, a message. So no event
+decides what comes next, and many machines do it at once. They differ in what their components and links cost: clocks,
+rates, widths, costs of kernels. Times are int64 arrays of picoseconds, one entry a machine.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import BaseModel
 
-from codesign.inputs.components import FpgaComponent, ProcessorComponent
+from codesign.figures import Figure
+from codesign.inputs.components import FpgaComponent, MemoryComponent, ProcessorComponent
 from codesign.inputs.links import BusLink, IdealLink, SerialLink
-from codesign.models import SpecModel
-from codesign.planners.styles import Exchange, Step
-from codesign.planners.task_graph import Flow
+from codesign.pricing.computation import BITS, Act, Recorded
 from codesign.pricing.edges import Clocks, Times
-from codesign.results.ledger import Ledger
+from codesign.results.ledger import BEGINS, CYCLES, Ledger, Spent
 from codesign.system.bind import System
-from codesign.system.build import planner_steps
-from codesign.system.messages import Content, Routes
+from codesign.system.energy import joules
 
 Column = NDArray[np.float64]
 
@@ -36,9 +35,32 @@ class Specs:
     each machine, intp. ``count``: of machines.
     """
 
-    models: Mapping[str, tuple[SpecModel, ...]]
+    models: Mapping[str, Sequence[BaseModel]]
     which: Mapping[str, NDArray[np.intp]]
     count: int
+
+    def subset(self, chosen: NDArray[np.intp]) -> Specs:
+        """Those of some of the machines."""
+        which = {name: numbers[chosen] for name, numbers in self.which.items()}
+        return Specs(self.models, which, len(chosen))
+
+    def model(self, name: str) -> Any:
+        """The model of the first machine."""
+        return self.models[name][self.which[name][0]]
+
+    def figure(self, name: str, of: Callable[[Any], Figure]) -> Figure:
+        """A figure of a component or link as arrays: value, least and greatest, one entry a machine."""
+        used, which = np.unique(self.which[name], return_inverse=True)
+        figures = [of(self.models[name][number]) for number in used]
+        first = figures[0]
+        if all(figure == first for figure in figures):
+            return first
+        value, low, high = (
+            np.array(values, np.float64)[which]
+            for values in zip(*((each.value, *each.interval) for each in figures), strict=True)
+        )
+        columns: Any = value, low, high
+        return Figure(columns[0], first.unit, first.status, first.source, *columns[1:])
 
     def column(self, name: str, value: Callable[[Any], int]) -> Times:
         """A whole number of a component or link, one entry a machine."""
@@ -77,16 +99,18 @@ class _Processor(_Resource):
 
 
 class _Link(_Resource):
-    """An idle line without errors. ``sent``: messages so far; ``bits``: of them."""
+    """An idle line without errors. ``sent``: messages so far; ``bits``: of them. ``waited``: by the last one, ps."""
 
     def __init__(self, specs: Specs) -> None:
         super().__init__(specs.count)
         self.sent = self.bits = 0
+        self.waited: Times = np.zeros(specs.count, np.int64)
 
     def send(self, now: Times, bits: int) -> Times:
         """The time of the end of a message that is requested at ``now``, ps."""
         begin, end = self._span(now, bits)
         self.busy = self.busy + (end - begin)
+        self.waited = begin - now
         self.sent += 1
         self.bits += bits
         return end
@@ -113,61 +137,78 @@ class _Bus(_Link):
 
 
 class _Serial(_Link):
-    """``_half_bits``: of a frame. Frames of messages that follow at once end at multiples of half a bit.
-
-    They count from the begin of the run of frames, so that nothing drifts (components.serial).
-    """
+    """Frames that follow each other at once end at multiples of half a bit (components.serial)."""
 
     def __init__(self, specs: Specs, name: str) -> None:
         super().__init__(specs)
+        self._spec = specs.model(name)
         self._baud = specs.column(name, lambda spec: int(spec.baud.value))
-        self._data = specs.column(name, lambda spec: int(spec.data_bits))
-        self._half_bits = specs.column(name, _half_bits)
 
     def _span(self, now: Times, bits: int) -> tuple[Times, Times]:
         # A message of one chain is requested when the one before it has ended, so it begins a run of its own.
-        half_bits = -(-bits // self._data) * self._half_bits
+        half_bits = np.int64(half_bits_of(self._spec, bits))
         # ceil(half_bits · 10¹² / (2 · baud)) is an edge of a clock of 2 · baud.
-        return now, now + Clocks(2 * self._baud).edge(half_bits)
+        return now, now + Clocks(2 * self._baud).edge(np.broadcast_to(half_bits, now.shape))
 
 
-def _half_bits(spec: SerialLink) -> int:
-    return 2 * (spec.start_bits + spec.data_bits + (spec.parity != "none")) + int(2 * spec.stop_bits)
+def half_bits_of(spec: SerialLink, bits: int) -> int:
+    """Half bits on the wire of a message, frame by frame (components.serial)."""
+    frame = 2 * (spec.start_bits + spec.data_bits + (spec.parity != "none")) + int(2 * spec.stop_bits)
+    return -(-bits // spec.data_bits) * frame
+
+
+@dataclass(frozen=True, eq=False)
+class Played:
+    """A request on many machines.
+
+    - ``times``: when each act had ended, ps; ``times[0]`` is the begin.
+    - ``ledger``: of the request. ``first``: of its first plan, which of a replan is that before the change.
+    - ``machines``: after it. ``joules``: the parts of the energy from the request on, by name.
+    """
+
+    times: tuple[Times, ...]
+    ledger: Ledger
+    first: Ledger
+    machines: Machines
+    joules: Mapping[str, Column]
 
 
 class Machines:
     """As many machines as ``specs`` has, at time 0, of one bound system but for what their components cost.
 
-    It has what ``plan_chain`` and ``joules`` ask of a machine. ``now``: ps. ``by_name``, ``links``: components and
-    links, each with its ``busy``.
+    ``now``: ps. ``by_name``, ``links``: components and links, each with its ``busy``, ps.
     """
-
-    listening = False
 
     def __init__(self, system: System, specs: Specs) -> None:
         self.system, self.specs = system, specs
         self.now: Times = np.zeros(specs.count, np.int64)
         platform = system.platform
-        self.by_name = {
-            name: _Fpga(specs, name) if isinstance(spec, FpgaComponent) else _Processor(specs, name)
-            for name, spec in platform.components.items()
-            if isinstance(spec, FpgaComponent | ProcessorComponent)
-        }
+        self.by_name: dict[str, Any] = {}
+        for name, spec in platform.components.items():
+            if isinstance(spec, FpgaComponent):
+                self.by_name[name] = _Fpga(specs, name)
+            elif isinstance(spec, ProcessorComponent):
+                self.by_name[name] = _Processor(specs, name)
+            elif isinstance(spec, MemoryComponent):
+                self.by_name[name] = _Resource(specs.count)
         self.links = {name: _link(specs, name) for name in platform.links}
-        self._routes = Routes(platform)
         self._spent: dict[str, Times] = {}
 
-    def run(self, process: Generator[Any, Any, None]) -> None:
-        """Run a chain to its end: it waits for nothing."""
-        for _ in process:
-            raise AssertionError("a chain on machines side by side waits for no event")
-
-    def another(self) -> Machines:
-        """The same machines at time 0."""
-        return Machines(self.system, self.specs)
+    def play(self, request: Recorded, watts: Mapping[str, tuple[Column, Column]]) -> Played:
+        """Do the acts of a request. ``watts``: static and dynamic power of each FPGA."""
+        times, ledger = [self.now], Ledger()
+        first, before = ledger, None
+        for number, act in enumerate(request.acts):
+            if request.before and number == request.before:
+                before, first, ledger = joules(self, watts), ledger, Ledger()
+            self._do(act, ledger)
+            times.append(self.now)
+        whole = joules(self, watts)
+        since = whole if before is None else {part: value - before[part] for part, value in whole.items()}
+        return Played(tuple(times), ledger, first, self, since)
 
     def watts(self, name: str) -> tuple[Column, Column]:
-        """What a processor or link draws while it works and while it does not, W."""
+        """What a processor, memory or link draws while it works and while it does not, W."""
         specs = self.specs
         busy = specs.measure(name, lambda spec: spec.power.busy.value)
         return busy, specs.measure(name, lambda spec: spec.power.idle.value)
@@ -179,107 +220,36 @@ class Machines:
             return dict(planning.phases)
         return {phase: planning.clocks.at_or_after(spent) for phase, spent in self._spent.items()}
 
-    def follow_up(self, task: str) -> None:
-        """Nothing: a workload with tasks of its own is simulated."""
-
-    def carry(
-        self,
-        flow: Flow,
-        ledger: Ledger | None = None,  # noqa: ARG002 - the books of a single run
-        *,
-        bits: int | None = None,
-        priority: int = 0,  # noqa: ARG002 - nothing contends
-        content: Content | None = None,
-    ) -> Generator[Any, Any, Any]:
-        """Process generator: a message over every link between two tasks."""
-        places = self.system.placement.places
-        origin, target = places[flow.sender], places[flow.receiver]
-        for hop in self._routes.between(origin, target) if origin != target else ():
-            if hop.links:
-                (name,) = hop.links
-                self.now = self.links[name].send(self.now, flow.bits if bits is None else bits)
-        return content
-        yield
-
-    def plan(
-        self, steps: Generator[Step, None, Any], ledger: Ledger | None = None
-    ) -> Generator[Any, Any, Any]:
-        """Process generator: the steps of the planner's style on its component."""
-        del ledger
-        return (yield from self._run(self.system.component, steps, self.system.architecture.kernel))
-
-    def perform(
-        self,
-        task: str,
-        steps: Generator[Step, None, Any],
-        ledger: Ledger | None = None,
-        *,
-        priority: int = 0,
-    ) -> Generator[Any, Any, Any]:
-        """Process generator: the steps of a task's own style on its component."""
-        del ledger, priority
-        placement = self.system.placement
-        return (yield from self._run(placement.places[task], steps, placement.styles[task].kernel))
-
-    def _run(self, name: str, steps: Generator[Step, None, Any], kernel: str) -> Generator[Any, Any, Any]:
-        steps = planner_steps(self.system.planner, steps)
-        component = self.by_name[name]
-        if isinstance(component, _Fpga):
-            return (yield from self._on_fpga(component, steps))
-        return (yield from self._on_processor(name, component, steps, kernel))
-
-    def _on_fpga(self, fpga: _Fpga, steps: Generator[Step, None, Any]) -> Generator[Any, Any, Any]:
-        while True:
-            # From the next edge, the steps follow each other without a gap.
-            first, cycles = fpga.clocks.at_or_after(self.now), 0
-            exchange, output = None, None
-            while exchange is None:
-                try:
-                    step = next(steps)
-                except StopIteration as done:
-                    output = done.value
-                    break
-                if isinstance(step, Exchange):
-                    exchange = step
-                    break
-                amount = int(step.cycles.sum())
-                fpga.phases[step.phase] = fpga.phases.get(step.phase, 0) + amount
-                cycles += amount
-            end = fpga.clocks.edge(first + cycles)
-            fpga.busy = fpga.busy + (end - fpga.clocks.edge(first))
-            self.now = end
-            if exchange is None:
-                return output
-            yield from self._exchange(exchange)
-
-    def _on_processor(
-        self, name: str, processor: _Processor, steps: Generator[Step, None, Any], kernel: str
-    ) -> Generator[Any, Any, Any]:
-        while True:
-            try:
-                step = next(steps)
-            except StopIteration as done:
-                return done.value
-            if isinstance(step, Exchange):
-                yield from self._exchange(step)
-                continue
-            units, wanted = int(step.cycles.sum()), step.kernel or kernel
-            if step.instead is not None and wanted not in processor.costs:
-                units, wanted = step.instead, kernel
-            if not units:
-                continue
-            spent = processor.costs[wanted] * units
+    def _do(self, act: Act, ledger: Ledger) -> None:
+        if act.unit == BITS:
+            link = self.links[act.where]
+            self.now = link.send(self.now, act.amount)
+            waited: Any = link.waited
+            ledger.spent[Spent.WAIT, act.where] += waited
+            ledger.count(act.where, act.what, act.amount, 1)
+        elif act.unit == CYCLES:
+            self._work(self.by_name[act.where], act, ledger)
+        else:
+            processor = self.by_name[act.where]
+            spent = processor.costs[act.unit] * act.amount
             processor.busy = processor.busy + spent
             self.now = self.now + spent
-            if name == self.system.component:
-                self._spent[step.phase] = self._spent.get(step.phase, np.int64(0)) + spent
+            ledger.count(act.where, act.what, act.unit, act.amount)
+            if act.where == self.system.component:
+                self._spent[act.what] = self._spent.get(act.what, np.int64(0)) + spent
 
-    def _exchange(self, step: Exchange) -> Generator[Any, Any, None]:
-        """A question to another task, that task, and its answer."""
-        asker, task = self.system.planner.planning_task, step.to
-        yield from self.carry(Flow(asker, task, f"{task} request", step.bits))
-        yield from self.perform(task, self.system.placement.styles[task].steps(self.system.job))
-        yield from self.carry(Flow(task, asker, f"{task} answer", step.answer_bits))
+    def _work(self, fpga: _Fpga, act: Act, ledger: Ledger) -> None:
+        """Cycles without a gap, from the next edge of the clock."""
+        first = fpga.clocks.at_or_after(self.now)
+        begin, end = fpga.clocks.edge(first), fpga.clocks.edge(first + act.amount)
+        ledger.count(act.where, "", BEGINS, 1)
+        waited: Any = begin - self.now
+        ledger.spent[Spent.WAIT, act.where] += waited
+        for phase, cycles in act.phases:
+            fpga.phases[phase] = fpga.phases.get(phase, 0) + cycles
+            ledger.count(act.where, phase, CYCLES, cycles)
+        fpga.busy = fpga.busy + (end - begin)
+        self.now = end
 
 
 def _link(specs: Specs, name: str) -> _Link:

@@ -15,6 +15,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import reduce
 from typing import Annotated, Any, Literal
 
 import numpy as np
@@ -30,11 +31,15 @@ Plan = tuple["Term", ...]
 
 
 def _power(value: Any, power: int) -> Any:
-    """A power; that of 0 to a negative exponent is infinite."""
-    if isinstance(value, np.ndarray):
-        with np.errstate(divide="ignore"):
-            return value.astype(np.float64) ** power
-    return math.inf if power < 0 and not value else value**power
+    """A whole power, by products alone: of a number and of an array to the same last bit. 0 to a negative one: inf."""
+    product: Any = 1.0
+    for _ in range(abs(power)):
+        product = product * value
+    if power >= 0:
+        return product
+    with np.errstate(divide="ignore"):
+        inverse = np.divide(1.0, product)
+    return inverse if np.ndim(inverse) else float(inverse)
 
 
 @dataclass(frozen=True)
@@ -137,7 +142,11 @@ class Terms(ResultModel):
         Exact where each input moves all terms that it is in the same way, else an interval that holds both.
         """
         bounds = [_sum_bounds(plan, self.inputs) for plan in self.plans(figure)]
-        return (max(low for low, _ in bounds), max(high for _, high in bounds)) if bounds else None
+        if not bounds:
+            return None
+        least, most = zip(*bounds, strict=True)
+        low, high = reduce(np.maximum, least), reduce(np.maximum, most)
+        return (low, high) if np.ndim(low) or np.ndim(high) else (float(low), float(high))
 
 
 ENERGY_OVER = "plan_time_mean_s"
@@ -158,7 +167,7 @@ def is_edges(name: str) -> bool:
 
 def _sum_bounds(plan: Iterable[Monomial], inputs: Mapping[str, Figure]) -> Interval:
     bounds = [monomial.bounds(inputs) for monomial in plan]
-    return math.fsum(low for low, _ in bounds), math.fsum(high for _, high in bounds)
+    return sum((low for low, _ in bounds), 0.0), sum((high for _, high in bounds), 0.0)
 
 
 def _product(term: Monomial, draw: Monomial) -> Monomial:
@@ -176,18 +185,23 @@ def merged(monomials: Iterable[Monomial]) -> tuple[Monomial, ...]:
         key = frozenset(each.powers.items()), each.divide, each.by
         amount = each.amount + (sums[key].amount if key in sums else 0.0)
         sums[key] = Monomial(amount, each.powers, each.divide, each.by)
-    return tuple(each for each in sums.values() if each.amount)
+    return tuple(each for each in sums.values() if np.any(each.amount))
 
 
 def mean_of(plans: Sequence[Plan]) -> Plan:
-    """The terms of the mean time of several plans: like parts of the chain are one term."""
+    """The terms of the mean time of several plans: like parts of the chain are one term. Equal plans are one object."""
+    counts: dict[int, tuple[Plan, int]] = {}
+    for plan in plans:
+        counts[id(plan)] = plan, counts.get(id(plan), (plan, 0))[1] + 1
     sums: dict[Any, Term] = {}
-    share = 1.0 / len(plans)
-    for term in (term for plan in plans for term in plan):
-        key = term.where, term.what, frozenset(term.powers.items()), term.divide, term.by
-        old = sums.get(key)
-        amount, seconds = (0.0, 0.0) if old is None else (old.amount, old.seconds)
-        sums[key] = replace(term, amount=amount + share * term.amount, seconds=seconds + share * term.seconds)
+    for plan, count in counts.values():
+        share = count / len(plans)
+        for term in plan:
+            key = term.where, term.what, frozenset(term.powers.items()), term.divide, term.by
+            old = sums.get(key)
+            amount, seconds = (0.0, 0.0) if old is None else (old.amount, old.seconds)
+            amount, seconds = amount + share * term.amount, seconds + share * term.seconds
+            sums[key] = replace(term, amount=amount, seconds=seconds)
     return tuple(sums.values())
 
 

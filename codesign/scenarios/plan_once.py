@@ -23,6 +23,7 @@ from codesign.system.build import Machine
 from codesign.system.chain import Answer
 from codesign.system.energy import energy_of, watts_of
 from codesign.system.outcome import plan_fields, times_until, use_fields
+from codesign.system.ran import RanMachine
 from codesign.system.scenario import LeverProgress, ProgressOfMission, Scenario
 from codesign.system.terms import plan_terms
 from codesign.system.trials import Arrivals, Trials, arrival_reason, arrivals_of
@@ -52,7 +53,7 @@ class PlanOnceScenario(Scenario):
         _tell_answer(machine, first.answer)
         fields = plan_fields(machine, first.answer, memo) | use_fields(machine, boards)
         fields |= {"time": times_until(first.before), "energy": energy_of(system, requests.joules)}
-        fields["terms"] = plan_terms(machine, first.before.ledger, requests.ledgers, boards)
+        fields["terms"] = plan_terms(RanMachine(machine), first.before.ledger, requests.ledgers, boards)
         arrivals = arrivals_of(system, first.answer.problem, fields["quality"])
         times = times_of([request.answer.parts for request in requests.all])
         fields["task"] = task_figures(system, arrivals, times)
@@ -88,7 +89,7 @@ def _tell_answer(machine: Machine, answer: Answer) -> None:
         machine.tell(TrajectoryRecord(machine.now, "robot", points, arrived))
 
 
-def task_figures(system: System, arrivals: Arrivals | None, times: Mapping[str, float]) -> TaskFigures:
+def task_figures(system: System, arrivals: Arrivals | None, times: Mapping[str, Any]) -> TaskFigures:
     """The task, and its times (``times_of``)."""
     problem, spec = system.problem, system.workload.problem
     if not isinstance(problem, Problem) or not isinstance(spec, ProblemSpec):

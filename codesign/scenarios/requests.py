@@ -6,9 +6,11 @@ Where a plan serves every start, starts that are answered alike (``Planner.answe
 from __future__ import annotations
 
 import math
-from collections.abc import Generator, Mapping
+from collections.abc import Generator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
+
+import numpy as np
 
 from codesign.inputs.problem import ProblemSpec
 from codesign.memo import Memo
@@ -18,11 +20,10 @@ from codesign.results.ledger import Ledger
 from codesign.system.bind import System
 from codesign.system.build import planner_code
 from codesign.system.chain import Answer, PlanMachine, plan_chain
-from codesign.system.energy import joules
 from codesign.system.sent_map import SentMap
 
-Boards = Mapping[str, tuple[Any, Any]]
-"""Static and dynamic power of each FPGA, W: numbers, or arrays for many machines side by side."""
+Boards = Mapping[str, tuple[float, float]]
+"""Static and dynamic power of each FPGA, W."""
 
 SHARED_BYTES = 128 * 2**20
 """Bytes of functional work that the requests of one run share, where no exploration brings a memo."""
@@ -33,12 +34,13 @@ class Request:
     """One request that was simulated.
 
     ``answer``: to it. ``before``: of a replan, the plan of the map before its change; else the answer itself.
-    ``joules``: from the request to the end, as the parts of an ``Energy`` by name.
+    ``joules``: from the request to the end, as the parts of an ``Energy`` by name. ``machine``: that it ran on.
     """
 
     answer: Answer
     before: Answer
     joules: Mapping[str, float]
+    machine: PlanMachine
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,9 +60,20 @@ class Requests:
         """The energy a request, mean over all."""
         # fsum rounds once, so that no sum depends on the order of the starts.
         return {
-            part: math.fsum(request.joules[part] for request in self.all) / len(self.all)
+            part: mean_of_requests([request.joules[part] for request in self.all])
             for part in self.first.joules
         }
+
+
+def mean_of_requests(values: Sequence[Any]) -> Any:
+    """The mean of numbers, or of arrays entry by entry; each sum is rounded once."""
+    if not any(np.ndim(value) for value in values):
+        return math.fsum(values) / len(values)
+    if all(value is values[0] for value in values):
+        # A product is rounded once, as a sum of as many equals is.
+        return values[0] * len(values) / len(values)
+    columns = np.broadcast_arrays(*values)
+    return np.array([math.fsum(entries) for entries in zip(*columns, strict=True)]) / len(values)
 
 
 def requests_of(machine: PlanMachine, boards: Boards, memo: Memo | None) -> Requests:
@@ -107,7 +120,7 @@ def _ask(machine: PlanMachine, problem: Any, boards: Boards, memo: Memo | None) 
             return
         sent: dict[str, SentMap] = {}
         before = yield from plan_chain(machine, problem, memo=memo, sent=sent)
-        spent.append(joules(machine, boards))
+        spent.append(machine.joules(boards))
         policy = _policy(machine.system)
         start = None
         if policy == "continue":
@@ -120,10 +133,9 @@ def _ask(machine: PlanMachine, problem: Any, boards: Boards, memo: Memo | None) 
 
     machine.run(mission())
     ((before, answer),) = answers
-    whole = joules(machine, boards)
-    return Request(
-        answer, before, {part: value - sum(each[part] for each in spent) for part, value in whole.items()}
-    )
+    whole = machine.joules(boards)
+    joules = {part: value - sum(each[part] for each in spent) for part, value in whole.items()}
+    return Request(answer, before, joules, machine)
 
 
 def _policy(system: System) -> str:

@@ -2,22 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator, Iterable, Iterator, Sequence
+from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 from codesign.errors import CodesignError, RunError, SpecError
-from codesign.inputs import Platform
 from codesign.inputs.components import (
-    BusyPower,
     DisplayComponent,
     FpgaComponent,
     MemoryComponent,
     ProcessorComponent,
-
-    RobotComponent,
 )
-from codesign.inputs.host_file import ProcessorPower
 from codesign.planners.interface import Planner
 from codesign.planners.styles import Exchange, Step
 from codesign.planners.task_graph import Flow
@@ -25,7 +20,9 @@ from codesign.records import Listener, Record, TaskRecord
 from codesign.results.ledger import BEGINS, CYCLES, Ledger, Spent
 from codesign.system.assemble import building_order, component_of, display_of, link_of, refused
 from codesign.system.bind import System
+from codesign.system.energy import joules
 from codesign.system.messages import Content, LostMessageError, Messages, Routes
+from codesign.system.ran import spec_of
 
 if TYPE_CHECKING:
     from codesign.components import BlockRam, ClockDomain, Component, Granularity
@@ -126,9 +123,13 @@ class Machine:
         """A machine of the same system at time 0, without listeners."""
         return build(self.system, (), self.granularity)
 
+    def joules(self, boards: Mapping[str, tuple[float, float]]) -> dict[str, float]:
+        """The parts of an energy up to now, by name; see ``energy.joules``."""
+        return joules(self, boards)
+
     def watts(self, name: str) -> tuple[float, float]:
         """What a processor, memory or link with declared power draws while it works and while it does not, W."""
-        power = power_of(self.system.platform, name)
+        power = spec_of(self.system, name).power
         return power.busy.value, power.idle.value
 
     @property
@@ -387,14 +388,6 @@ class Machine:
         for content, words in memory.words.items():
             ram.allocate(content, words)
         return ram
-
-
-def power_of(platform: Platform, name: str) -> ProcessorPower | BusyPower:
-    """The declared power of a processor, memory or link."""
-    spec = platform.links[name] if name in platform.links else platform.components[name]
-    assert not isinstance(spec, FpgaComponent | DisplayComponent | RobotComponent), "asked of no other"
-    assert spec.power is not None, "asked only where it is declared"
-    return spec.power
 
 
 def build(system: System, listeners: Sequence[Listener], granularity: Granularity) -> Machine:

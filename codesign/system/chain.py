@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator
+from collections.abc import Generator, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, Protocol
 
@@ -14,8 +14,8 @@ from codesign.planners.interface import COMMAND, LOAD, LOWER_BOUND, POSE, Proble
 from codesign.planners.styles import Step
 from codesign.planners.task_graph import Flow, TaskGraph
 from codesign.results.ledger import Ledger
+from codesign.system.bind import System
 from codesign.system.build import PLANNING, planner_code
-from codesign.system.energy import Spender
 from codesign.system.messages import Content
 from codesign.system.place import DETECT
 from codesign.system.sent_map import SentMap
@@ -39,11 +39,22 @@ class Answer:
         return self.loaded - self.asked, self.planned - self.loaded, self.answered - self.planned
 
 
-class PlanMachine(Spender, Protocol):
-    """What a plan is made on: one simulated machine, or many side by side with arrays for times.
+class PlanMachine(Protocol):
+    """What a plan is made on: a simulated machine, or a recorder of what its components and links do.
 
     See ``Machine`` for each method.
     """
+
+    @property
+    def system(self) -> System:
+        """The bound system."""
+
+    @property
+    def now(self) -> int:
+        """The simulated time, ps; or how much was recorded."""
+
+    def joules(self, boards: Mapping[str, tuple[float, float]]) -> dict[str, float]:
+        """The parts of an energy up to now, by name; none of a recorder."""
 
     @property
     def listening(self) -> bool:

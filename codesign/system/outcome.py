@@ -128,7 +128,7 @@ def _processor_figures(system: System) -> dict[str, Figure]:
 
 def plan_fields(machine: Machine, answer: Answer, memo: Memo | None) -> dict[str, Any]:
     """Times, cycles and quality of a first plan."""
-    figures, quality = machine.system.planner.figures(answer.plan), quality_of(machine, answer, memo)
+    figures, quality = machine.system.planner.figures(answer.plan), quality_of(machine.system, answer, memo)
     lengths = machine.system.problem.optimal_lengths
     if lengths and isinstance(quality, Quality):
         mean, error = sum(lengths) / len(lengths), length_error(machine.system.problem)
@@ -145,9 +145,9 @@ def times_until(answer: Answer) -> Times:
     )
 
 
-def quality_of(machine: Machine, answer: Answer, memo: Memo | None) -> Any:
+def quality_of(system: System, answer: Answer, memo: Memo | None) -> Any:
     """The planner's judgement of an answer: computed once for each problem and plan."""
-    planner = machine.system.planner
+    planner = system.planner
     key = ("quality", planner.name, answer.problem.digest, planner.identity(answer.plan))
     return (Memo() if memo is None else memo).get(key, lambda: planner.quality(answer.problem, answer.plan))
 

@@ -8,12 +8,14 @@ times or delivers late, tasks of the user's own use the same components, or one 
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from operator import attrgetter
+from typing import TYPE_CHECKING, Any, Protocol
+
+import numpy as np
 
 from codesign.figures import Figure, Status
-from codesign.inputs.components import BusyPower, FpgaComponent, MemoryComponent, ProcessorComponent
-from codesign.inputs.host_file import ProcessorPower
+from codesign.inputs.components import FpgaComponent, MemoryComponent, ProcessorComponent
 from codesign.inputs.links import BusLink, SerialLink
 from codesign.results.ledger import BEGINS, CYCLES, RETRIES, Ledger, Spent, Work
 from codesign.results.result import Power
@@ -23,7 +25,6 @@ from codesign.units import PICOSECONDS_PER_SECOND
 if TYPE_CHECKING:
     from codesign.part import Part
     from codesign.system.bind import System
-    from codesign.system.build import Machine
 
 WAIT, WAIT_RETRIES = WAITS = "wait", "wait to send again"
 """What a component or a link does while it does not work."""
@@ -33,9 +34,39 @@ SAME = 1e-9
 """Two figures of a law that differ by less than this share are one: each went through some roundings."""
 
 
-def plan_terms(
-    machine: Machine, first: Ledger, requests: Sequence[Ledger], boards: Mapping[str, Power]
-) -> Terms:
+class Ran(Protocol):
+    """What terms are made from: one machine after its run, or many side by side, where each number is an array."""
+
+    @property
+    def system(self) -> System:
+        """The bound system."""
+
+    def spec(self, name: str) -> Any:
+        """The spec of a component or link; of many machines, one that all are like but for their prices."""
+
+    def figure(self, name: str, of: Callable[[Any], Figure]) -> Figure:
+        """A figure of the spec of a component or link."""
+
+    def open_link(self, name: str) -> str:
+        """Why the time of the messages of a link is no sum of terms; "" where it is one."""
+
+    def claimed(self) -> bool:
+        """Whether a display takes cycles of a memory that the design works in."""
+
+    def share_of_memory(self, name: str) -> float:
+        """The share of the busy time of the FPGA that plans in which an external memory works."""
+
+    def sent_bits(self, name: str, bits: int) -> Any:
+        """Bits on the wire of a serial link for a message, with those of its frames."""
+
+    def wire_bits(self, name: str, bits: int) -> int:
+        """Bits of a message with its checksum."""
+
+    def timeout(self, name: str) -> int:
+        """Picoseconds after which a link sends a message again."""
+
+
+def plan_terms(machine: Ran, first: Ledger, requests: Sequence[Ledger], boards: Mapping[str, Power]) -> Terms:
     """The terms of a task's times, and of the energy of a request.
 
     Args:
@@ -72,12 +103,10 @@ TIMES = ("first_plan_s", "plan_time_mean_s", "plan_time_95_s", "plan_time_worst_
 """The times of a plan that have terms."""
 
 
-def _open(machine: Machine, ledger: Ledger) -> str:
+def _open(machine: Ran, ledger: Ledger) -> str:
     """Why the time of the plan is no sum of terms; "" where it is one."""
     system = machine.system
-    fpga = machine.planning_component if system.part is not None else None
-    memories = [] if fpga is None else [fpga.block_ram, fpga.external]
-    if any(memory is not None and memory.claims is not None for memory in memories):
+    if machine.claimed():
         return (
             "a display takes cycles of the memory that the design works in: how many depends on when it works"
         )
@@ -87,7 +116,7 @@ def _open(machine: Machine, ledger: Ledger) -> str:
     if memory is not None and any(low < high for low, high in (memory.width.interval, _row_words(memory))):
         return "the words of a row or a word of the external memory are not known: they move its accesses by steps"
     used = {work.where for work in ledger.work}
-    reasons = (_open_link(machine, name) for name in machine.links if name in used)
+    reasons = (machine.open_link(name) for name in system.platform.links if name in used)
     return next(filter(None, reasons), "")
 
 
@@ -99,19 +128,6 @@ def _external(system: System) -> MemoryComponent | None:
 
 def _row_words(memory: MemoryComponent) -> tuple[float, float]:
     return (0.0, 0.0) if memory.row_words is None else memory.row_words.interval
-
-
-def _open_link(machine: Machine, name: str) -> str:
-    """Why the time of the messages of a link is no sum of terms; "" where it is one."""
-    links = machine.system.platform.links
-    if links[name].outages:
-        return f"link {name} is down at certain times"
-    if machine.links[name].late:
-        return f"messages of link {name} arrive late"
-    ends = set(links[name].between)
-    if sum(len(ends & set(link.between)) > 1 for link in links.values()) > 1:
-        return f"of link {name} and those beside it each message takes the fastest"
-    return ""
 
 
 def _open_energy(system: System) -> str:
@@ -130,10 +146,10 @@ def _open_energy(system: System) -> str:
 class _Pricing:
     """Collects the inputs that terms rest on."""
 
-    def __init__(self, machine: Machine) -> None:
+    def __init__(self, machine: Ran) -> None:
         self.machine, self.system = machine, machine.system
         self.inputs: dict[str, Figure] = {}
-        self.values: dict[str, float] = {}
+        self.values: dict[str, Any] = {}
 
     def input(self, name: str, figure: Figure) -> str:
         """The name of an input, after it was put among the inputs."""
@@ -147,7 +163,7 @@ class _Pricing:
         So the second is ``axi 2 edges``.
         """
         names = (f"{name}{f' {number}' if number > 1 else ''} edges" for number in itertools.count(1))
-        return next(self.input(each, waited) for each in names if self.inputs.get(each, waited) == waited)
+        return next(self.input(each, waited) for each in names if _alike(self.inputs.get(each), waited))
 
     def term(
         self, work: Work, amount: float, powers: dict[str, int], divide: int = 0, by: tuple[str, ...] = ()
@@ -171,17 +187,22 @@ class _Pricing:
         return tuple(term for term in terms if term.amount)
 
     def _of_work(self, work: Work, amount: int) -> Iterator[Term]:
-        platform, name = self.system.platform, work.where
-        if name in platform.links:
+        name = work.where
+        if name in self.system.platform.links:
             yield from self._messages(work, amount)
             return
-        spec = platform.components[name]
+        spec = self.machine.spec(name)
         if isinstance(spec, ProcessorComponent):
-            cost = spec.costs[str(work.unit)].per(PICOSECONDS_PER_SECOND, "s")
-            yield self.term(work, amount, {self.input(f"{name}.costs.{work.unit}", cost): 1})
+            cost = self.machine.figure(name, lambda each: each.costs[str(work.unit)])
+            seconds = cost.per(PICOSECONDS_PER_SECOND, "s")
+            yield self.term(work, amount, {self.input(f"{name}.costs.{work.unit}", seconds): 1})
         elif isinstance(spec, FpgaComponent) and work.unit == CYCLES:
-            powers = {self.input(f"{name}.clock", spec.clock): -1}
+            powers = {self._of(name, "clock"): -1}
             yield self.term(work, amount, powers | self._accesses(name))
+
+    def _of(self, name: str, key: str) -> str:
+        """The input of a field of a component or link."""
+        return self.input(f"{name}.{key}", self.machine.figure(name, attrgetter(key)))
 
     def _accesses(self, fpga: str) -> dict[str, int]:
         """The factor of cycles that rest on an external memory."""
@@ -197,34 +218,28 @@ class _Pricing:
         return {self.input(name, ratio): 1} if low < high else {}
 
     def _messages(self, work: Work, amount: int) -> Iterator[Term]:
-        from codesign.components import Serial
-
         name = work.where
-        spec, link = self.system.platform.links[name], self.machine.links[name]
-        bits = int(work.unit) + link.errors.checksum_bits
-        if isinstance(link, Serial):
-            assert isinstance(spec, SerialLink), "a serial line is made of one"
-            baud = self.input(f"{name}.baud", spec.baud)
-            yield self.term(work, amount * float(link.frames(int(work.unit)) * link.frame_bits), {baud: -1})
+        spec, bits = self.machine.spec(name), self.machine.wire_bits(name, int(work.unit))
+        if isinstance(spec, SerialLink):
+            sent = self.machine.sent_bits(name, int(work.unit))
+            yield self.term(work, amount * sent, {self._of(name, "baud"): -1})
         elif isinstance(spec, BusLink):
-            clock, width = self.input(f"{name}.clock", spec.clock), self.input(f"{name}.width", spec.width)
-            burst = self.input(f"{name}.burst_words", spec.burst_words)
-            setup = self.input(f"{name}.setup_cycles", spec.setup_cycles)
+            clock, width = self._of(name, "clock"), self._of(name, "width")
+            burst, setup = self._of(name, "burst_words"), self._of(name, "setup_cycles")
             yield self.term(work, amount, {clock: -1}, bits, (width,))
             yield self.term(work, amount, {setup: 1, clock: -1}, bits, (width, burst))
 
     def _waiting(self, name: str, ledger: Ledger) -> Iterator[Term]:
         """The waits at a component or link: for messages sent again, and for the edges of its clock."""
         spent = ledger.spent[Spent.WAIT, name]
-        if not spent:
+        if not np.any(spent):
             return
-        platform = self.system.platform
-        spec = platform.links[name] if name in platform.links else platform.components[name]
+        spec = self.machine.spec(name)
         again = sum(
             amount for each, amount in ledger.work.items() if each.where == name and each.unit == RETRIES
         )
         if again:
-            timeouts = again * self.machine.links[name].errors.timeout
+            timeouts = again * self.machine.timeout(name)
             spent -= timeouts
             yield self.term(Work(name, WAIT_RETRIES, ""), timeouts / PICOSECONDS_PER_SECOND, {})
         wait = Work(name, WAIT, "")
@@ -234,10 +249,15 @@ class _Pricing:
                 for each, amount in ledger.work.items()
                 if each.where == name and (each.unit == BEGINS or isinstance(each.unit, int))
             )
-            periods = spent / PICOSECONDS_PER_SECOND * spec.clock.value
+            clock = self._of(name, "clock")
+            periods = spent / PICOSECONDS_PER_SECOND * self.values[clock]
             source = "clock periods waited until the next edge, at most one each time"
-            edges = Figure(periods, "1", Status.CALIBRATED, source, 0, max(begins, periods))
-            powers = {self.edges(name, edges): 1, self.input(f"{name}.clock", spec.clock): -1}
+            # Where nothing was waited, there is no term; of many machines, one of 0.
+            most: Any = (
+                np.where(spent, np.maximum(begins, periods), 0) if np.ndim(spent) else max(begins, periods)
+            )
+            edges = Figure(periods, "1", Status.CALIBRATED, source, 0 * most, most)
+            powers = {self.edges(name, edges): 1, clock: -1}
             yield self.term(wait, 1.0, powers)
         else:
             yield self.term(wait, spent / PICOSECONDS_PER_SECOND, {})
@@ -249,48 +269,44 @@ class _Pricing:
             yield from self._board(name, power)
         for name, component in platform.components.items():
             if isinstance(component, ProcessorComponent):
-                yield from self._busy_or_waiting(name, component.power)
+                yield from self._busy_or_waiting(name)
             elif isinstance(component, MemoryComponent) and component.power is not None:
-                yield from self._memory(name, component.power)
+                yield from self._memory(name)
         for name, link in platform.links.items():
             if link.power is not None:
-                yield from self._busy_or_waiting(name, link.power)
+                yield from self._busy_or_waiting(name)
 
     def _draw(self, where: str, when: When, amount: float, powers: dict[str, int], beside: str = "") -> Draw:
         watts = Monomial(amount, powers).at(self.values)
         return Draw(amount, powers, 0, (), where, when, watts, beside)
 
-    def _busy_or_waiting(self, name: str, power: ProcessorPower | BusyPower) -> Iterator[Draw]:
-        yield self._draw(name, "busy", 1.0, {self.input(f"{name}.power.busy", power.busy): 1})
-        yield self._draw(name, "waiting", 1.0, {self.input(f"{name}.power.idle", power.idle): 1})
+    def _busy_or_waiting(self, name: str) -> Iterator[Draw]:
+        yield self._draw(name, "busy", 1.0, {self._of(name, "power.busy"): 1})
+        yield self._draw(name, "waiting", 1.0, {self._of(name, "power.idle"): 1})
 
-    def _memory(self, name: str, power: BusyPower) -> Iterator[Draw]:
+    def _memory(self, name: str) -> Iterator[Draw]:
         """A memory works in a share of the FPGA's cycles, and only beside the FPGA that plans."""
-        component = self.machine.by_name[name]
         fpga = self.system.component
-        busy = self.machine.by_name[fpga].busy
-        share = component.busy / busy if component.busy and busy else 0.0
-        idle = self.input(f"{name}.power.idle", power.idle)
+        share = self.machine.share_of_memory(name)
+        idle = self._of(name, "power.idle")
         if not share:
             yield self._draw(name, "always", 1.0, {idle: 1})
             return
         yield self._draw(name, "waiting", 1.0, {idle: 1}, fpga)
         yield self._draw(name, "busy", 1.0 - share, {idle: 1}, fpga)
-        yield self._draw(name, "busy", share, {self.input(f"{name}.power.busy", power.busy): 1}, fpga)
+        yield self._draw(name, "busy", share, {self._of(name, "power.busy"): 1}, fpga)
 
     def _board(self, name: str, power: Power) -> Iterator[Draw]:
         """Static power at all times, and dynamic power while the design works, which rises with the clock."""
-        spec, law = self.system.platform.components[name], self._law(name)
-        assert isinstance(spec, FpgaComponent), "boards are FPGAs"
-        part = spec.chip
+        law, part = self._law(name), self.machine.spec(name).chip
         static = power.static == part.static_power
         source = f"part {part.name}.power.static" if static else f"law {law}.power.static"
         yield self._draw(name, "always", 1.0, {self.input(source, power.static): 1})
-        if not power.dynamic.value:
+        if not np.any(power.dynamic.value):
             return
         amount, powers = self._dynamic(law, power.dynamic, part)
-        clock = self.input(f"{name}.clock", spec.clock)
-        yield self._draw(name, "busy", amount / spec.clock.value, {**powers, clock: 1})
+        clock = self._of(name, "clock")
+        yield self._draw(name, "busy", amount / self.values[clock], {**powers, clock: 1})
 
     def _law(self, name: str) -> str:
         """The planner and the style on an FPGA."""
@@ -312,11 +328,20 @@ class _Pricing:
         amount = dynamic.value / rate.value
         powers = {self.input(f"part {part.name}.power.dynamic", rate): 1}
         least, most = dynamic.interval[0] / (low * amount), dynamic.interval[1] / (high * amount)
-        if least < 1 - SAME or most > 1 + SAME:
+        if np.any(least < 1 - SAME) or np.any(most > 1 + SAME):
             text = f"activity of the design over that of the law, {law}: {dynamic.source}"
-            activity = Figure(1.0, "1", dynamic.status, text, min(1.0, least), max(1.0, most))
+            ends: Any = np.minimum(1.0, least), np.maximum(1.0, most)
+            lower, upper = ends if np.ndim(amount) else map(float, ends)
+            activity = Figure(1.0, "1", dynamic.status, text, lower, upper)
             powers[self.input(f"law {law}.power.activity", activity)] = 1
         return amount, powers
+
+
+def _alike(known: Figure | None, waited: Figure) -> bool:
+    """Whether an input has no figure yet, or the same one."""
+    return known is None or (
+        np.array_equal(known.value, waited.value) and np.array_equal(known.interval, waited.interval)
+    )
 
 
 def _access_ratio(memory: MemoryComponent) -> tuple[float, float]:

@@ -126,7 +126,7 @@ def first_plan_fields(
     policy = drive_of(machine.system.workload).replan.policy
     if last is first or policy is not ReplanPolicy.CONTINUE:
         return fields
-    judged = quality_of(machine, last, memo)
+    judged = quality_of(machine.system, last, memo)
     if not isinstance(judged, Quality) or judged.wrong_cells is None:
         return fields
     return fields | {

@@ -1,0 +1,146 @@
+"""Priced outcomes as bytes: one block for the points that compute the same.
+
+A block is a JSON header in one line, then its arrays, all compressed. The first bytes of all numbers of an array come
+first, then the second ones: equal leading bytes of neighbours then compress to little.
+"""
+
+from __future__ import annotations
+
+import json
+import zlib
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import TypeAdapter
+
+from codesign.exploration.partition import Indices, Together, Work
+from codesign.pricing.price import PRICED, Priced
+from codesign.results.result import Reason, Result
+
+_LEVEL = 3
+_MOST_BYTES = 2**30
+_COLUMNS = ("figures", "lows", "highs")
+_REASONS = TypeAdapter(tuple[Reason, ...])
+
+
+def block_of(priced: Priced) -> bytes:
+    """The outcomes as bytes."""
+    arrays: list[NDArray[Any]] = [priced.which.astype(np.int32), priced.reason.astype(np.int32)]
+    constants: dict[str, dict[str, float | None]] = {}
+    for kind in _COLUMNS:
+        constants[kind] = {}
+        for name, column in _columns(priced, kind).items():
+            if (column == column[0]).all() or np.isnan(column).all():
+                constants[kind][name] = None if np.isnan(column[0]) else float(column[0])
+            else:
+                arrays.append(np.asarray(column, np.float64))
+    header = {
+        "count": len(priced.which),
+        "templates": [template.model_dump(mode="json") for template in priced.templates],
+        "reasons": [reason.model_dump(mode="json") for reason in priced.reasons],
+        "constants": constants,
+    }
+    text = json.dumps(header, ensure_ascii=False, separators=(",", ":")).encode()
+    return zlib.compress(b"\n".join([text, b"".join(map(_planes, arrays))]), _LEVEL)
+
+
+def read_block(data: bytes) -> Priced:
+    """The outcomes of a block.
+
+    Raises:
+        ValueError, KeyError, TypeError: the bytes are no block that this version can read.
+    """
+    text, _, rest = _inflated(data).partition(b"\n")
+    header = json.loads(text)
+    count = int(header["count"])
+    reader = _Reader(rest, count)
+    which, reason = (reader.take(np.dtype(np.int32)).astype(np.intp) for _ in range(2))
+    columns: dict[str, dict[str, NDArray[np.float64]]] = {}
+    for kind in _COLUMNS:
+        constants: Mapping[str, float | None] = header["constants"][kind]
+        columns[kind] = {
+            name: np.full(count, np.nan if constants[name] is None else constants[name], np.float64)
+            if name in constants
+            else reader.take(np.dtype(np.float64))
+            for name in PRICED
+        }
+    templates = tuple(Result.model_validate(each) for each in header["templates"])
+    reasons = _REASONS.validate_python(header["reasons"])
+    if reader.left or not _inside(which, 0, len(templates)) or not _inside(reason, -1, len(reasons)):
+        raise ValueError("the arrays of a block do not belong to its header")
+    return Priced(templates, which, columns["figures"], columns["lows"], columns["highs"], reasons, reason)
+
+
+def plan_of(works: Iterable[Work]) -> bytes:
+    """Which points compute the same: the key of each block, and its points."""
+    together = [work for work in works if isinstance(work, Together)]
+    header = json.dumps([[work.key, len(work.numbers)] for work in together])
+    numbers = [np.diff(work.numbers, prepend=0) for work in together]
+    return zlib.compress(b"\n".join([header.encode(), b"".join(map(_planes, numbers))]), _LEVEL)
+
+
+def read_plan(data: bytes, count: int) -> list[tuple[str, Indices]]:
+    """The key of each block, and its points, of a study of ``count`` points.
+
+    Raises:
+        ValueError, KeyError, TypeError: the bytes are no plan that this version can read.
+    """
+    text, _, rest = _inflated(data).partition(b"\n")
+    plan = []
+    place = 0
+    for key, size in json.loads(text):
+        reader = _Reader(rest[place : place + 8 * size], size)
+        numbers = np.cumsum(reader.take(np.dtype(np.int64)))
+        if not _inside(numbers, 0, count):
+            raise ValueError("a block has points that the study has not")
+        plan.append((str(key), numbers))
+        place += 8 * size
+    return plan
+
+
+def _inflated(data: bytes) -> bytes:
+    inflate = zlib.decompressobj()
+    try:
+        raw = inflate.decompress(data, _MOST_BYTES)
+    except zlib.error as wrong:
+        raise ValueError(str(wrong)) from wrong
+    if inflate.unconsumed_tail:
+        raise ValueError(f"a block of more than {_MOST_BYTES:,} bytes")
+    return raw
+
+
+def _columns(priced: Priced, kind: str) -> Mapping[str, NDArray[np.float64]]:
+    return {"figures": priced.figures, "lows": priced.lows, "highs": priced.highs}[kind]
+
+
+def _planes(array: NDArray[Any]) -> bytes:
+    """The first bytes of all numbers, then the second ones, and so on; little-endian."""
+    little = np.ascontiguousarray(array, array.dtype.newbyteorder("<"))
+    return little.view(np.uint8).reshape(len(array), -1).T.tobytes()
+
+
+class _Reader:
+    """Reads arrays of ``count`` numbers, one after another."""
+
+    def __init__(self, data: bytes, count: int) -> None:
+        self._data, self._count, self._place = data, count, 0
+
+    @property
+    def left(self) -> int:
+        """Bytes that were not read."""
+        return len(self._data) - self._place
+
+    def take(self, kind: np.dtype[Any]) -> NDArray[Any]:
+        """The next array."""
+        size = self._count * kind.itemsize
+        if size > self.left:
+            raise ValueError("a block is cut off")
+        planes = np.frombuffer(self._data, np.uint8, size, self._place).reshape(kind.itemsize, self._count)
+        self._place += size
+        return np.ascontiguousarray(planes.T).view(kind.newbyteorder("<")).reshape(-1).astype(kind)
+
+
+def _inside(numbers: NDArray[Any], least: int, count: int) -> bool:
+    return not len(numbers) or bool(least <= numbers.min() and numbers.max() < count)

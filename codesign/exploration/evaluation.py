@@ -1,0 +1,184 @@
+"""What a worker makes of work: it prices points that compute the same side by side, and simulates all others."""
+
+from __future__ import annotations
+
+import traceback
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import PurePath
+from typing import TYPE_CHECKING, Any
+
+from codesign.errors import CodesignError
+from codesign.exploration.explored import Explored
+from codesign.exploration.identity import canonical_digest, code_digest
+from codesign.exploration.partition import Alone, Together, Work
+from codesign.exploration.simulator import Simulator, grid_for
+from codesign.exploration.space import DesignPoint, Space
+from codesign.exploration.store import Entry, EntryState
+from codesign.memo import Memo
+from codesign.pricing.computation import Computation, record
+from codesign.pricing.price import Priced, price, why_alone
+from codesign.results.result import Result
+from codesign.scenarios import bind
+from codesign.system.bind import System
+from codesign.system.memory import refusal
+
+if TYPE_CHECKING:
+    from codesign.maps import OccupancyGrid
+
+EvaluatePoint = Callable[[DesignPoint], Result]
+"""Computes one point by itself."""
+
+
+@dataclass(frozen=True, eq=False)
+class Done:
+    """What came of work.
+
+    - ``work``: it. ``priced``: the outcomes of points that compute the same, in their order; or None.
+    - ``entries``: of points that were simulated by themselves, in their order.
+    - ``computations``: those that were computed anew, as JSON by their digest. ``simulated``: how many simulations it
+      took.
+    """
+
+    work: Work
+    priced: Priced | None = None
+    entries: tuple[Entry, ...] = ()
+    computations: Mapping[str, str] = field(default_factory=dict)
+    simulated: int = 0
+
+    @property
+    def ran(self) -> bool:
+        """Whether a plan was computed, so that kernels are compiled."""
+        return self.simulated > 0
+
+
+class Evaluator(ABC):
+    """Computes work. For ``ProcessExecutor`` it must pickle; each worker then works on a copy of its own."""
+
+    def __init__(self, space: Space) -> None:
+        self.space = space
+
+    @abstractmethod
+    def __call__(self, work: Work) -> Done:
+        """What came of work; a point that raises becomes a failed one."""
+
+    def points(self, work: Work) -> Iterator[DesignPoint]:
+        """The points of work, in order."""
+        return iter(work.points) if isinstance(work, Alone) else map(self.space.point, work.indices)
+
+
+class PointByPoint(Evaluator):
+    """Computes each point by itself. ``evaluate`` computes one."""
+
+    def __init__(self, evaluate: EvaluatePoint, space: Space) -> None:
+        super().__init__(space)
+        self.evaluate = evaluate
+
+    def __call__(self, work: Work) -> Done:
+        """The entries of the points, in order."""
+        return _one_by_one(work, self.points(work), self.evaluate)
+
+
+class Pricer(Evaluator):
+    """Prices points that compute the same, and simulates all others.
+
+    Args:
+        explored, grid, memory: see ``Simulator``.
+        space: of the points.
+        computations: what was computed before, as JSON by its digest.
+    """
+
+    def __init__(
+        self,
+        explored: Explored,
+        space: Space,
+        grid: OccupancyGrid | None = None,
+        memory: int | None = None,
+        computations: Mapping[str, str] | None = None,
+    ) -> None:
+        super().__init__(space)
+        self.explored, self.grid, self.memory = explored, grid, memory
+        self.computations = dict(computations or {})
+        self._simulator = Simulator(explored, grid, memory)
+        self._memo: Memo | None = None
+
+    def __call__(self, work: Work) -> Done:
+        """What came of work."""
+        if isinstance(work, Together):
+            done = self._together(work)
+            if done is not None:
+                return done
+        return _one_by_one(work, self.points(work), self._simulator)
+
+    def _together(self, work: Together) -> Done | None:
+        """Points priced side by side; None where each has to be simulated, or to be refused, by itself."""
+        self._memo = self._memo or Memo()
+        computed: dict[str, str] = {}
+        system: System | None = None
+        try:
+            platform, workload = self.explored.point(work.axes)
+            system = bind(platform, workload, grid=grid_for(workload, self.explored.workload, self.grid))
+            if why_alone(system) or refusal(system, self.memory) is not None:
+                return None
+            bound, memo = system, self._memo
+            priced = price(bound, work.specs, lambda: self._computation(bound, memo, computed))
+        except CodesignError:
+            return None
+        return Done(work, priced, computations=computed, simulated=len(computed))
+
+    def _computation(self, system: System, memo: Memo, computed: dict[str, str]) -> Computation:
+        """What a system computes, as it was stored or computed now."""
+        digest = computation_digest(system)
+        known = self.computations.get(digest)
+        if known is not None:
+            return Computation.read(known)
+        computation = record(system, memo)
+        computed[digest] = self.computations[digest] = computation.model_dump_json()
+        return computation
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {**self.__dict__, "_memo": None}
+
+
+def computation_digest(system: System) -> str:
+    """SHA-256 over all that a computation depends on: planner, problem, parameters, places, links and code."""
+    platform, placement = system.platform, system.placement
+    return canonical_digest(
+        [
+            code_digest(),
+            system.planner.name,
+            system.architecture.style,
+            system.problem.digest,
+            repr(system.workload.problem),
+            {name: model.model_dump(mode="json") for name, model in system.parameters.items()},
+            dict(placement.places),
+            sorted(placement.inside),
+            {task: style.style for task, style in placement.styles.items()},
+            {name: [spec.type, *spec.between] for name, spec in platform.links.items()},
+            {name: sorted(getattr(spec, "costs", ())) for name, spec in platform.components.items()},
+        ]
+    )
+
+
+def _one_by_one(work: Work, points: Iterable[DesignPoint], evaluate: EvaluatePoint) -> Done:
+    entries = tuple(_entry_of(evaluate, point) for point in points)
+    return Done(work, entries=entries, simulated=sum(entry.state is EntryState.DONE for entry in entries))
+
+
+def _entry_of(evaluate: EvaluatePoint, point: DesignPoint) -> Entry:
+    try:
+        return Entry(point.key, EntryState.DONE, evaluate(point).model_dump_json())
+    except CodesignError as fault:
+        return Entry(point.key, EntryState.FAILED, str(fault))
+    except Exception as fault:
+        # Not the user's mistake: the place is what a report of it needs.
+        return Entry(point.key, EntryState.FAILED, f"{type(fault).__name__}: {fault} ({_place(fault)})")
+
+
+def _place(fault: Exception) -> str:
+    """The innermost line of this package behind ``_entry_of``, or of any other where it never came back here."""
+    frames = traceback.extract_tb(fault.__traceback__)
+    ours = [frame for frame in frames[1:] if "codesign" in PurePath(frame.filename).parts]
+    frame = (ours or frames)[-1]
+    return f"{PurePath(frame.filename).name}:{frame.lineno}"

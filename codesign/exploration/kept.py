@@ -1,0 +1,101 @@
+"""What a store has of the works of an exploration, and how what comes in is kept there."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from codesign.errors import StoreError
+from codesign.exploration.blocks import block_of, read_block
+from codesign.exploration.definition import OTHER_VERSION
+from codesign.exploration.evaluation import Done
+from codesign.exploration.partition import Alone, Indices, Together, Work
+from codesign.exploration.space import Space
+from codesign.exploration.store import Batch, Entry, EntryState, Store
+from codesign.pricing.machines import Specs
+from codesign.pricing.price import Priced
+
+_KEYS_AT_ONCE = 500
+
+
+@dataclass(frozen=True)
+class Kept:
+    """The results of works in a store. ``where``: its file, for messages. ``space``: of the points."""
+
+    store: Store
+    space: Space
+    where: str | None
+
+    def everything(self, plan: Sequence[tuple[str, Indices]]) -> Iterator[Done]:
+        """What the store has of a study: its blocks by their keys, and all other points one by one.
+
+        Raises:
+            StoreError: see ``parted``.
+        """
+        alone = np.ones(len(self.space), bool)
+        for key, numbers in plan:
+            block = next(self.store.blocks([key]), None)
+            if block is not None:
+                alone[numbers] = False
+                work = Together(numbers, {}, Specs({}, {}, len(numbers)), key)
+                yield Done(work, self._read(block[1]))
+        if not self.store.has_entries():
+            return
+        rest = np.flatnonzero(alone)
+        for begin in range(0, len(rest), _KEYS_AT_ONCE):
+            some = Alone(tuple(map(self.space.point, rest[begin : begin + _KEYS_AT_ONCE].tolist())))
+            yield from (each for each in self._by_point(some, False) if isinstance(each, Done))
+
+    def parted(self, works: Iterable[Work]) -> Iterator[Done | Work]:
+        """Each work as what the store has of it, or as what is left to compute.
+
+        Points that failed are left to compute. A work that is kept in part gives both.
+
+        Raises:
+            StoreError: the store cannot be read, or holds a block that this version cannot read.
+        """
+        for work in works:
+            if isinstance(work, Together):
+                block = next(self.store.blocks([work.key]), None)
+                if block is not None:
+                    yield Done(work, self._read(block[1]))
+                    continue
+                if not self.store.has_entries():
+                    yield work
+                    continue
+            yield from self._by_point(work, True)
+
+    def _by_point(self, work: Work, retry: bool) -> Iterator[Done | Work]:
+        points = work.points if isinstance(work, Alone) else tuple(map(self.space.point, work.indices))
+        entries: dict[str, Entry] = {}
+        for begin in range(0, len(points), _KEYS_AT_ONCE):
+            entries |= self.store.find([point.key for point in points[begin : begin + _KEYS_AT_ONCE]])
+        if retry:
+            entries = {key: each for key, each in entries.items() if each.state is not EntryState.FAILED}
+        done = tuple(point for point in points if point.key in entries)
+        if done:
+            yield Done(Alone(done), entries=tuple(entries[point.key] for point in done))
+        left = tuple(point for point in points if point.key not in entries)
+        if left:
+            yield Alone(left) if done or isinstance(work, Alone) else work
+
+    def put(self, done: Done) -> None:
+        """Keep what came in.
+
+        Raises:
+            StoreError: the store cannot be written.
+        """
+        blocks = {}
+        if done.priced is not None and isinstance(done.work, Together):
+            blocks[done.work.key] = block_of(done.priced)
+        self.store.put(Batch(done.entries, blocks, done.computations))
+
+    def _read(self, data: bytes) -> Priced:
+        try:
+            return read_block(data)
+        except (ValueError, KeyError, TypeError, ArithmeticError, RecursionError) as wrong:
+            raise StoreError(
+                "holds a block that this version cannot read", self.where, OTHER_VERSION
+            ) from wrong

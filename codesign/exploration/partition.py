@@ -1,0 +1,208 @@
+"""The points of a space, parted into those that compute the same, and those that are simulated each by itself.
+
+Some axes move only what a component or link costs: part and clock of an FPGA, the clock of a bus, the costs of a
+processor. Points that differ in these alone compute the same. All other axes move what is computed.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from codesign.errors import CodesignError
+from codesign.exploration.explored import Explored
+from codesign.exploration.space import DesignPoint, Space, canonical
+from codesign.inputs import Platform
+from codesign.inputs.components import FpgaComponent, ProcessorComponent
+from codesign.inputs.document import KeyPath
+from codesign.inputs.edit import PLATFORM_AXIS, Movable, design_point
+from codesign.inputs.links import BusLink, SerialLink
+from codesign.models import SpecModel
+from codesign.pricing.machines import Specs
+
+Indices = NDArray[np.int64]
+
+PRICES: Mapping[type[SpecModel], frozenset[str]] = {
+    FpgaComponent: frozenset({"part", "clock", "calibration"}),
+    ProcessorComponent: frozenset({"host", "clock", "costs", "power"}),
+    BusLink: frozenset({"clock", "width", "setup_cycles", "burst_words", "power"}),
+    SerialLink: frozenset({"baud", "power"}),
+}
+"""What of a component or link is a price: it changes no message and no step, only what they take."""
+
+
+@dataclass(frozen=True)
+class Alone:
+    """Points that are simulated each by itself."""
+
+    points: tuple[DesignPoint, ...]
+
+    @property
+    def indices(self) -> tuple[int, ...]:
+        """Their places in the enumeration."""
+        return tuple(point.index for point in self.points)
+
+
+@dataclass(frozen=True, eq=False)
+class Together:
+    """Points that compute the same.
+
+    - ``numbers``: their places in the enumeration, int64, rising. ``axes``: the values of the first one.
+    - ``specs``: the components and links of each.
+    - ``key``: SHA-256 over all that their outcomes depend on.
+    """
+
+    numbers: Indices
+    axes: dict[str, Any]
+    specs: Specs
+    key: str
+
+    @property
+    def indices(self) -> tuple[int, ...]:
+        """Their places in the enumeration."""
+        return tuple(self.numbers.tolist())
+
+
+Work = Alone | Together
+"""What one worker computes in a row."""
+
+ALONE_AT_ONCE = 16
+
+
+def parted(explored: Explored, space: Space, pending: Indices) -> Iterator[Work]:
+    """The pending points as work, in about the order of their first points."""
+    levels = space.levels(pending)
+    platforms = levels.get(PLATFORM_AXIS)
+    if platforms is None:
+        yield from _Parting(explored, space, explored.platforms[""], pending, levels).works()
+        return
+    for number in np.unique(platforms):
+        chosen = platforms == number
+        platform = explored.platforms[space.axes[PLATFORM_AXIS][number]]
+        own = {axis: column[chosen] for axis, column in levels.items()}
+        yield from _Parting(explored, space, platform, pending[chosen], own).works()
+
+
+@dataclass(frozen=True, eq=False)
+class _Parting:
+    """The points of one platform. ``levels``: the number of the value of each axis, one entry a point; -1: none."""
+
+    explored: Explored
+    space: Space
+    platform: Platform
+    points: Indices
+    levels: Mapping[str, NDArray[np.int32]]
+
+    @cached_property
+    def priced(self) -> dict[str, list[str]]:
+        """The axes that move prices, by component or link."""
+        movable = Movable.of(self.platform, self.explored.workload.document)
+        owners: dict[str, list[str]] = {}
+        for axis in self.levels:
+            head, _, key = axis.partition(".")
+            if axis == PLATFORM_AXIS or movable.section(head) not in ("components", "links"):
+                continue
+            path: KeyPath = movable.path(axis)
+            spec = self._models[str(path[1])]
+            if key.split(".")[0] in PRICES.get(type(spec), frozenset()):
+                owners.setdefault(str(path[1]), []).append(axis)
+        return owners
+
+    @cached_property
+    def _models(self) -> Mapping[str, SpecModel]:
+        return {**self.platform.components, **self.platform.links}
+
+    def works(self) -> Iterator[Work]:
+        """The points as work."""
+        moved = {axis for axes in self.priced.values() for axis in axes}
+        count = len(self.points)
+        which = {name: np.zeros(count, np.intp) for name in self._models}
+        models: dict[str, tuple[SpecModel, ...]] = {name: (model,) for name, model in self._models.items()}
+        sound = np.ones(count, bool)
+        shapes: list[NDArray[np.int32]] = []
+        for name, axes in self.priced.items():
+            combinations, numbers = np.unique(
+                np.stack([self.levels[axis] for axis in axes], axis=1), axis=0, return_inverse=True
+            )
+            each = [self._model(name, dict(zip(axes, row, strict=True))) for row in combinations.tolist()]
+            shape = _shapes(each)
+            models[name] = tuple(self._models[name] if model is None else model for model in each)
+            which[name] = numbers.reshape(-1).astype(np.intp)
+            sound &= np.array([model is not None for model in each])[which[name]]
+            shapes.append(shape[which[name]])
+        computed = [column for axis, column in self.levels.items() if axis not in moved]
+        group = _grouped([*computed, *shapes], count)
+        yield from self._by_group(group, sound, models, which)
+
+    def _model(self, name: str, levels: Mapping[str, int]) -> SpecModel | None:
+        """A component or link with values of its own axes; None where it refuses them."""
+        values = {axis: self.space.axes[axis][level] for axis, level in levels.items() if level >= 0}
+        try:
+            platform = design_point(self.platform, self.explored.workload, values)[0]
+        except CodesignError:
+            return None
+        model: SpecModel = {**platform.components, **platform.links}[name]
+        return model
+
+    def _by_group(
+        self,
+        group: NDArray[np.intp],
+        sound: NDArray[np.bool_],
+        models: Mapping[str, tuple[SpecModel, ...]],
+        which: Mapping[str, NDArray[np.intp]],
+    ) -> Iterator[Work]:
+        alone = np.flatnonzero(~sound)
+        order = np.argsort(group[sound], kind="stable")
+        places = np.flatnonzero(sound)[order]
+        edges = np.flatnonzero(np.diff(group[places])) + 1
+        for members in np.split(places, edges) if len(places) else []:
+            specs = Specs(models, {name: numbers[members] for name, numbers in which.items()}, len(members))
+            axes = self.space.values(int(self.points[members[0]]))
+            yield Together(self.points[members], axes, specs, self._key(members))
+        for begin in range(0, len(alone), ALONE_AT_ONCE):
+            some = self.points[alone[begin : begin + ALONE_AT_ONCE]].tolist()
+            yield Alone(tuple(map(self.space.point, some)))
+
+    def _key(self, members: NDArray[np.intp]) -> str:
+        """SHA-256 over the axes of the points and what their values stand for."""
+        values: dict[str, Any] = {}
+        digest = hashlib.sha256(self.space.fingerprint.encode())
+        for axis, column in self.levels.items():
+            used, numbers = np.unique(column[members], return_inverse=True)
+            texts = [canonical(self.space.axes[axis][level]) if level >= 0 else "" for level in used.tolist()]
+            contents = self.space.contents.get(axis, {})
+            values[axis] = [[text, contents.get(text, "")] for text in texts]
+            digest.update(numbers.astype(np.int32).tobytes())
+        digest.update(canonical(values).encode())
+        return digest.hexdigest()
+
+
+def _shapes(models: Sequence[SpecModel | None]) -> NDArray[np.int32]:
+    """A number for each kind of model: those of one kind differ in prices alone."""
+    kinds: dict[str, int] = {}
+    return np.array([kinds.setdefault(_shape(model), len(kinds)) for model in models], np.int32)
+
+
+def _shape(model: SpecModel | None) -> str:
+    if model is None:
+        return ""
+    rest = model.model_dump(mode="json", exclude=set(PRICES[type(model)]))
+    costs = sorted(model.costs) if isinstance(model, ProcessorComponent) else []
+    powered = isinstance(model, BusLink | SerialLink) and model.power is not None
+    return canonical([rest, costs, powered])
+
+
+def _grouped(columns: Sequence[NDArray[np.int32]], count: int) -> NDArray[np.intp]:
+    """A number for each different row of the columns, in the order of the first rows."""
+    if not columns:
+        return np.zeros(count, np.intp)
+    _, first, number = np.unique(np.stack(columns, axis=1), axis=0, return_index=True, return_inverse=True)
+    rank = np.empty(len(first), np.intp)
+    rank[np.argsort(first)] = np.arange(len(first))
+    return np.asarray(rank[number.reshape(-1)], np.intp)

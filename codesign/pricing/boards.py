@@ -1,0 +1,112 @@
+"""What a design takes of an FPGA, of each part and at each clock that many machines have."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from codesign.figures import Figure, Status
+from codesign.inputs.components import FpgaComponent
+from codesign.part import Part
+from codesign.planners.demand import Demand
+from codesign.planners.job import Job
+from codesign.pricing.machines import Column, Specs
+from codesign.results.result import Power, Reason, ResourceUse
+from codesign.system.bind import System
+from codesign.system.calibrated import Laws, laws_of
+from codesign.system.fit import clock_reason, fit_part
+
+Numbers = NDArray[np.intp]
+
+NOTHING = Figure(0, "W", Status.ASSUMED, "no task is on it")
+
+
+@dataclass(frozen=True, eq=False)
+class Board:
+    """The use of one FPGA by a design.
+
+    - ``kind``: of each model, the number of its kind: a part and a calibration. ``fits``: by kind, the resources and
+      why the design does not fit. ``parts``: by kind.
+    - ``powers``: static and dynamic power of each model. ``too_fast``: why its clock is, or None.
+    """
+
+    kind: Numbers
+    parts: Sequence[Part]
+    fits: Sequence[tuple[tuple[ResourceUse, ...], tuple[Reason, ...]]]
+    powers: Sequence[Power]
+    too_fast: Sequence[Reason | None]
+
+    def watts(self, which: Numbers) -> tuple[Column, Column]:
+        """Static and dynamic power of each machine, W."""
+        static = np.array([power.static.value for power in self.powers], np.float64)
+        dynamic = np.array([power.dynamic.value for power in self.powers], np.float64)
+        return static[which], dynamic[which]
+
+
+def boards_of(system: System, specs: Specs) -> dict[str, Board]:
+    """The use of every FPGA of a platform, by name."""
+    return {
+        name: _board(system, specs.models[name], name)
+        for name, spec in system.platform.components.items()
+        if isinstance(spec, FpgaComponent)
+    }
+
+
+def used_boards(system: System) -> tuple[str, ...]:
+    """The FPGAs with a task: the one that plans, then those of tasks apart."""
+    placement, components = system.placement, system.platform.components
+    apart = (placement.places[task] for task in placement.styles if task not in placement.inside)
+    names = dict.fromkeys((system.component, *apart))
+    return tuple(name for name in names if isinstance(components[name], FpgaComponent))
+
+
+def _board(system: System, models: Sequence[Any], name: str) -> Board:
+    style, job, task = _design_on(system, name)
+    kinds: dict[Any, int] = {}
+    kind: list[int] = []
+    parts: list[Part] = []
+    fits: list[tuple[tuple[ResourceUse, ...], tuple[Reason, ...]]] = []
+    prices: list[tuple[Laws, Demand, Figure] | None] = []
+    powers: list[Power] = []
+    too_fast: list[Reason | None] = []
+    for model in models:
+        part = model.chip
+        key = part.full_name, None if model.calibrated is None else model.calibrated.name
+        if key not in kinds:
+            kinds[key] = len(fits)
+            parts.append(part)
+            if style is None:
+                fits.append(((), ()))
+                prices.append(None)
+            else:
+                laws, own = laws_of(style, model, task), replace(job, part=part)
+                demand = laws.demand(own)
+                fits.append(fit_part(demand, part))
+                prices.append((laws, laws.power_demand(own, demand), laws.clock_limit(own)))
+        kind.append(kinds[key])
+        price = prices[kinds[key]]
+        if price is None:
+            powers.append(Power(static=part.static_power, dynamic=NOTHING))
+            too_fast.append(None)
+            continue
+        laws, demand, limit = price
+        clock = int(model.clock.value)
+        static, dynamic = laws.power(demand, clock)
+        powers.append(Power.model_construct(static=static, dynamic=dynamic))
+        too_fast.append(clock_reason(clock, limit))
+    return Board(np.array(kind, np.intp), parts, fits, powers, too_fast)
+
+
+def _design_on(system: System, name: str) -> tuple[Any, Job[Any, Any], str]:
+    """The style of the design on an FPGA, its job, and its task where that does not plan; None: no task is on it."""
+    if name == system.component:
+        return system.architecture, system.job, ""
+    placement = system.placement
+    for task, style in placement.styles.items():
+        if placement.places[task] == name and task not in placement.inside:
+            return style, Job(system.problem, system.planning), task
+    return None, system.job, ""
