@@ -9,7 +9,7 @@ import pytest
 import codesign
 from codesign.errors import InputError, SpecError
 from codesign.inputs.axis_values import axis_values
-from codesign.inputs.exploration import MAX_VALUES
+from codesign.inputs.ranges import MAX_VALUES
 from codesign.inputs.exploring import exploring
 
 
