@@ -47,6 +47,27 @@ def axis_values(text: str, place: str) -> list[Any]:
     return values
 
 
+_WHEN = re.compile(r" when +(?=[A-Za-z_][A-Za-z0-9_.-]*=)")
+_AND = re.compile(r" and +(?=[A-Za-z_][A-Za-z0-9_.-]*=)")
+
+
+def axis_form(text: str, place: str) -> dict[str, Any]:
+    """An axis with its values, as a file has it: with what it depends on, where that follows behind ``when``.
+
+    >>> axis_form("4,6 when workload.variant=base and relax.block=[8,12]", "")
+    {'values': [4, 6], 'when': {'workload.variant': ['base'], 'relax.block': [[8, 12]]}}
+
+    Raises:
+        InputError: see ``axis_values``.
+    """
+    values, *conditions = _WHEN.split(text, maxsplit=1)
+    form: dict[str, Any] = {"values": axis_values(values, place)}
+    for condition in _AND.split(conditions[0]) if conditions else ():
+        axis, _, chosen = condition.partition("=")
+        form.setdefault("when", {})[axis] = axis_values(chosen, f"{place} when {axis}")
+    return form
+
+
 def _entries(text: str, place: str) -> Iterator[str]:
     """The entries of a list, parted at the commas that stand outside of brackets, braces and quotes."""
     begin, open_brackets, quote = 0, 0, ""
