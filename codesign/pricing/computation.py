@@ -82,8 +82,12 @@ class Computation(ResultModel):
             ValueError: the text is none.
         """
         computation = cls.model_validate_json(text)
-        figures = {name: _adapter(name).validate_python(value) for name, value in computation.figures.items()}
-        return computation.model_copy(update={"figures": figures})
+        return computation.model_copy(update={"figures": _typed(computation.figures)})
+
+
+def _typed(figures: Mapping[str, Any]) -> dict[str, Any]:
+    """Fields of a result as its model has them."""
+    return {name: _adapter(name).validate_python(value) for name, value in figures.items()}
 
 
 @cache
@@ -123,7 +127,7 @@ def record(system: System, memo: Memo) -> Computation:
     return Computation.model_construct(
         requests=tuple(_recorded(request) for request in distinct.values()),
         of_starts=tuple(numbers[id(request)] for request in requests.all),
-        figures=system.planner.figures(first.plan),
+        figures=_typed(system.planner.figures(first.plan)),
         quality=quality,
         task=task_figures(system, arrivals, _NO_TIMES),
         short=arrival_reason(arrivals),

@@ -104,8 +104,9 @@ def price(system: System, specs: Specs, computed: Callable[[], Computation]) -> 
         played, fields, priced = _run(system, specs, boards, computation)
         for name, values in priced.items():
             figures[name][runs] = values[runs]
-        for number in np.unique(which[runs]):
-            chosen = np.flatnonzero(runs & (which == number))
+        parts = _kinds(specs, boards)
+        for number in np.unique(parts[runs]):
+            chosen = np.flatnonzero(runs & (parts == number))
             own, powers = specs.subset(chosen), _powers(specs, boards, chosen)
             ends = intervals_of(system, own, chosen, played, computation.of_starts, powers)
             for name, (low, high) in ends.items():
@@ -120,9 +121,7 @@ def _fitted(
     system: System, specs: Specs, boards: Mapping[str, Board], used: Sequence[str]
 ) -> tuple[tuple[Result, ...], Numbers]:
     """A result without a run for each combination of parts, and the one of each machine."""
-    head, key = head_fields(system), np.zeros(specs.count, np.intp)
-    for name in used:
-        key = key * len(boards[name].fits) + boards[name].kind[specs.which[name]]
+    head, key = head_fields(system), _kinds(specs, {name: boards[name] for name in used})
     numbers, firsts, which = np.unique(key, return_index=True, return_inverse=True)
     templates = []
     for first in firsts[: len(numbers)]:
@@ -140,6 +139,14 @@ def _fitted(
             Result.model_construct(**fields, feasible=not reasons, reasons=reasons, resources=resources)
         )
     return tuple(templates), which.reshape(-1)
+
+
+def _kinds(specs: Specs, boards: Mapping[str, Board]) -> Numbers:
+    """A number for each combination of the kinds of these FPGAs, one entry a machine."""
+    key = np.zeros(specs.count, np.intp)
+    for name, board in boards.items():
+        key = key * len(board.fits) + board.kind[specs.which[name]]
+    return key
 
 
 def _too_fast(specs: Specs, boards: Mapping[str, Board]) -> tuple[Numbers, tuple[Reason, ...]]:

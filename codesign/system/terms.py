@@ -7,7 +7,7 @@ times or delivers late, tasks of the user's own use the same components, or one 
 
 from __future__ import annotations
 
-import itertools
+from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from operator import attrgetter
 from typing import TYPE_CHECKING, Any, Protocol
@@ -150,6 +150,7 @@ class _Pricing:
         self.machine, self.system = machine, machine.system
         self.inputs: dict[str, Figure] = {}
         self.values: dict[str, Any] = {}
+        self._waits: Counter[str] = Counter()
 
     def input(self, name: str, figure: Figure) -> str:
         """The name of an input, after it was put among the inputs."""
@@ -158,12 +159,14 @@ class _Pricing:
         return name
 
     def edges(self, name: str, waited: Figure) -> str:
-        """The name of the clock periods waited at a component or link; each request that waited otherwise has its own.
+        """The name of the clock periods waited at a component or link; each request has its own.
 
-        So the second is ``axi 2 edges``.
+        So those of the second are ``axi 2 edges``. Equal numbers are not made one: whether they are equal depends on
+        the prices, and the terms do not.
         """
-        names = (f"{name}{f' {number}' if number > 1 else ''} edges" for number in itertools.count(1))
-        return next(self.input(each, waited) for each in names if _alike(self.inputs.get(each), waited))
+        self._waits[name] += 1
+        number = self._waits[name]
+        return self.input(f"{name}{f' {number}' if number > 1 else ''} edges", waited)
 
     def term(
         self, work: Work, amount: float, powers: dict[str, int], divide: int = 0, by: tuple[str, ...] = ()
@@ -335,13 +338,6 @@ class _Pricing:
             activity = Figure(1.0, "1", dynamic.status, text, lower, upper)
             powers[self.input(f"law {law}.power.activity", activity)] = 1
         return amount, powers
-
-
-def _alike(known: Figure | None, waited: Figure) -> bool:
-    """Whether an input has no figure yet, or the same one."""
-    return known is None or (
-        np.array_equal(known.value, waited.value) and np.array_equal(known.interval, waited.interval)
-    )
 
 
 def _access_ratio(memory: MemoryComponent) -> tuple[float, float]:
