@@ -303,7 +303,8 @@ def _as_written(figures: Mapping[str, DerivedFigure]) -> dict[str, Any]:
 
 
 DerivedFigures = Annotated[
-    Mapping[str, DerivedFigure],
+    # Not of the dataclass: a file, and its reference, have expressions here.
+    dict[str, Any],
     PlainValidator(read_figures),
     PlainSerializer(_as_written),
     WithJsonSchema(

@@ -98,7 +98,8 @@ class Exploration(SpecModel):
         default={},
         max_length=MAX_AXES,
         description="Decisions: values to try by axis: TASK.PARAMETER, COMPONENT.FIELD, LINK.FIELD, ROLE.FIELD,"
-        " platform, workload.variant, ...",
+        " platform, workload.variant, ... A list, or a mapping: {from: 1, to: 64, factor: 2}, or step or count;"
+        " {values: [...], when: {OTHER: VALUE}}.",
     )
     conditions: Axes = Field(
         default={},
