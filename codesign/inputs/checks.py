@@ -92,8 +92,8 @@ class _Trial:
     def point(self, document: Document, movable: Movable, index: int, value: Any) -> Document:
         """The document with a value put in its place."""
         origin = Origin((*self.place, index), self.document)
-        edits = edits_of(movable, settings_of(self.document, self.axis, self.axes) | {self.axis: value})
-        return put(document, edits, lambda _path: origin)
+        values = settings_of(self.document, self.axis, self.axes) | {self.axis: value}
+        return put(document, edits_of(movable, values), lambda _path: origin)
 
     def faults(self, form: _Form, movable: Movable) -> list[Fault]:
         """What is wrong with each value in its place; a clash with another key only if no other axis moves that."""
@@ -177,12 +177,10 @@ def workload_faults(document: Document) -> list[Fault]:
         if name != BASE and isinstance(raw, dict):
             forms[name], wrong = _variant_form(base, name)
             faults += wrong
-    if PLATFORM_AXIS in conditions:
-        place, hint = ("explore", "conditions", PLATFORM_AXIS), "list it in axes"
-        faults.append(document.fault(place, "a platform is a decision, not a condition", hint, at_key=True))
-    if VARIANT_AXIS in conditions:
-        place, hint = ("explore", "conditions", VARIANT_AXIS), "list it in axes"
-        faults.append(document.fault(place, "a variant is a decision, not a condition", hint, at_key=True))
+    for axis, kind in ((PLATFORM_AXIS, "platform"), (VARIANT_AXIS, "variant")):
+        if axis in conditions:
+            place, what = ("explore", "conditions", axis), f"a {kind} is a decision, not a condition"
+            faults.append(document.fault(place, what, "list it in axes", at_key=True))
     if VARIANT_AXIS in decisions:
         faults += _variant_axis_faults(document, axes[VARIANT_AXIS], variants)
     explored = [name for name in axes.get(VARIANT_AXIS, [BASE]) if isinstance(name, str) and name in forms]

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import click
 import pytest
+from click.testing import CliRunner
 from hypothesis import given
 from hypothesis import strategies as st
 
+from codesign.cli.options import budget_options
 from codesign.errors import InputError
 from codesign.exploration.budget import Budget
 
@@ -58,3 +61,30 @@ def test_no_budget_is_all() -> None:
 def test_an_empty_budget_is_refused(wrong: dict[str, float]) -> None:
     with pytest.raises(InputError, match="is none"):
         Budget(**wrong)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    ("written", "read"),
+    [
+        (["--points", "20"], (20, None)),
+        (["--time", "10min"], (None, 600_000)),
+        (["--time", "1.5 s", "--points", "1"], (1, 1500)),
+        ([], (None, None)),
+        (["--points", "0"], None),
+        (["--points", "x"], None),
+        (["--time", "10m"], None),
+        (["--time", "0 s"], None),
+        (["--time", "10"], None),
+    ],
+)
+def test_the_options_of_a_budget(written: list[str], read: tuple[int | None, int | None] | None) -> None:
+    given: list[tuple[int | None, int | None]] = []
+
+    @click.command()
+    @budget_options
+    def command(points: int | None, time_ms: int | None) -> None:
+        given.append((points, time_ms))
+
+    outcome = CliRunner().invoke(command, written)
+    assert given == ([] if read is None else [read])
+    assert (outcome.exit_code == 0) == (read is not None)
