@@ -7,7 +7,7 @@ from typing import Any
 
 from codesign.inputs.boxes import in_circle, listed
 from codesign.inputs.document import Document, KeyPath
-from codesign.inputs.edit import PLATFORM_AXIS, PROBLEM, VARIANT_AXIS, Movable, moves
+from codesign.inputs.edit import PLATFORM_AXIS, VARIANT_AXIS, Movable
 
 
 def conditions_of(document: Document, axis: str, axes: Mapping[str, Any]) -> dict[str, tuple[Any, ...]]:
@@ -23,11 +23,11 @@ def conditions_of(document: Document, axis: str, axes: Mapping[str, Any]) -> dic
 
 
 def settings_of(document: Document, axis: str, axes: Mapping[str, Any]) -> dict[str, Any]:
-    """The first values of other axes for which an axis exists; those of platform, variant and problem left out."""
+    """The first values of other axes for which an axis exists; those of platform and variant left out."""
     settings: dict[str, Any] = {}
     for other, values in conditions_of(document, axis, axes).items():
         settings |= settings_of(document, other, axes)
-        if other not in (VARIANT_AXIS, PLATFORM_AXIS) and not moves(other, PROBLEM):
+        if other not in (VARIANT_AXIS, PLATFORM_AXIS):
             settings[other] = values[0]
     return settings
 

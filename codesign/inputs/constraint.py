@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from typing import Annotated, Any, Literal, Self
 
@@ -21,7 +21,7 @@ from pydantic_core import CoreSchema, core_schema
 
 from codesign.errors import Fault, InputError, SpecError, choose_hint, clip, show
 from codesign.figures import FIGURES, SHORT_NAMES, ResultFigure
-from codesign.inputs.derived import DerivedFigure, derived, difference, known_figures, nodes
+from codesign.inputs.derived import DerivedFigure, derived, difference, in_scope, known_figures, nodes
 from codesign.inputs.expression import MAX_TEXT, parse_comparison
 from codesign.models import RefusalError, SpecModel, refused
 from codesign.units import PICOSECONDS_PER_SECOND, SCALES, Dimension, format_quantity, parse_quantity
@@ -343,8 +343,10 @@ def limit_text(constraint: Constraint) -> str:
     return " and ".join(texts)
 
 
-def needs_of(texts: Sequence[str], option: str = "--need") -> tuple[Constraint, ...]:
-    """The constraints of limits as text.
+def needs_of(
+    texts: Sequence[str], option: str = "--need", figures: Mapping[str, ResultFigure] | None = None
+) -> tuple[Constraint, ...]:
+    """The constraints of limits as text, which may name ``figures`` beside the declared ones.
 
     Raises:
         SpecError: every text that is none, and those that contradict each other; ``option`` is their place.
@@ -353,7 +355,8 @@ def needs_of(texts: Sequence[str], option: str = "--need") -> tuple[Constraint, 
     refusals: list[tuple[str, RefusalError]] = []
     for text in texts:
         try:
-            needs[text] = constraint_of(text)
+            with in_scope(figures or {}):
+                needs[text] = constraint_of(text)
         except RefusalError as refusal:
             refusals.append((text, refusal))
     refusals += [(list(needs)[index], refusal) for index, refusal in contradictions(list(needs.values()))]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +16,7 @@ from codesign.inputs import Workload, held, pin
 from codesign.inputs.axis_forms import with_listed_axes
 from codesign.inputs.exploration import Exploration
 from codesign.inputs.exploring import exploring
+from codesign.inputs.kept_document import kept_document, read_kept
 from codesign.inputs.ranges import MAX_VALUES
 from codesign.inputs.yaml_tree import parse_document
 
@@ -216,3 +218,28 @@ def test_an_axis_of_one_platform(tmp_path: Path) -> None:
     assert Explored.of(codesign.load_platform("virtex4-pci"), workload).section.points == 2
     alone = Explored.of(codesign.load_platform("zynq"), workload).section
     assert (alone.points, dict(alone.axes)) == (1, {})
+
+
+def test_a_kept_document_has_the_same_space(tmp_path: Path) -> None:
+    workload = load(tmp_path, CONDITIONAL)
+    again = codesign.load_workload(read_kept(json.loads(json.dumps(kept_document(workload.document)))))
+    assert explore(again).axes == explore(workload).axes
+    assert explore(again).when == explore(workload).when
+    explored = Explored.of(codesign.load_platform("virtex4-pci"), pin_variant(workload))
+    again = codesign.load_workload(
+        read_kept(json.loads(json.dumps(kept_document(explored.workload.document))))
+    )
+    assert explore(again).points == explored.section.points == 4
+
+
+def pin_variant(workload: Workload) -> Workload:
+    return pin(codesign.load_platform("virtex4-pci"), workload, {"workload.variant": "base"})[1]
+
+
+def test_an_axis_is_checked_with_the_values_for_which_it_exists(tmp_path: Path) -> None:
+    rooms = "{generate: rooms, rows: 32, columns: 48}"
+    map_axes = f"workload.problem.map: [{{generate: empty, rows: 16, columns: 24}}, {rooms}]"
+    seed = f"{{values: [1, 2], when: {{workload.problem.map: {rooms}}}}}"
+    workload = load(tmp_path, f"{map_axes}\nworkload.problem.map.seed: {seed}")
+    assert explore(workload).points == 3
+    Explored.of(codesign.load_platform("virtex4-pci"), workload).check_axes()

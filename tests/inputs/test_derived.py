@@ -12,7 +12,7 @@ import pytest
 
 import codesign
 from codesign.errors import SpecError
-from codesign.inputs.constraint import constraint_of, limit_text
+from codesign.inputs.constraint import constraint_of, limit_text, needs_of
 from codesign.inputs.derived import DerivedFigure, derived, derived_column, derived_ends, in_scope
 from codesign.inputs.exploration import Exploration
 from codesign.models import RefusalError
@@ -62,6 +62,14 @@ def test_a_constraint_may_be_an_expression_itself() -> None:
         assert apart.figure.value is not None
         below = constraint_of("slices < cycles / 10")
         assert (below.figure.name, below.bounds) == ("slices - (cycles / 10)", {"below": 0.0})
+
+
+def test_a_need_may_name_the_figures_of_a_study() -> None:
+    figures = section().figures
+    (need,) = needs_of(["energy_delay < 3 mJ s"], figures=figures)
+    assert (need.figure, need.bounds) == (figures["energy_delay"], {"below": 0.003})
+    with pytest.raises(SpecError, match="'energy_delay' is no figure"):
+        needs_of(["energy_delay < 3 mJ s"])
 
 
 def figure(text: str, **more: Any) -> DerivedFigure:
