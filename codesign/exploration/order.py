@@ -35,6 +35,7 @@ import hashlib
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -71,7 +72,7 @@ class Lattice:
         size = math.prod(values)
         periods = _periods(values)
         shift = 0 if seed == 0 else int(hashlib.sha256(f"{seed} {size}".encode()).hexdigest(), 16) % size
-        return cls(size, _step(size, periods), shift)
+        return cls(size, _step(size, tuple(periods)), shift)
 
     def at(self, turns: Indices) -> Indices:
         """The points of some turns."""
@@ -146,7 +147,8 @@ def _periods(values: Sequence[int]) -> list[int]:
     return periods
 
 
-def _step(size: int, periods: Sequence[int]) -> int:
+@lru_cache(maxsize=4096)
+def _step(size: int, periods: tuple[int, ...]) -> int:
     """The step near the golden section of ``size`` that leaves the axis which deviates most the least deviation."""
     if size < 3:
         return 1
@@ -157,8 +159,12 @@ def _step(size: int, periods: Sequence[int]) -> int:
         for step in (middle - distance, middle + distance):
             if not 0 < step < size or math.gcd(step, size) > 1:
                 continue
-            worst = max(deviation(step, period) for period in periods or [size])
-            if worst < least:
+            worst = 0
+            for period in periods or (size,):
+                worst = max(worst, deviation(step, period))
+                if worst >= least:
+                    break
+            else:
                 best, least = step, worst
             tried += 1
         if tried >= _TRIED or distance >= size // 2:

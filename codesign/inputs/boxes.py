@@ -47,9 +47,14 @@ def boxes_of(axes: Values, when: When) -> tuple[Box, ...]:
     Raises:
         RefusalError: there are more than ``MAX_BOXES``.
     """
+    allowed = {
+        axis: {other: _numbers(axes[other], values) for other, values in conditions.items()}
+        for axis, conditions in when.items()
+    }
+    classes = {axis: _classes(len(values), axis, allowed) for axis, values in axes.items()}
     boxes: list[Box] = []
     begin = 0
-    for numbers in _parts(axes, when, list(axes), {}):
+    for numbers in _parts(classes, allowed, list(axes), {}):
         boxes.append(Box(begin, numbers))
         begin += boxes[-1].size
         if len(boxes) > MAX_BOXES:
@@ -58,34 +63,36 @@ def boxes_of(axes: Values, when: When) -> tuple[Box, ...]:
     return tuple(boxes)
 
 
+_Allowed = Mapping[str, Mapping[str, Collection[int]]]
+"""As ``When``, with the numbers of the values."""
+
+
 def _parts(
-    axes: Values, when: When, names: list[str], chosen: dict[str, tuple[int, ...]]
+    classes: Mapping[str, list[tuple[int, ...]]],
+    allowed: _Allowed,
+    names: list[str],
+    chosen: dict[str, tuple[int, ...]],
 ) -> Iterator[dict[str, tuple[int, ...]]]:
     """The numbers of the values in each box, the first axis moving slowest."""
     if not names:
         yield dict(chosen)
         return
     axis, *rest = names
-    if not _exists(axes, when.get(axis, {}), chosen):
-        yield from _parts(axes, when, rest, chosen)
+    conditions = allowed.get(axis, {})
+    # All values of a class are alike to every condition.
+    if not all(other in chosen and chosen[other][0] in numbers for other, numbers in conditions.items()):
+        yield from _parts(classes, allowed, rest, chosen)
         return
-    for numbers in _classes(axes, when, axis):
-        yield from _parts(axes, when, rest, {**chosen, axis: numbers})
+    for numbers in classes[axis]:
+        yield from _parts(classes, allowed, rest, {**chosen, axis: numbers})
 
 
-def _exists(axes: Values, conditions: Mapping[str, Sequence[Any]], chosen: Mapping[str, Any]) -> bool:
-    return all(
-        other in chosen and chosen[other][0] in _numbers(axes[other], values)
-        for other, values in conditions.items()
-    )
-
-
-def _classes(axes: Values, when: When, axis: str) -> list[tuple[int, ...]]:
+def _classes(count: int, axis: str, allowed: _Allowed) -> list[tuple[int, ...]]:
     """The numbers of the values of an axis, parted by the axes that exist for them."""
-    allowed = [_numbers(axes[axis], conditions[axis]) for conditions in when.values() if axis in conditions]
+    of_axis = [conditions[axis] for conditions in allowed.values() if axis in conditions]
     classes: dict[tuple[bool, ...], list[int]] = {}
-    for number in range(len(axes[axis])):
-        classes.setdefault(tuple(number in numbers for numbers in allowed), []).append(number)
+    for number in range(count):
+        classes.setdefault(tuple(number in numbers for numbers in of_axis), []).append(number)
     return [tuple(numbers) for numbers in classes.values()]
 
 
