@@ -290,6 +290,13 @@ FIGURES: dict[str, ResultFigure] = {
 """Every figure that may be an objective or a constraint, by name. To add one, declare it here, and fill its field."""
 
 
+def named(figure: ResultFigure | str) -> ResultFigure:
+    """The declared figure of a name. A name that is not declared is one that an exploration derived, with no unit."""
+    if isinstance(figure, ResultFigure):
+        return figure
+    return FIGURES.get(figure) or ResultFigure(figure, "derived", "", figure.replace("_", " "), "1")
+
+
 def _declared(name: str) -> ResultFigure:
     return FIGURES[name]
 

@@ -52,7 +52,8 @@ def _cores() -> int:
     "axes",
     multiple=True,
     metavar="AXIS=VALUES",
-    help="Explore these values: a,b,c, or a range 1..8, 10MHz..100MHz:10MHz (step) or 1..1024*2 (factor).",
+    help="Explore these values: a,b,c, or a range 1..8, 10MHz..100MHz:10MHz (step), 1..1024*2 (factor) or"
+    " '10MHz..1GHz in 12 log' (count); 'a,b when OTHER=VALUE': where another axis has this value alone.",
 )
 @click.option(
     "--condition",
@@ -142,8 +143,8 @@ def explore(
 def _explored(
     specs: Sequence[str],
     settings: dict[str, Any],
-    axes: dict[str, list[Any]],
-    conditions: dict[str, list[Any]],
+    axes: dict[str, dict[str, Any]],
+    conditions: dict[str, dict[str, Any]],
     needs: Sequence[str],
 ) -> tuple[Platform | list[Platform] | None, Workload]:
     """The platform, or the platforms of an axis, or None where the workload has them; and the workload."""

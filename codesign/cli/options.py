@@ -148,6 +148,20 @@ memory_option = click.option(
 )
 
 
+def budget_options(command: _Command) -> _Command:
+    """The options ``--points`` and ``--time``. The command gets ``points``, or None, and ``time_ms``, or None."""
+    command = click.option(
+        "--time",
+        "time_ms",
+        type=Quantity("time", "time", scale=10**9, least=1),
+        metavar="TIME",
+        help="Begin no point after this time, such as 10min.",
+    )(command)
+    return click.option(
+        "--points", type=click.IntRange(min=1), metavar="N", help="Compute no more than N points."
+    )(command)
+
+
 set_option = click.option(
     "--set", "settings", multiple=True, metavar="AXIS=VALUE", help="Set an axis, e.g. workload.variant=NAME."
 )
@@ -173,16 +187,16 @@ def settings_of(texts: Iterable[str], option: str = "--set") -> dict[str, object
     return {axis: parse_value(value, f"{option} {axis}") for axis, value in texts_by_axis.items()}
 
 
-def axes_of(texts: Iterable[str], option: str) -> dict[str, list[object]]:
-    """The raw values of each axis that the option names, from lists and ranges.
+def axes_of(texts: Iterable[str], option: str) -> dict[str, dict[str, Any]]:
+    """Each axis that the option names, from lists and ranges: its ``values``, and what it depends on, ``when``.
 
     Raises:
         InputError: a text is no list of values of an axis, or an axis is set twice.
     """
-    from codesign.inputs.axis_values import axis_values
+    from codesign.inputs.axis_values import axis_form
 
     texts_by_axis = _by_axis(texts, option)
-    return {axis: axis_values(values, f"{option} {axis}") for axis, values in texts_by_axis.items()}
+    return {axis: axis_form(values, f"{option} {axis}") for axis, values in texts_by_axis.items()}
 
 
 def _by_axis(texts: Iterable[str], option: str) -> dict[str, str]:

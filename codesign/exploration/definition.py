@@ -58,8 +58,10 @@ def definition_text(explored: Explored, section: Exploration, specs: Specs, prov
         "identity": dict(specs.identity),
         "contents": dict(specs.contents),
         "axes": {name: list(values) for name, values in section.axes.items()},
+        "when": section.when_as_written,
         "conditions": {name: list(values) for name, values in section.conditions.items()},
         "aggregate": {name: rule_as_written(rule) for name, rule in section.aggregate.items()},
+        "figures": {name: figure.as_written for name, figure in section.figures.items()},
         "objectives": [figure.name for figure in section.objectives],
         "constraints": [limit.model_dump(mode="json", exclude_none=True) for limit in section.constraints],
     }
@@ -73,14 +75,14 @@ def read_definition(text: str) -> StudyDefinition:
         ValueError, KeyError, TypeError, AttributeError, ArithmeticError, RecursionError: this version cannot read it.
     """
     definition = read_json(text)
-    keys = ("axes", "conditions", "aggregate", "objectives", "constraints")
+    keys = ("when", "axes", "conditions", "aggregate", "figures", "objectives", "constraints")
     section = Exploration.model_validate({key: definition[key] for key in keys})
     contents = {
         str(axis): {str(value): str(digest) for value, digest in digests.items()}
         for axis, digests in definition.get("contents", {}).items()
     }
     identity = {str(name): str(digest) for name, digest in definition["identity"].items()}
-    space = Space(section.every_axis, canonical_digest(identity), contents)
+    space = Space(section.every_axis, canonical_digest(identity), contents, section.when)
     names = [str(each["name"]) for each in definition["platforms"].values()]
     if len(space) > MAX_STUDY_POINTS or not names:
         raise ValueError(f"{len(space)} points on {len(names)} platforms")

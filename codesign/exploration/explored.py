@@ -8,7 +8,7 @@ from typing import Any
 
 from codesign.errors import Fault, InputError, SpecError, UnsuitedError
 from codesign.inputs import Exploration, Platform, Workload, cross_check, design_point
-from codesign.inputs.document import Origin, put
+from codesign.inputs.document import KeyPath, Origin, put
 from codesign.inputs.edit import PLATFORM_AXIS, Movable
 from codesign.inputs.platform_axis import platforms_of
 from codesign.inputs.roles import ROLES
@@ -51,8 +51,7 @@ class Explored:
                 raise InputError(f"workload {workload.name} is explored on no platform", hint=hint)
         else:
             platforms = {"": platform}
-            axes = {axis: values for axis, values in section.axes.items() if axis != PLATFORM_AXIS}
-            section = section.model_copy(update={"axes": axes})
+            section = _on(platform, section)
         return cls(_with_section(workload, section), platforms)
 
     @property
@@ -136,6 +135,13 @@ def _over(platforms: Sequence[Platform], section: Exploration | None) -> Explora
     return section.model_copy(update={"axes": {PLATFORM_AXIS: names} | section.axes | {PLATFORM_AXIS: names}})
 
 
+def _on(platform: Platform, section: Exploration) -> Exploration:
+    """The section with its axis ``platform`` settled: axes that exist for others only are left out."""
+    values = section.axes.get(PLATFORM_AXIS, ())
+    value = next((value for value in values if value == platform.name), platform.name)
+    return section.settled({PLATFORM_AXIS: value})
+
+
 def _with_section(workload: Workload, section: Exploration) -> Workload:
     """The workload with this exploration in its document too: where none is written, faults are those of the file."""
     document = workload.document
@@ -144,4 +150,7 @@ def _with_section(workload: Workload, section: Exploration) -> Workload:
         raw = {name: list(values) for name, values in axes.items()}
         if written.get(key, {}) != raw:
             document = put(document, {("explore", key): raw}, lambda path: Origin(path, workload.document))
+    if (written.get("when") or {}) != section.when_as_written:
+        edits: dict[KeyPath, Any] = {("explore", "when"): section.when_as_written}
+        document = put(document, edits, lambda path: Origin(path, workload.document))
     return workload.model_copy(update={"explore": section}).with_document(document, workload)

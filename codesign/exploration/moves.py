@@ -11,7 +11,7 @@ from typing import Any, Literal, get_args, get_origin
 from codesign.errors import CodesignError
 from codesign.explanation import Moved
 from codesign.exploration.constraints import figure_of
-from codesign.figures import FIGURES, ResultFigure, label
+from codesign.figures import ResultFigure, label, named
 from codesign.inputs import Platform, Workload, design_point, list_parts, load_part
 from codesign.inputs.components import FpgaComponent, ProcessorComponent
 from codesign.memo import Memo
@@ -251,7 +251,7 @@ def ranked(neighbours: Any) -> tuple[Moved, ...]:
 
     def rank(each: Moved) -> tuple[bool, bool, int, int, float]:
         losses = (
-            (-value if FIGURES[name].maximise else value)
+            (-value if named(name).maximise else value)
             for name, value in each.figures.items()
             if value is not None
         )

@@ -86,7 +86,7 @@ def explore(
     grid = grid_of(workload)
     axes = section.every_axis
     specs = Specs.of(explored, identity_of(explored.single, workload, grid), contents_of(explored))
-    space = Space(axes, canonical_digest(specs.identity), specs.contents)
+    space = Space(axes, canonical_digest(specs.identity), specs.contents, section.when)
     where = str(store) if isinstance(store, str | Path) else None
     tally = Tally(space, section, where, progress, specs)
     with _open_store(store) as opened:

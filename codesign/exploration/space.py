@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import hashlib
-import itertools
 import json
 import math
+from bisect import bisect_right
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
@@ -13,6 +13,8 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+from codesign.inputs.boxes import Box, When, boxes_of, ordered, value_text
 
 MAX_GROUP = 16
 
@@ -36,7 +38,7 @@ class DesignPoint:
 
 
 class Space:
-    """Every combination of the values of the axes.
+    """Every combination of the values of the axes that exist. Nothing is held for each point: it may have 10^8.
 
     Args:
         axes: the values of each axis by name (``relax.block``, ``fpga.clock``), in file order. No axis: one
@@ -45,6 +47,9 @@ class Space:
         contents: by axis and ``canonical`` text of a value, a digest of what the value stands for: a variant, a
             platform, a map in a file. It is part of the keys of its points alone, so that one more, or a change in one,
             leaves the points of the others where they are.
+        when: for which values of other axes an axis exists. A point has no value of an axis that does not exist for it,
+            and is one point. Points with the same axes stand together, in ``boxes``; a space of which all axes always
+            exist is one box.
 
     >>> space = Space({"relax.iterations": [1, 6], "fpga.clock": ["100 MHz", "150 MHz"]}, "")
     >>> len(space), space.point(1).axes
@@ -52,51 +57,79 @@ class Space:
     """
 
     def __init__(
-        self, axes: Mapping[str, Sequence[Any]], fingerprint: str, contents: Contents | None = None
+        self,
+        axes: Mapping[str, Sequence[Any]],
+        fingerprint: str,
+        contents: Contents | None = None,
+        when: When | None = None,
     ) -> None:
+        self.when: When = MappingProxyType(dict(when or {}))
         self.axes: Mapping[str, tuple[Any, ...]] = MappingProxyType(
-            {name: tuple(values) for name, values in axes.items()}
+            {name: tuple(axes[name]) for name in ordered(axes, self.when)}
         )
         self.fingerprint = fingerprint
         self.contents: Contents = MappingProxyType(dict(contents or {}))
+        self.boxes: tuple[Box, ...] = boxes_of(self.axes, self.when)
+        self._begins = [box.begin for box in self.boxes]
+        self._numbers = {
+            axis: {value_text(value): number for number, value in enumerate(values)}
+            for axis, values in self.axes.items()
+        }
 
     def __len__(self) -> int:
-        return math.prod(len(values) for values in self.axes.values())
+        return self.boxes[-1].begin + self.boxes[-1].size
 
     def points(self) -> Iterator[DesignPoint]:
         """Every point, by index."""
-        for index, values in enumerate(itertools.product(*self.axes.values())):
-            yield self._point(index, values)
+        return map(self.point, range(len(self)))
 
     def point(self, index: int) -> DesignPoint:
         """The point at one place of the enumeration, 0 ≤ ``index`` < ``len``."""
-        if not 0 <= index < len(self):
-            raise IndexError(f"no point {index} among {len(self)}")
-        rest, chosen = index, []
-        for values in reversed(tuple(self.axes.values())):
-            rest, place = divmod(rest, len(values))
-            chosen.append(values[place])
-        return self._point(index, tuple(reversed(chosen)))
-
-    def values(self, index: int) -> dict[str, Any]:
-        """The value of each axis at one place of the enumeration."""
-        levels = self.levels(np.array([index], np.int64))
-        return {axis: self.axes[axis][int(column[0])] for axis, column in levels.items()}
-
-    def levels(self, indices: NDArray[np.int64]) -> dict[str, NDArray[np.int32]]:
-        """The number of the value of each axis at some places of the enumeration, int32, by axis."""
-        if not self.axes:
-            return {}
-        counts = tuple(len(values) for values in self.axes.values())
-        columns = np.unravel_index(indices, counts)
-        return {axis: column.astype(np.int32) for axis, column in zip(self.axes, columns, strict=True)}
-
-    def _point(self, index: int, values: tuple[Any, ...]) -> DesignPoint:
-        axes = dict(zip(self.axes, values, strict=True))
+        axes = self.values(index)
         identity = [self.fingerprint, axes]
         for axis, digests in self.contents.items():
             identity += [digest] if axis in axes and (digest := digests.get(canonical(axes[axis]))) else []
         return DesignPoint(index, axes, hashlib.sha256(canonical(identity).encode()).hexdigest())
+
+    def values(self, index: int) -> dict[str, Any]:
+        """The value of each axis that exists at one place of the enumeration."""
+        if not 0 <= index < len(self):
+            raise IndexError(f"no point {index} among {len(self)}")
+        box = self.boxes[bisect_right(self._begins, index) - 1]
+        rest, numbers = index - box.begin, {}
+        for axis, own in reversed(list(box.axes.items())):
+            rest, place = divmod(rest, len(own))
+            numbers[axis] = own[place]
+        return {axis: self.axes[axis][numbers[axis]] for axis in box.axes}
+
+    def index(self, values: Mapping[str, Any]) -> int:
+        """The place of the point with these values, the inverse of ``values``.
+
+        Raises:
+            KeyError: there is no such point.
+        """
+        numbers = {axis: self._numbers[axis][value_text(value)] for axis, value in values.items()}
+        for box in self.boxes:
+            if box.axes.keys() == numbers.keys() and all(
+                numbers[axis] in own for axis, own in box.axes.items()
+            ):
+                index = 0
+                for axis, own in box.axes.items():
+                    index = index * len(own) + own.index(numbers[axis])
+                return box.begin + index
+        raise KeyError(f"no point has {canonical(dict(values))}")
+
+    def levels(self, indices: NDArray[np.int64]) -> dict[str, NDArray[np.int32]]:
+        """The number of the value of each axis at some places of the enumeration, int32, by axis; -1: it has none."""
+        levels = {axis: np.full(len(indices), -1, np.int32) for axis in self.axes}
+        which = np.searchsorted(np.array(self._begins, np.int64), indices, side="right") - 1
+        for number in np.unique(which):
+            box, chosen = self.boxes[number], np.flatnonzero(which == number)
+            rest = indices[chosen] - box.begin
+            for axis, own in reversed(list(box.axes.items())):
+                rest, place = np.divmod(rest, len(own))
+                levels[axis][chosen] = np.array(own, np.int32)[place]
+        return levels
 
 
 def canonical(value: Any) -> str:

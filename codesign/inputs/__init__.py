@@ -15,10 +15,11 @@ PyYAML reads events only, never objects. Its own schema was rejected: it takes `
 from codesign.inputs.base import Spec, fault
 from codesign.inputs.checks import cross_check
 from codesign.inputs.constraint import Constraint
-from codesign.inputs.edit import design_point, has_axis, held, pin
+from codesign.inputs.edit import design_point, has_axis
 from codesign.inputs.exploration import Exploration
 from codesign.inputs.files import parse_value, starting_files
 from codesign.inputs.part_file import list_parts, load_part
+from codesign.inputs.pinning import held, pin
 from codesign.inputs.platform import Platform, list_platforms, load_platform
 from codesign.inputs.platform_axis import load_platforms, platforms_of
 from codesign.inputs.schema import json_schema

@@ -11,6 +11,7 @@ from pydantic_core import InitErrorDetails
 from codesign.errors import choose_hint, clip, show
 from codesign.figures import FIGURES, SHORT_NAMES, ResultFigure
 from codesign.inputs.constraint import BOUNDS, Constraint, constraint_of, declared
+from codesign.inputs.derived import known_figures
 from codesign.models import RefusalError, SpecModel, details_of, raise_all, refusal_details
 
 DEFAULT = "default"
@@ -106,7 +107,9 @@ def _rules(value: Any, info: ValidationInfo) -> Any:
             figure = None if key == DEFAULT else declared(key)
         except RefusalError as refusal:
             short = key in SHORT_NAMES
-            hint = str(refusal.hint) if short else choose_hint(clip(str(key), 60), (*FIGURES, DEFAULT))
+            hint = (
+                str(refusal.hint) if short else choose_hint(clip(str(key), 60), (*known_figures(), DEFAULT))
+            )
             refusals.append(
                 refusal_details(RefusalError(f"{show(key)} is no figure", hint, of_key=True), (str(key),))
             )
@@ -159,7 +162,7 @@ Aggregate = Annotated[
     WithJsonSchema(
         {
             "type": "object",
-            "propertyNames": {"enum": [DEFAULT, *FIGURES]},
+            "propertyNames": {"anyOf": [{"enum": [DEFAULT, *FIGURES]}, {"type": "string"}]},
             "additionalProperties": _RULE_SCHEMA,
         },
         mode="validation",

@@ -2,24 +2,23 @@
 
 from __future__ import annotations
 
-import contextlib
 import re
 from collections.abc import Iterator
-from fractions import Fraction
 from typing import Any
 
 from codesign.errors import InputError, show
-from codesign.inputs.exploration import MAX_VALUES
 from codesign.inputs.files import parse_value
-from codesign.units import Dimension, format_exact, parse_quantity
+from codesign.inputs.ranges import MAX_VALUES, NUMBER, By, Range, too_many
 
 _MAX_TEXT = 20_000
-_NUMBER = r"[+-]?[0-9]+(?:\.[0-9]+)?(?:[eE][+-]?[0-9]{1,2})?"
-_PLAIN = re.compile(_NUMBER)
-_RANGE = re.compile(rf" *({_NUMBER}[^.:*]*?) *\.\. *({_NUMBER}[^:*]*?) *(?:([:*])(.*))?", re.S)
+_RANGE = re.compile(
+    rf" *({NUMBER}[^.:*]*?) *\.\. *({NUMBER}[^:*]*?) *(?:([:*])(.*)| in +([^ ]+)( +log)? *)?", re.S
+)
+_SIGNS: dict[str, By] = {":": "step", "*": "factor"}
 _OPENING, _CLOSING = "[{", "]}"
 _FORMS = (
-    "write FIRST..LAST, FIRST..LAST:STEP or FIRST..LAST*FACTOR, as in 1..8, 10MHz..100MHz:10MHz or 1..1024*2"
+    "write FIRST..LAST, FIRST..LAST:STEP, FIRST..LAST*FACTOR or FIRST..LAST in COUNT, as in 1..8,"
+    " 10MHz..100MHz:10MHz, 1..1024*2 or '10MHz..1GHz in 12 log'"
 )
 
 
@@ -43,8 +42,30 @@ def axis_values(text: str, place: str) -> list[Any]:
         match = _RANGE.fullmatch(entry)
         values += [parse_value(entry, place)] if match is None else _range(entry, match, place)
         if len(values) > MAX_VALUES:
-            raise _too_many(place)
+            fault = too_many()
+            raise InputError(fault.what, place, fault.hint)
     return values
+
+
+_WHEN = re.compile(r" when +(?=[A-Za-z_][A-Za-z0-9_.-]*=)")
+_AND = re.compile(r" and +(?=[A-Za-z_][A-Za-z0-9_.-]*=)")
+
+
+def axis_form(text: str, place: str) -> dict[str, Any]:
+    """An axis with its values, as a file has it: with what it depends on, where that follows behind ``when``.
+
+    >>> axis_form("4,6 when workload.variant=base and relax.block=[8,12]", "")
+    {'values': [4, 6], 'when': {'workload.variant': ['base'], 'relax.block': [[8, 12]]}}
+
+    Raises:
+        InputError: see ``axis_values``.
+    """
+    values, *conditions = _WHEN.split(text, maxsplit=1)
+    form: dict[str, Any] = {"values": axis_values(values, place)}
+    for condition in _AND.split(conditions[0]) if conditions else ():
+        axis, _, chosen = condition.partition("=")
+        form.setdefault("when", {})[axis] = axis_values(chosen, f"{place} when {axis}")
+    return form
 
 
 def _entries(text: str, place: str) -> Iterator[str]:
@@ -72,69 +93,11 @@ def _entry(text: str, place: str) -> str:
 
 
 def _range(text: str, match: re.Match[str], place: str) -> list[Any]:
-    """The values of a range, exactly: whole numbers, decimal numbers, or quantities with their unit."""
-    first, last, kind, by = match.groups()
-    dimension = _dimension(first)
+    """The values of a range."""
+    first, last, sign, change, count, log = match.groups()
+    by: By = _SIGNS[sign] if sign else "" if count is None else "log" if log else "linear"
+    written = Range(first, last, by, (change or count or "").strip(), show(text))
     try:
-        begin, end = (_exact(each, dimension) for each in (first, last))
-        change = Fraction(1) if by is None else _exact(by.strip(), None if kind == "*" else dimension)
+        return written.values(_FORMS)
     except InputError as fault:
-        raise InputError(f"{show(text)} is no range: {fault.what}", place, fault.hint or _FORMS) from None
-    if kind is None and not (dimension is None and begin.denominator == end.denominator == 1):
-        raise InputError(f"{show(text)} has no step", place, f"write {first}..{last}:STEP")
-    if begin > end:
-        raise InputError(f"{show(text)} has no value: the first is above the last", place, _FORMS)
-    if (kind == "*" and (change <= 1 or begin <= 0)) or change <= 0:
-        what = "a factor is above 1, of values above 0" if kind == "*" else "a step is above 0"
-        raise InputError(f"{show(text)} does not end: {what}", place, _FORMS)
-    if kind != "*" and (end - begin) / change >= MAX_VALUES:
-        raise _too_many(place)
-    values: list[Any] = []
-    whole = not any("." in each for each in (first, last, by or ""))
-    while begin <= end:
-        if len(values) == MAX_VALUES:
-            raise _too_many(place)
-        values.append(_written(begin, dimension, whole, place))
-        begin = begin * change if kind == "*" else begin + change
-    return values
-
-
-def _dimension(text: str) -> Dimension | None:
-    """The dimension of a quantity; None of a plain number.
-
-    A text of no dimension is one of time, so that its fault says how a quantity is written.
-    """
-    if _PLAIN.fullmatch(text):
-        return None
-    for dimension in Dimension:
-        with contextlib.suppress(InputError):
-            parse_quantity(text, dimension)
-            return dimension
-    return Dimension.TIME
-
-
-def _exact(text: str, dimension: Dimension | None) -> Fraction:
-    """The number of a text.
-
-    Raises:
-        InputError: it is none of this dimension.
-    """
-    if dimension is not None:
-        return Fraction(parse_quantity(text, dimension))
-    if not _PLAIN.fullmatch(text):
-        raise InputError(f"{show(text)} is not a number", hint=_FORMS)
-    return Fraction(text)
-
-
-def _written(value: Fraction, dimension: Dimension | None, whole: bool, place: str) -> Any:
-    """A value of a range as a file would have it."""
-    if dimension is None:
-        return int(value) if value.denominator == 1 and whole else float(value)
-    try:
-        return format_exact(value, dimension)
-    except InputError as fault:
-        raise InputError(fault.what, place, "choose a step or factor with few decimals") from None
-
-
-def _too_many(place: str) -> InputError:
-    return InputError("too many values", place, f"at most {MAX_VALUES:,}")
+        raise InputError(fault.what, place, fault.hint) from None

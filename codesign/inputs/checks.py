@@ -1,6 +1,6 @@
 """What is wrong with the variants and axes of a workload, and whether it goes together with a platform.
 
-Checking an axis is making each point with that one axis moved, in each of the variants explored.
+An axis is checked by the points with that one axis moved, in each of the variants explored for which it exists.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from codesign.errors import Fault, UnsuitedError, clip, show
+from codesign.inputs.conditional_axes import conditions_of, edits_of, settings_of
 from codesign.inputs.document import Document, KeyPath, Origin, put
 from codesign.inputs.edit import (
     PLATFORM_AXIS,
@@ -25,10 +26,11 @@ from codesign.inputs.edit import (
     no_variant,
     with_variant,
 )
-from codesign.inputs.exploration import MAX_AXES, MAX_POINTS, MAX_VALUES, overlap
+from codesign.inputs.exploration import MAX_AXES, MAX_POINTS, overlap
 from codesign.inputs.faults import Keep, Teller
 from codesign.inputs.platform import Platform, no_such
 from codesign.inputs.platform_axis import platform_axis_faults
+from codesign.inputs.ranges import MAX_VALUES
 from codesign.inputs.revalidate import ENTRIES, validated
 from codesign.inputs.roles import ROLES
 from codesign.inputs.workload import BASE, MAX_VARIANTS, Workload
@@ -90,7 +92,8 @@ class _Trial:
     def point(self, document: Document, movable: Movable, index: int, value: Any) -> Document:
         """The document with a value put in its place."""
         origin = Origin((*self.place, index), self.document)
-        return put(document, movable.edits(self.axis, value), lambda _path: origin)
+        values = settings_of(self.document, self.axis, self.axes) | {self.axis: value}
+        return put(document, edits_of(movable, values), lambda _path: origin)
 
     def faults(self, form: _Form, movable: Movable) -> list[Fault]:
         """What is wrong with each value in its place; a clash with another key only if no other axis moves that."""
@@ -174,12 +177,10 @@ def workload_faults(document: Document) -> list[Fault]:
         if name != BASE and isinstance(raw, dict):
             forms[name], wrong = _variant_form(base, name)
             faults += wrong
-    if PLATFORM_AXIS in conditions:
-        place, hint = ("explore", "conditions", PLATFORM_AXIS), "list it in axes"
-        faults.append(document.fault(place, "a platform is a decision, not a condition", hint, at_key=True))
-    if VARIANT_AXIS in conditions:
-        place, hint = ("explore", "conditions", VARIANT_AXIS), "list it in axes"
-        faults.append(document.fault(place, "a variant is a decision, not a condition", hint, at_key=True))
+    for axis, kind in ((PLATFORM_AXIS, "platform"), (VARIANT_AXIS, "variant")):
+        if axis in conditions:
+            place, what = ("explore", "conditions", axis), f"a {kind} is a decision, not a condition"
+            faults.append(document.fault(place, what, "list it in axes", at_key=True))
     if VARIANT_AXIS in decisions:
         faults += _variant_axis_faults(document, axes[VARIANT_AXIS], variants)
     explored = [name for name in axes.get(VARIANT_AXIS, [BASE]) if isinstance(name, str) and name in forms]
@@ -275,9 +276,11 @@ def _axis_faults(forms: list[_Form], document: Document, axes: Mapping[str, list
         if shared is not None:
             faults.append(trial.at_axis(f"sets the same thing as axis {shared}", _KEEP_ONE))
             continue
+        names = conditions_of(document, axis, axes).get(VARIANT_AXIS)
         axis_faults = [
             fault
             for form, movable in zip(forms, movables, strict=True)
+            if names is None or (form.name or BASE) in names
             for fault in _form_faults(trial, form, movable)
         ]
         faults += dict.fromkeys(axis_faults)
@@ -321,7 +324,7 @@ def _form_faults(trial: _Trial, form: _Form, movable: Movable) -> list[Fault]:
             return [trial.at_axis(what, "leave it to one of the two")]
     elif not _places(movable, trial.axis):
         what = f"variant {form.name} maps no task {task}"
-        hint = f"explore {task} in a workload without that variant, or set it in the variants that have it"
+        hint = f"give the axis the variants that have {task}: when: {{{VARIANT_AXIS}: [...]}}"
         return [trial.at_axis(what, hint)]
     return trial.faults(form, movable)
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from typing import Annotated, Any, Literal, Self
 
@@ -21,6 +21,8 @@ from pydantic_core import CoreSchema, core_schema
 
 from codesign.errors import Fault, InputError, SpecError, choose_hint, clip, show
 from codesign.figures import FIGURES, SHORT_NAMES, ResultFigure
+from codesign.inputs.derived import DerivedFigure, derived, difference, in_scope, known_figures, nodes
+from codesign.inputs.expression import MAX_TEXT, parse_comparison
 from codesign.models import RefusalError, SpecModel, refused
 from codesign.units import PICOSECONDS_PER_SECOND, SCALES, Dimension, format_quantity, parse_quantity
 
@@ -28,24 +30,29 @@ from codesign.units import PICOSECONDS_PER_SECOND, SCALES, Dimension, format_qua
 def declared(name: Any) -> ResultFigure:
     """The figure of that name; a figure stays what it is.
 
+    A text that is no name is an expression over figures, whose figure has no other name than this text.
+
     Raises:
         RefusalError: no figure is declared under this name.
     """
     if isinstance(name, ResultFigure):
         return name
-    if isinstance(name, str) and name in FIGURES:
-        return FIGURES[name]
+    known = known_figures()
+    if isinstance(name, str) and name in known:
+        return known[name]
+    if isinstance(name, str) and not _PLAIN_NAME.fullmatch(name):
+        return derived(name, name)
     word = clip(str(name), 60)
     short = (
         f"write {SHORT_NAMES[word]}: {word} is its short name in limits as text"
         if word in SHORT_NAMES
         else ""
     )
-    raise RefusalError(f"{show(name)} is not accepted", short or choose_hint(word, FIGURES))
+    raise RefusalError(f"{show(name)} is not accepted", short or choose_hint(word, known))
 
 
 class _ByName:
-    """How models read and write a declared figure: as its name. The schema lists what is declared when it is asked."""
+    """How models read and write a figure: as its name. The schema lists what is declared when it is asked."""
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
         return core_schema.no_info_plain_validator_function(
@@ -55,7 +62,8 @@ class _ByName:
     def __get_pydantic_json_schema__(
         self, schema: CoreSchema, handler: GetJsonSchemaHandler
     ) -> dict[str, Any]:
-        return {"type": "string", "enum": list(FIGURES)}
+        derived_too = {"maxLength": MAX_TEXT, "examples": ["energy_j * plan_time_worst_s"]}
+        return {"type": "string", "anyOf": [{"enum": list(FIGURES)}, derived_too]}
 
 
 FigureName = Annotated[ResultFigure, _ByName()]
@@ -80,8 +88,10 @@ _OPERATORS: dict[str, Bound] = {
 SIGNS: dict[Bound, str] = {"below": "<", "at_most": "<=", "above": ">", "at_least": ">="}
 """How each bound is written in a limit as text."""
 
+_PLAIN_NAME = re.compile(r"[\w-]*")
 _MAX_TEXT = 100
 _LIMIT_TEXT = re.compile(r" *([^<>=≤≥!]*?) *([<>=≤≥!~]+) *(.*?) *", re.S)
+_NAMED = re.compile(r"[^\W\d]\w*")
 _NUMBER = re.compile(r"([+-]?[0-9]+(?:\.[0-9]+)?(?:[eE][+-]?[0-9]{1,2})?) *(.*)", re.S)
 
 
@@ -118,7 +128,7 @@ class Constraint(SpecModel):
         shares = [
             key for key in BOUNDS if isinstance(value.get(key), str) and value[key].rstrip().endswith("%")
         ]
-        figure = FIGURES.get(str(value.get("figure")))
+        figure = known_figures().get(str(value.get("figure")))
         if "of_part" in value or figure is None or not figure.is_resource or not shares:
             return value
         plain = [key for key in BOUNDS if key in value and key not in shares]
@@ -138,6 +148,10 @@ class Constraint(SpecModel):
             return value
         if isinstance(value, str):
             return _limit_of(figure, value)
+        if isinstance(figure, DerivedFigure) and figure.unit != "1":
+            raise RefusalError(
+                f"{show(value)} has no unit", f"write a number and a unit, such as 1 {figure.unit}"
+            )
         if figure.unit in _DIMENSIONS:
             example = SCALES[_DIMENSIONS[figure.unit]].example
             raise RefusalError(f"{show(value)} has no unit", f"write a number and a unit, such as {example}")
@@ -175,7 +189,7 @@ class _OrText:
     def __get_pydantic_json_schema__(
         self, schema: CoreSchema, handler: GetJsonSchemaHandler
     ) -> dict[str, Any]:
-        text = {"type": "string", "maxLength": _MAX_TEXT, "examples": ["time < 100 ms"]}
+        text = {"type": "string", "maxLength": MAX_TEXT, "examples": ["time < 100 ms"]}
         return {"anyOf": [text, handler(schema)]}
 
 
@@ -188,24 +202,45 @@ def constraint_of(text: str) -> Constraint:
     Raises:
         RefusalError: it is none.
     """
-    form = 'write NAME < VALUE, as in "time < 100 ms", "slices < 80 %" or "arrive >= 0.99"'
-    match = _LIMIT_TEXT.fullmatch(text) if len(text) <= _MAX_TEXT else None
+    form = 'write NAME < VALUE, as in "time < 100 ms", "slices < 80 %" or "energy * time < 3 mJ s"'
+    match = _LIMIT_TEXT.fullmatch(text) if len(text) <= MAX_TEXT else None
     if match is None or not match[1]:
         raise RefusalError(f"{show(clip(text, 60))} is no limit", form)
     name, sign, value = match.groups()
-    figure = FIGURES.get(SHORT_NAMES.get(name, name))
-    if figure is None:
-        hint = choose_hint(clip(name, 60), (*SHORT_NAMES, *FIGURES))
-        raise RefusalError(f"{show(name)} is no figure", hint)
     if sign not in _OPERATORS:
         raise RefusalError(f"{show(sign)} compares nothing", f"accepted: {', '.join(_OPERATORS)}")
     if not value:
         raise RefusalError(f"{show(text)} has no value", form)
+    figure = known_figures().get(SHORT_NAMES.get(name, name))
+    if figure is None and _PLAIN_NAME.fullmatch(name):
+        hint = choose_hint(clip(name, 60), (*SHORT_NAMES, *known_figures()))
+        raise RefusalError(f"{show(name)} is no figure", hint)
+    if figure is None or _NAMED.search(value):
+        figure, value = _compared(name, value, text, figure)
     of_part = figure.is_resource and value.endswith("%")
     # Without the context of a document, numbers are taken as they are.
     return Constraint.model_validate(
         {"figure": figure, _OPERATORS[sign]: _limit_of(figure, value), "of_part": of_part}
     )
+
+
+def _compared(left: str, right: str, text: str, figure: ResultFigure | None) -> tuple[ResultFigure, str]:
+    """The figure of a comparison of expressions, and its limit as text: 0 of the difference of two with figures.
+
+    Raises:
+        RefusalError: an expression is none, or the units differ.
+    """
+    if figure is not None and not any(word in nodes() for word in _NAMED.findall(right)):
+        return figure, right
+    sides = parse_comparison(text, nodes())
+    if sides[0].names and not sides[2].names:
+        return derived(left, left), right
+    if not sides[0].names:
+        raise RefusalError(
+            f"{show(left)} names no figure", "write the figure first, and the limit behind the sign"
+        )
+    apart = difference(left, right)
+    return apart, "0" if not apart.node.powers else f"0 {apart.unit}"
 
 
 def _limit_of(figure: ResultFigure, text: str) -> float:
@@ -214,6 +249,8 @@ def _limit_of(figure: ResultFigure, text: str) -> float:
     Raises:
         RefusalError: the text is no limit of this figure.
     """
+    if isinstance(figure, DerivedFigure):
+        return figure.limit(text)
     dimension = _DIMENSIONS.get(figure.unit)
     if dimension is not None:
         try:
@@ -293,7 +330,9 @@ def limit_text(constraint: Constraint) -> str:
     'energy_j <= 1 mJ'
     """
     figure, unit = constraint.figure, constraint.figure.unit
-    dimension, end = _DIMENSIONS.get(unit), "" if unit == "1" else f" {unit}"
+    is_derived = isinstance(figure, DerivedFigure)
+    dimension = None if is_derived else _DIMENSIONS.get(unit)
+    end = "" if unit == "1" else f" * {unit}" if "sqrt" in unit else f" {unit}"
     texts = []
     for bound, limit in constraint.bounds.items():
         text = f"{100 * limit:.12g} %" if constraint.of_part else f"{limit:.12g}{end}"
@@ -304,8 +343,10 @@ def limit_text(constraint: Constraint) -> str:
     return " and ".join(texts)
 
 
-def needs_of(texts: Sequence[str], option: str = "--need") -> tuple[Constraint, ...]:
-    """The constraints of limits as text.
+def needs_of(
+    texts: Sequence[str], option: str = "--need", figures: Mapping[str, ResultFigure] | None = None
+) -> tuple[Constraint, ...]:
+    """The constraints of limits as text, which may name ``figures`` beside the declared ones.
 
     Raises:
         SpecError: every text that is none, and those that contradict each other; ``option`` is their place.
@@ -314,7 +355,8 @@ def needs_of(texts: Sequence[str], option: str = "--need") -> tuple[Constraint, 
     refusals: list[tuple[str, RefusalError]] = []
     for text in texts:
         try:
-            needs[text] = constraint_of(text)
+            with in_scope(figures or {}):
+                needs[text] = constraint_of(text)
         except RefusalError as refusal:
             refusals.append((text, refusal))
     refusals += [(list(needs)[index], refusal) for index, refusal in contradictions(list(needs.values()))]

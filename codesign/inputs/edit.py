@@ -8,13 +8,12 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any, TypeVar
 
 from codesign.errors import Fault, SpecError, choose_hint, clip, show
 from codesign.inputs.base import Spec
 from codesign.inputs.document import REMOVED, Document, KeyPath, Origin, dotted, put
-from codesign.inputs.exploration import Exploration
 from codesign.inputs.faults import Teller
 from codesign.inputs.platform import Platform, no_such
 from codesign.inputs.revalidate import ENTRIES, validated
@@ -309,67 +308,6 @@ def _teller(document: Document, moved: Mapping[KeyPath, str], by: str) -> Teller
         )
 
     return tell
-
-
-def pin(
-    platform: Platform, workload: Workload, values: Mapping[str, Any], by: str = "point: "
-) -> tuple[Platform, Workload]:
-    """The specs with values put in, and their exploration kept without the axes that these values settle.
-
-    Where variants are explored, a value in mapping or scenario stays as an axis of one value: each variant brings its
-    own, and what is settled holds in all of them.
-
-    Raises:
-        SpecError: as ``design_point``, of any variant explored too.
-    """
-    moved_platform, point = design_point(platform, workload, values, by)
-    section = workload.explore
-    if section is not None:
-        variants = () if VARIANT_AXIS in values else section.axes.get(VARIANT_AXIS, ())
-        for name in variants:
-            design_point(platform, workload, {VARIANT_AXIS: name, **values}, f"variant {name}: {by}")
-        movable = Movable.of(platform, workload.document)
-        held = {
-            axis: (value,)
-            for axis, value in values.items()
-            if variants and (moves(axis, SCENARIO) or movable.section(axis.partition(".")[0]) == "mapping")
-        }
-        settled = set(map(movable.path, values))
-        axes, conditions = (
-            {axis: listed for axis, listed in section_axes.items() if movable.path(axis) not in settled}
-            for section_axes in (section.axes, section.conditions)
-        )
-        # Those settled come first: an axis may move a key inside of one of them.
-        section = section.model_copy(update={"axes": held | axes, "conditions": conditions})
-    return moved_platform, point.model_copy(update={"explore": section})
-
-
-def held(workload: Workload, values: Mapping[str, Any], by: str = "point: ") -> Workload:
-    """The workload with each value in the place of its axis, as an axis of one value.
-
-    Over several platforms, what is settled holds on each of them.
-
-    Args:
-        workload: with or without a section ``explore``.
-        values, by: as for ``design_point``. Whether they are accepted, the exploration checks.
-    """
-    if not values:
-        return workload
-    section = workload.explore or Exploration()
-    movable = Movable.of(None, workload.document)
-    settled = set(map(movable.path, values))
-    rest = {axis: listed for axis, listed in section.axes.items() if movable.path(axis) not in settled}
-    axes = {axis: (value,) for axis, value in values.items()} | rest
-    edits: dict[KeyPath, Any] = {("explore", "axes"): {axis: list(listed) for axis, listed in rest.items()}}
-    document = put(workload.document, edits, lambda path: Origin(path, workload.document))
-    edits = {("explore", "axes", axis): [value] for axis, value in values.items()}
-    document = put(document, edits, lambda path: Origin((f"{by}{path[-1]}",)))
-    # The value is the first of its axis, and is reported as the axis itself.
-    first = {(*path, 0): (len(document.origins) + 1, Origin((f"{by}{path[-1]}",))) for path in edits}
-    document = replace(document, origins={**document.origins, **first})
-    return workload.model_copy(update={"explore": section.model_copy(update={"axes": axes})}).with_document(
-        document, workload
-    )
 
 
 def on_platform(platform: Platform, workload: Workload) -> Workload:

@@ -3,23 +3,33 @@
 from __future__ import annotations
 
 import json
-import math
 import re
 from collections.abc import Mapping, Sequence
-from typing import Annotated, Any
+from typing import Annotated, Any, Self
 
-from pydantic import Field, ValidationInfo, field_validator
+from pydantic import (
+    Field,
+    ModelWrapValidatorHandler,
+    ValidationError,
+    ValidationInfo,
+    WithJsonSchema,
+    field_validator,
+    model_validator,
+)
 from pydantic_core import InitErrorDetails
 
 from codesign.errors import clip
 from codesign.figures import FIGURES, ResultFigure
 from codesign.inputs.aggregate import Aggregate, Rule, Share, rule_for
+from codesign.inputs.boxes import Box, When, boxes_of, listed, ordered, settled
+from codesign.inputs.boxes import refusals as refusals_of
 from codesign.inputs.constraint import Constraint, FigureName, WrittenConstraint, contradictions
+from codesign.inputs.derived import DerivedFigures, in_scope, read_figures
+from codesign.inputs.ranges import MAX_VALUES
 from codesign.models import Location, RefusalError, SpecModel, raise_all, refusal_details
 
 MAX_AXES = 16
-MAX_VALUES = 1000
-MAX_POINTS = 1_000_000
+MAX_POINTS = 100_000_000
 
 _AXIS = re.compile(r"platform|[A-Za-z_][A-Za-z0-9_-]*(\.[A-Za-z_][A-Za-z0-9_-]*)+")
 
@@ -37,7 +47,35 @@ MISSION_OBJECTIVES = tuple(
 """The objectives of an exploration of drives that names none: what replans cost is in the time."""
 
 
-Axes = Annotated[dict[str, Annotated[tuple[Any, ...], Field(min_length=1, max_length=MAX_VALUES)]], Field()]
+_LIST = {"type": "array", "items": {}, "minItems": 1, "maxItems": MAX_VALUES}
+_END = {"type": ["number", "string"]}
+_FORMS = {
+    "anyOf": [
+        _LIST,
+        {
+            "type": "object",
+            "properties": {
+                "values": _LIST,
+                "from": _END,
+                "to": _END,
+                "step": _END,
+                "factor": {"type": "number", "exclusiveMinimum": 1},
+                "count": {"type": "integer", "minimum": 2, "maximum": MAX_VALUES},
+                "scale": {"enum": ["linear", "log"]},
+                "when": {"type": "object", "minProperties": 1},
+            },
+            "additionalProperties": False,
+        },
+    ]
+}
+"""How a file writes an axis: see ``axis_forms``."""
+
+Listed = Annotated[
+    tuple[Any, ...],
+    Field(min_length=1, max_length=MAX_VALUES),
+    WithJsonSchema(_FORMS, mode="validation"),
+]
+Axes = Annotated[dict[str, Listed], Field()]
 
 
 class Exploration(SpecModel):
@@ -50,11 +88,18 @@ class Exploration(SpecModel):
     file order.
     """
 
+    when: dict[str, dict[str, Any]] = Field(
+        default={},
+        max_length=MAX_AXES,
+        description="For which values of other axes an axis exists: {AXIS: {OTHER: [VALUE, ...]}}. A file writes it in"
+        " the axis: {values: [...], when: {OTHER: VALUE}}.",
+    )
     axes: Axes = Field(
         default={},
         max_length=MAX_AXES,
         description="Decisions: values to try by axis: TASK.PARAMETER, COMPONENT.FIELD, LINK.FIELD, ROLE.FIELD,"
-        " platform, workload.variant, ...",
+        " platform, workload.variant, ... A list, or a mapping: {from: 1, to: 64, factor: 2}, or step or count;"
+        " {values: [...], when: {OTHER: VALUE}}.",
     )
     conditions: Axes = Field(
         default={},
@@ -67,6 +112,11 @@ class Exploration(SpecModel):
         description="How a figure of a design is made of its values in all conditions, by figure and by default:"
         ' worst, best, mean, median, {quantile: 0.9} or {share: "< 100 ms"}. Default: worst.',
     )
+    figures: DerivedFigures = Field(
+        default={},
+        description="Figures derived from declared ones, by name: an expression, energy_j * plan_time_worst_s, or a"
+        " mapping with its unit and direction. Objectives, constraints and rules may name them.",
+    )
     objectives: Annotated[tuple[FigureName, ...], Field(min_length=1)] = Field(
         default=DEFAULT_OBJECTIVES,
         description="Figures that span the front, each in its own direction; of drives by default"
@@ -77,10 +127,47 @@ class Exploration(SpecModel):
         description='Bounds that a design has to keep, as text, "time < 100 ms", or as a mapping.',
     )
 
+    @model_validator(mode="wrap")
+    @classmethod
+    def _with_figures(cls, value: Any, handler: ModelWrapValidatorHandler[Self]) -> Self:
+        raw = value.get("figures", {}) if isinstance(value, Mapping) else {}
+        value = _in_order(value)
+        try:
+            figures = read_figures(raw)
+        except (RefusalError, ValidationError):
+            # Its field reports it, and the names that it should have are no faults of those that use them.
+            return handler({"figures": raw})
+        with in_scope(figures):
+            return handler(value)
+
     @property
     def points(self) -> int:
-        """The number of combinations of decisions and conditions; 1 without an axis."""
-        return math.prod(map(len, self.every_axis.values()))
+        """The number of points: of each design, as many as there are combinations of conditions; 1 without an axis."""
+        return sum(box.size for box in self.boxes)
+
+    @property
+    def boxes(self) -> tuple[Box, ...]:
+        """The points by the axes that exist for them."""
+        return boxes_of(self.every_axis, self.when)
+
+    @property
+    def when_as_written(self) -> dict[str, Any]:
+        """``when`` with lists, as a document has it."""
+        return {
+            axis: {other: list(values) for other, values in conditions.items()}
+            for axis, conditions in self.when.items()
+        }
+
+    def settled(self, values: Mapping[str, Any]) -> Self:
+        """The exploration with these axes taken out of it, and those that do not exist for these values.
+
+        What depends on the values, does so no more.
+        """
+        left = settled(self.axes, self.when, values)
+        axes = {axis: listed for axis, listed in self.axes.items() if axis in left}
+        conditions = {axis: listed for axis, listed in self.conditions.items() if axis not in values}
+        when = {axis: conditions for axis, conditions in left.items() if conditions}
+        return self.model_copy(update={"axes": axes, "conditions": conditions, "when": when})
 
     @property
     def every_axis(self) -> dict[str, tuple[Any, ...]]:
@@ -89,7 +176,9 @@ class Exploration(SpecModel):
 
     @field_validator("axes", "conditions", mode="after")
     @classmethod
-    def _distinct_points(cls, value: dict[str, tuple[Any, ...]]) -> dict[str, tuple[Any, ...]]:
+    def _distinct_points(
+        cls, value: dict[str, tuple[Any, ...]], info: ValidationInfo
+    ) -> dict[str, tuple[Any, ...]]:
         refusals = []
         for axis, values in value.items():
             if not _AXIS.fullmatch(axis):
@@ -99,7 +188,14 @@ class Exploration(SpecModel):
                 refusals.append(refusal_details(RefusalError(f"{clip(axis)!r} is no axis", hint), (axis,)))
             texts = [json.dumps(each, sort_keys=True) for each in values]
             refusals += _repeated(texts, (axis,))
-        refusals += _too_many(value)
+        when = info.data.get("when") or {}
+        if info.field_name == "axes" and not refusals:
+            for conditions in when.values():
+                # What is one value and what a list of them follows from the values of the other axis.
+                conditions |= {other: listed(raw, value.get(other, ())) for other, raw in conditions.items()}
+            refusals += [refusal_details(each, (axis,)) for axis, each in refusals_of(value, when)]
+        if not refusals:
+            refusals += _too_many(value, when if info.field_name == "axes" else {})
         raise_all("Exploration", refusals)
         return value
 
@@ -120,7 +216,7 @@ class Exploration(SpecModel):
             if len(axes) + len(value) > MAX_AXES:
                 what = f"{len(axes)} axes and {len(value)} conditions are too many"
                 refusals.append(refusal_details(RefusalError(what, f"at most {MAX_AXES} together")))
-            refusals += _too_many({**axes, **value})
+            refusals += _too_many({**axes, **value}, info.data.get("when") or {})
         raise_all("Exploration", refusals)
         return value
 
@@ -161,12 +257,27 @@ def overlap(axis: str, other: str) -> bool:
     return f"{axis}.".startswith(f"{other}.") or f"{other}.".startswith(f"{axis}.")
 
 
-def _too_many(axes: Mapping[str, Sequence[Any]]) -> list[InitErrorDetails]:
-    points = math.prod(map(len, axes.values()))
+def _in_order(value: Any) -> Any:
+    """A raw section with each axis behind those that its existence depends on, as far as it can be read."""
+    if not isinstance(value, Mapping):
+        return value
+    axes, when = value.get("axes"), value.get("when")
+    if not isinstance(axes, Mapping) or not isinstance(when, Mapping) or len(axes) > MAX_AXES:
+        return value
+    if not all(isinstance(each, Mapping) for each in when.values()):
+        return value
+    return {**value, "axes": {axis: axes[axis] for axis in ordered(axes, when)}}
+
+
+def _too_many(axes: Mapping[str, Sequence[Any]], when: When) -> list[InitErrorDetails]:
+    try:
+        points = sum(box.size for box in boxes_of(axes, when))
+    except RefusalError as refusal:
+        return [refusal_details(refusal)]
     if points <= MAX_POINTS:
         return []
-    sizes = " x ".join(str(len(values)) for values in axes.values())
-    what = f"{sizes} = {points:,} points are too many"
+    sizes = "" if when else f"{' x '.join(str(len(values)) for values in axes.values())} = "
+    what = f"{sizes}{points:,} points are too many"
     return [refusal_details(RefusalError(what, f"at most {MAX_POINTS:,}"))]
 
 

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
-from codesign.errors import show
+from codesign.errors import InputError, show
 from codesign.inputs.checks import workload_faults
 from codesign.inputs.document import REMOVED, KeyPath, Origin, put
 from codesign.inputs.faults import validate
@@ -17,18 +17,20 @@ _CONSTRAINTS: KeyPath = ("explore", "constraints")
 
 def exploring(
     workload: Workload,
-    axes: Mapping[str, Sequence[Any]],
-    conditions: Mapping[str, Sequence[Any]],
+    axes: Mapping[str, Mapping[str, Any] | Sequence[Any]],
+    conditions: Mapping[str, Mapping[str, Any] | Sequence[Any]],
     needs: Sequence[str] = (),
 ) -> Workload:
     """The workload with other values of axes and conditions, and with further constraints.
 
     Args:
         workload: loaded, with or without a section ``explore``.
-        axes, conditions: raw values by axis. They replace those of the file, whether a decision there or a condition.
+        axes, conditions: raw values by axis, or ``values`` and what the axis depends on, ``when``. They replace those
+            of the file, whether a decision there or a condition.
         needs: constraints as text.
 
     Raises:
+        InputError: a condition depends on an axis.
         SpecError: every fault, at its option (``--axis relax.block[1]``), or at its place in the file.
     """
     if not (axes or conditions or needs):
@@ -41,7 +43,14 @@ def exploring(
         ("conditions", "axes", conditions, axes, "--condition"),
     ):
         for axis, listed in values.items():
-            edits["explore", section, axis] = list(listed)
+            form = listed if isinstance(listed, Mapping) else {"values": listed}
+            edits["explore", section, axis] = list(form["values"])
+            if "when" in form and section == "conditions":
+                what = "a condition is met by every design"
+                raise InputError(what, f"{option} {axis}", "leave when out, or make it a decision")
+            if "when" in form or (section == "conditions" and axis in (written.get("when") or {})):
+                edits["explore", "when", axis] = form.get("when", REMOVED)
+                options["explore", "when", axis] = f"{option} {axis} when"
             if axis in (written.get(other) or {}) and axis not in beside:
                 edits["explore", other, axis] = REMOVED
                 options["explore", other, axis] = f"{option} {axis}"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from codesign.inputs.axis_forms import with_listed_axes
 from codesign.inputs.checks import workload_faults
 from codesign.inputs.faults import validate
 from codesign.inputs.files import Source, read_spec, shipped_names
@@ -24,7 +25,9 @@ def load_workload(
         InputError: no shipped workload of that name.
         SpecError: all the faults of the file.
     """
-    document = replace(read_spec(source, "workloads"), context={"tasks": tasks, "problems": problems})
+    document = replace(
+        with_listed_axes(read_spec(source, "workloads")), context={"tasks": tasks, "problems": problems}
+    )
     return validate(Workload, document, workload_faults).with_document(document)
 
 

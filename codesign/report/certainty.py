@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from codesign.figures import FIGURES, Figure, ResultFigure, label
+from codesign.figures import FIGURES, Figure, ResultFigure, label, named
 from codesign.report.table import Cell, Table, left, right, word
 from codesign.report.wording import ABSENT, ends_text, figure_cell, quantity_text
 from codesign.results.result import Result
@@ -34,7 +34,7 @@ def verdict_text(verdict: Verdict) -> str:
     if verdict.state == "depends" and decides is not None:
         return _deciding_text(verdict, decides)
     alone = verdict.rival is None and verdict.winner is not None
-    proved = verdict.reason if alone else HOLDS if priced(FIGURES[verdict.figure]) else EXACT
+    proved = verdict.reason if alone else HOLDS if priced(named(verdict.figure)) else EXACT
     proved += IF_IT_FITS if verdict.fit is not None and verdict.fit.fits != "yes" else ""
     texts = {
         "proved": proved,

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from codesign.explanation import AxisEffect, Explanation, Moved, Why
-from codesign.figures import FIGURES, ResultFigure, label
+from codesign.figures import ResultFigure, label, named
 from codesign.inputs.constraint import BOUNDS
 from codesign.report.axes import short_names
 from codesign.report.certainty import figure_text, verdict_text
@@ -50,7 +50,7 @@ def _time_text(explanation: Explanation) -> str:
     why = explanation.time
     if why is None or not why.parts:
         return ""
-    figure, first = FIGURES[why.figure], why.parts[0]
+    figure, first = named(why.figure), why.parts[0]
     value = figure_cell(figure, why.value).text
     share = share_text(min(first.share, 1.0))
     return f"{first.where} ({first.what}) takes {share} of the {figure.label} of {value}"
@@ -99,7 +99,7 @@ def _value_text(axis: str, value: Any) -> str:
 
 
 def _labels(names: Sequence[str]) -> str:
-    return ", ".join(FIGURES[name].label for name in names)
+    return ", ".join(named(name).label for name in names)
 
 
 def explanation_tables(explanation: Explanation, *, everything: bool = False) -> tuple[Table, ...]:
@@ -114,7 +114,7 @@ def explanation_tables(explanation: Explanation, *, everything: bool = False) ->
             tables.append(_why_table(title, why, explanation.condition, most))
     tables += [_neighbours_table(explanation, most), _sure_table(explanation)]
     names = list(explanation.objectives)
-    tables.append(effects_table(explanation.effects, [FIGURES[name] for name in names]))
+    tables.append(effects_table(explanation.effects, [named(name) for name in names]))
     return tuple(table for table in tables if table.rows)
 
 
@@ -122,7 +122,7 @@ def _chosen_table(explanation: Explanation) -> Table:
     """The decisions, and what the objectives come to."""
     rows = [words(axis, axis_text(axis, value)) for axis, value in explanation.axes.items()]
     rows += [
-        (word(FIGURES[name].label), figure_cell(FIGURES[name], value))
+        (word(named(name).label), figure_cell(named(name), value))
         for name, value in explanation.objectives.items()
     ]
     return Table("The design", left("axis or figure", "value"), tuple(rows), explanation.notes)
@@ -166,7 +166,7 @@ def _differing(explanation: Explanation, moved: Sequence[Moved]) -> list[ResultF
         name: {own, *(each.figures[name] for each in moved if name in each.figures)}
         for name, own in explanation.objectives.items()
     }
-    return [FIGURES[name] for name, held in values.items() if len(held) > 1]
+    return [named(name) for name, held in values.items() if len(held) > 1]
 
 
 def _figure_columns(figures: Sequence[ResultFigure]) -> tuple[Column, ...]:
@@ -183,7 +183,7 @@ def _fate(moved: Moved) -> str:
 
 def _why_table(title: str, why: Why, condition: str, most: int) -> Table:
     """The largest parts; the others, and those of little share, as one row."""
-    figure = FIGURES[why.figure]
+    figure = named(why.figure)
     shown = [each for each in why.parts[:most] if each.share >= LITTLE or most > _FEW]
     rest = why.parts[len(shown) :]
     rows = [
@@ -278,7 +278,7 @@ def _sure_table(explanation: Explanation) -> Table:
     """The interval of each objective, what moves it most, and whether the best design by it is sure."""
     rows = []
     for each in explanation.sure:
-        figure = FIGURES[each.figure]
+        figure = named(each.figure)
         ends = (figure_cell(figure, end) for end in (each.least, each.most))
         moved = "" if each.moved is None else f"{each.moved.name} ({figure_text(each.moved.figure)})"
         best = "" if each.best is None else str(each.best)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
-from codesign.figures import FIGURES, Figure, ResultFigure
+from codesign.figures import Figure, ResultFigure, named
 from codesign.inputs.constraint import LOWER, STRICT, Constraint
 from codesign.results.model import ResultModel
 from codesign.results.result import Result
@@ -88,7 +88,7 @@ def need_verdict(
 
     ``strict``: a value that is equal to the limit does not do.
     """
-    declared = FIGURES[str(figure)]
+    declared = named(figure)
     value = result.figure(declared)
     reason = _unassessed(result, declared)
     if value is None:
@@ -161,7 +161,7 @@ def winner_verdict(results: Sequence[Result] | Rivals, figure: ResultFigure | st
     off and would have to be simulated, at most ``MOST_SIMULATED`` are looked at; the reason then says so.
     """
     rivals = Listed(results) if isinstance(results, Sequence) else results
-    declared = FIGURES[str(figure)]
+    declared = named(figure)
     values = rivals.values(declared)
     held = np.flatnonzero(~np.isnan(values))
     if not len(held):
@@ -277,6 +277,8 @@ def _unassessed_run(result: Result, figure: ResultFigure) -> str:
     if result.mission is not None or result.fleet is not None:
         kind = "mission" if result.mission is not None else "fleet"
         return f"a {kind} has no closed form: what the robot meets depends on when it arrives"
+    if figure.within == "derived":
+        return f"{figure.label} is derived, and no sum of terms"
     if figure.name == "cycles" and (result.part is None or result.external_memory is not None):
         return "the cycles rest on figures of processor or memory"
     return ""
@@ -321,7 +323,7 @@ def sensitivity(result: Result, figure: ResultFigure | str) -> tuple[Swing, ...]
     Empty where the figure rests on none, or is no sum of terms.
     """
     inputs = Inputs()
-    sums = inputs.sums(result, FIGURES[str(figure)].name)
+    sums = inputs.sums(result, named(figure).name)
     if not sums:
         return ()
     # The margin of a figure against 0 is the figure itself.

@@ -17,7 +17,8 @@ from codesign.figures import FIGURES
 
 MODULES = [
     "codesign.memo",
-    *(f"codesign.exploration.{name}" for name in ("aggregation", "executor", "front", "space")),
+    *(f"codesign.exploration.{name}" for name in ("aggregation", "executor", "front", "order", "space")),
+    *(f"codesign.inputs.{name}" for name in ("axis_values", "expression", "ranges", "unit_powers")),
     "codesign.planners.harmonic.plan.best_schedule",
 ]
 PAGE = ROOT / "docs" / "exploration.md"

@@ -1,9 +1,11 @@
 from __future__ import annotations
 
+import itertools
 import json
 import math
 from typing import Any
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -63,6 +65,86 @@ def test_canonical_text() -> None:
     assert json.loads(canonical(AXES)) == AXES
     with pytest.raises(ValueError, match="JSON compliant"):
         canonical(math.nan)
+
+
+@st.composite
+def conditional(draw: st.DrawFn) -> tuple[dict[str, list[Any]], dict[str, dict[str, list[Any]]]]:
+    """Axes, and for some of them the values of axes that stand before or behind for which they exist."""
+    axes = draw(
+        st.dictionaries(
+            st.sampled_from(list("abcdef")),
+            st.lists(st.sampled_from([0, 1, 2, "x", [3, 4], None]), min_size=1, max_size=4, unique_by=repr),
+            max_size=6,
+        )
+    )
+    order = draw(st.permutations(list(axes)))
+    when: dict[str, dict[str, list[Any]]] = {}
+    for place, axis in enumerate(order):
+        for other in draw(st.lists(st.sampled_from(order[:place]), max_size=2, unique=True)) if place else []:
+            chosen = draw(st.lists(st.sampled_from(axes[other]), min_size=1, unique_by=repr))
+            when.setdefault(axis, {})[other] = chosen
+    return axes, when
+
+
+def existing(axes: dict[str, list[Any]], when: dict[str, Any]) -> set[str]:
+    """The points that exist, by the definition: every combination, less the axes that do not exist for it."""
+    points = set()
+    for values in itertools.product(*axes.values()):
+        point = dict(zip(axes, values, strict=True))
+        while True:
+            gone = [
+                axis
+                for axis, conditions in when.items()
+                if axis in point
+                and not all(other in point and point[other] in chosen for other, chosen in conditions.items())
+            ]
+            if not gone:
+                break
+            point = {axis: value for axis, value in point.items() if axis not in gone}
+        points.add(canonical(point))
+    return points
+
+
+@given(conditional())
+def test_a_space_has_exactly_the_points_that_exist(
+    axes_when: tuple[dict[str, list[Any]], dict[str, Any]],
+) -> None:
+    axes, when = axes_when
+    space = Space(axes, "", when=when)
+    points = list(space.points())
+    texts = [canonical(point.axes) for point in points]
+    assert len(texts) == len(set(texts)) == len(space)
+    assert set(texts) == existing(axes, when)
+    assert [space.index(point.axes) for point in points] == list(range(len(space)))
+    assert len({point.key for point in points}) == len(points)
+    levels = space.levels(np.arange(len(space)))
+    for point in points:
+        numbers = {axis: int(column[point.index]) for axis, column in levels.items()}
+        shown = {axis: space.axes[axis][number] for axis, number in numbers.items() if number >= 0}
+        assert shown == point.axes
+    assert [box.begin for box in space.boxes] == list(
+        itertools.accumulate([box.size for box in space.boxes[:-1]], initial=0)
+    )
+
+
+def test_a_space_of_a_hundred_million_points_costs_nothing() -> None:
+    axes: dict[str, Any] = {f"a.{name}": list(range(100)) for name in "bcde"}
+    space = Space({"v": ["base", "host"], **axes}, "", when={"a.e": {"v": ["base"]}})
+    assert len(space) == 101_000_000
+    for index in (0, 99_999_999, 100_000_000, 100_999_999, 31_415_926):
+        assert space.index(space.values(index)) == index
+    assert "a.e" not in space.values(100_000_000)
+    with pytest.raises(KeyError, match="no point has"):
+        space.index({"v": "host", **{axis: 0 for axis in axes}})
+    with pytest.raises(IndexError):
+        space.values(101_000_000)
+
+
+def test_a_key_of_a_point_is_the_same_without_conditions() -> None:
+    plain = Space({"v": ["base"], "a.b": [1, 2]}, "x")
+    space = Space({"v": ["base", "host"], "a.b": [1, 2]}, "x", when={"a.b": {"v": ["base"]}})
+    assert [space.point(index).key for index in (0, 1)] == [plain.point(index).key for index in (0, 1)]
+    assert space.point(2).axes == {"v": "host"}
 
 
 def grouped(axes: dict[str, list[Any]], limit: int) -> list[list[int]]:

@@ -8,9 +8,9 @@ import pytest
 
 import codesign
 from codesign.errors import InputError, SpecError
-from codesign.inputs.axis_values import axis_values
-from codesign.inputs.exploration import MAX_VALUES
+from codesign.inputs.axis_values import axis_form, axis_values
 from codesign.inputs.exploring import exploring
+from codesign.inputs.ranges import MAX_VALUES
 
 
 @pytest.mark.parametrize(
@@ -30,6 +30,12 @@ from codesign.inputs.exploring import exploring
         ("1..1024*4", [1, 4, 16, 64, 256, 1024]),
         ("1 ms..1 s*10,5 s", ["1 ms", "10 ms", "100 ms", "1 s", "5 s"]),
         ("2..8*1.5", [2.0, 3.0, 4.5, 6.75]),
+        ("1..10 in 4", [1, 4, 7, 10]),
+        ("1..64 in 7 log", [1, 2, 4, 8, 16, 32, 64]),
+        ("1..2 in 9", [1, 2]),
+        ("0.0..1.0 in 3", [0.0, 0.5, 1.0]),
+        ("10MHz..1GHz in 4 log", ["10 MHz", "46.4159 MHz", "215.443 MHz", "1 GHz"]),
+        ("3 ps..6 ps in 9", ["3 ps", "4 ps", "5 ps", "6 ps"]),
     ],
 )
 def test_lists_and_ranges(text: str, values: list[Any]) -> None:
@@ -48,6 +54,11 @@ def test_lists_and_ranges(text: str, values: list[Any]) -> None:
         ("1..8:0", "does not end: a step is above 0"),
         ("1..8*1", "does not end: a factor is above 1, of values above 0"),
         ("0..8*2", "does not end: a factor is above 1, of values above 0"),
+        ("1..8 in 1", "'1..8 in 1' is no range: a count of at least 2 needs two different ends"),
+        ("8..8 in 3", "a count of at least 2 needs two different ends"),
+        ("0..8 in 3 log", "a count of at least 2 needs two different ends above 0"),
+        ("1..8 in x", "'x' is no number of values"),
+        ("1..8 in 1001", "too many values"),
         ("1..8:x", "is no range: 'x' is not a number"),
         ("10MHz..5 s:1MHz", "is no range: '5 s' has no unit of frequency"),
         ("1 furlong..2 furlong:1", "is no range: '1 furlong' has no unit"),
@@ -108,3 +119,29 @@ def test_values_are_checked_as_in_a_file() -> None:
         exploring(workload, {"relax.iterations": [2, 2]}, {})
     with pytest.raises(SpecError, match="--need 'time > 2 s': nothing is within this and"):
         exploring(workload, {}, {}, ["time < 1 s", "time > 2 s"])
+
+
+def test_an_axis_of_the_command_line_may_depend_on_others() -> None:
+    form = axis_form("1..3 when workload.variant=base,deep and relax.block=[8,12]", "--axis a.b")
+    assert form == {
+        "values": [1, 2, 3],
+        "when": {"workload.variant": ["base", "deep"], "relax.block": [[8, 12]]},
+    }
+    assert axis_form("a when b", "") == {"values": ["a when b"]}
+    with pytest.raises(InputError, match=r"--axis a\.b when c\.d: a value is missing"):
+        axis_form("1 when c.d=", "--axis a.b")
+    workload = codesign.load_workload("labyrinth")
+    blocks = {"values": [[36, 66], [24, 44]]}
+    axes = {
+        "relax.block": blocks,
+        "pci.clock": {"values": ["33 MHz", "66 MHz"], "when": {"relax.block": [[24, 44]]}},
+    }
+    before, changed = workload.explore, exploring(workload, axes, {}).explore
+    assert before is not None
+    assert changed is not None
+    assert changed.points * 2 * len(before.axes["relax.block"]) == before.points * 2 * 3
+    axes["pci.clock"]["when"] = {"relax.blok": [[24, 44]]}
+    with pytest.raises(SpecError, match=r"--axis pci\.clock.* there is no such axis"):
+        exploring(workload, axes, {})
+    with pytest.raises(InputError, match="a condition is met by every design"):
+        exploring(workload, {}, {"pci.clock": axes["pci.clock"]})

@@ -34,7 +34,7 @@ from codesign.inputs.scenario import Drive
         ("workload.variant: [base, base]", 'workload.variant[1]: "base" is listed twice'),
         (
             "workload.variant: [base, on-host]\n    relax.iterations: [1]",
-            "relax.iterations: variant on-host maps no task relax\n  hint: explore relax in a workload without",
+            "relax.iterations: variant on-host maps no task relax\n  hint: give the axis the variants that have relax",
         ),
         (
             "workload.variant: [coarse]\n    relax.dept: [1]",

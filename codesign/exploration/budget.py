@@ -1,0 +1,67 @@
+"""How much of a space is computed: so many points, or for so long."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterable, Iterator, Sized
+from dataclasses import dataclass, field
+from typing import TypeVar
+
+from codesign.errors import InputError
+from codesign.units import PICOSECONDS_PER_SECOND, counted, format_time
+
+Batch = TypeVar("Batch", bound=Sized)
+
+
+@dataclass
+class Budget:
+    """What a run may compute; None: all.
+
+    - ``points``: so many, without those that were found in a store. ``seconds``: nothing is begun after them.
+    - ``used``: how many points were begun. ``ended``: why the run ended before all points; "" where it did not.
+
+    A point that is begun is finished. So a budget of time may be passed by one batch.
+    """
+
+    points: int | None = None
+    seconds: float | None = None
+    clock: Callable[[], float] = field(default=time.monotonic, repr=False, compare=False)
+    used: int = field(default=0, init=False)
+    ended: str = field(default="", init=False)
+
+    def __post_init__(self) -> None:
+        for name, value in (("points", self.points), ("time", self.seconds)):
+            if value is not None and not value > 0:
+                raise InputError(f"a budget of {value} is none", name, "give more than 0, or leave it out")
+        self._begun = self.clock()
+
+    def begin(self) -> None:
+        """Time counts from now on; by default since the budget was made."""
+        self._begun = self.clock()
+
+    @property
+    def left(self) -> int | None:
+        """How many points may still be begun; None: any number."""
+        return None if self.points is None else self.points - self.used
+
+    def spend(self, points: int) -> int:
+        """How many of so many points may be begun now; they count as begun. 0 where the budget is used up."""
+        if self.seconds is not None and self.clock() - self._begun >= self.seconds:
+            allotted = format_time(round(self.seconds * PICOSECONDS_PER_SECOND))
+            self.ended = self.ended or f"the time of {allotted} was over"
+            return 0
+        granted = points if self.left is None else min(points, self.left)
+        self.used += granted
+        if granted < points:
+            assert self.points is not None, "only a budget of points grants fewer"
+            self.ended = self.ended or f"the budget of {counted(self.points, 'point')} was used up"
+        return granted
+
+    def within(self, batches: Iterable[Batch], cut: Callable[[Batch, int], Batch]) -> Iterator[Batch]:
+        """The batches that may be begun, each drawn when it is asked for; the last one ``cut`` to what is left."""
+        for batch in batches:
+            granted = self.spend(len(batch))
+            if granted:
+                yield batch if granted == len(batch) else cut(batch, granted)
+            if granted < len(batch):
+                return

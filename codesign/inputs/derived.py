@@ -1,0 +1,321 @@
+"""Figures that an exploration derives from declared ones: an expression, with a unit and a direction."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable, Collection, Iterator, Mapping
+from contextlib import contextmanager
+from contextvars import ContextVar
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+from pydantic import Field, PlainSerializer, PlainValidator, ValidationError, WithJsonSchema
+
+from codesign.errors import choose_hint, clip, show
+from codesign.figures import FIGURES, SHORT_NAMES, ResultFigure
+from codesign.inputs.expression import (
+    FUNCTIONS,
+    MAX_TEXT,
+    Node,
+    evaluate,
+    evaluate_ends,
+    figure_node,
+    parse,
+    why_undefined,
+)
+from codesign.inputs.unit_powers import known_units, unit_text
+from codesign.models import RefusalError, SpecModel, details_of, raise_all, refusal_details
+
+if TYPE_CHECKING:
+    from codesign.inputs.expression import Column
+
+MAX_FIGURES = 16
+MAX_NAME = 60
+
+_NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
+
+
+@dataclass(frozen=True)
+class DerivedFigure(ResultFigure):
+    """A figure that an expression over declared figures makes.
+
+    - ``definition``: the expression as it was written. ``node``: as it was read.
+    - ``size``: of its unit, in base units.
+    """
+
+    value: Callable[[Any], float | None] | None = field(default=None, compare=False)
+    definition: str = ""
+    node: Node = field(default=Node("number", (), "0"), compare=False)
+    size: float = 1.0
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        object.__setattr__(self, "value", lambda result: self.of(lambda name: result.figure(FIGURES[name])))
+
+    def __reduce__(self) -> tuple[Callable[..., DerivedFigure], tuple[Any, ...]]:
+        given = (self.name, self.within, self.description, self.label, self.unit, self.maximise)
+        return _again, (*given, self.definition, self.node, self.size)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The declared figures that it is made of."""
+        return self.node.names
+
+    @property
+    def column(self) -> str:
+        """The name of its column in CSV and data frames: its own."""
+        return self.name
+
+    def of(self, figure: Callable[[str], float | None]) -> float | None:
+        """Its value for one point, by the values of the declared figures; None where it has none."""
+        from codesign.inputs.expression_values import as_number, column
+
+        value = as_number(evaluate(self.node, lambda name: column(figure(name)))) / self.size
+        return value if math.isfinite(value) else None
+
+    def why_none(self, figure: Callable[[str], float | None]) -> str | None:
+        """Why it has no value for one point (``division by zero in ...``); None where it has one."""
+        return why_undefined(self.node, figure)
+
+    def limit(self, text: str) -> float:
+        """The limit of a text, such as ``3 mJ s``, in its unit.
+
+        Raises:
+            RefusalError: it is no expression without figures, or of another unit.
+        """
+        node = parse(text, {})
+        if node.powers != self.node.powers:
+            mine, example = unit_text(self.node.powers), f"write a number and a unit: 1 {self.unit}"
+            what = f"{show(text)} is in {unit_text(node.powers)}, and {self} in {mine}"
+            raise RefusalError(what, "write a plain number" if not self.node.powers else example)
+        return constant_of(node) / self.size
+
+    @property
+    def as_written(self) -> dict[str, str]:
+        """What a file says of it."""
+        return {
+            "expression": self.definition,
+            "unit": self.unit,
+            "direction": self.direction,
+            "label": self.label,
+        }
+
+
+def _again(*given: Any) -> DerivedFigure:
+    names = ("name", "within", "description", "label", "unit", "maximise", "definition", "node", "size")
+    return DerivedFigure(**dict(zip(names, given, strict=True)))
+
+
+def constant_of(node: Node) -> float:
+    """The value of an expression without figures, in base units.
+
+    Raises:
+        RefusalError: it has none.
+    """
+    reason = why_undefined(node, lambda _name: None)
+    if reason is not None:
+        raise RefusalError(reason)
+    from codesign.inputs.expression_values import as_number
+
+    return as_number(evaluate(node, _no_figure))
+
+
+def _no_figure(name: str) -> Column:
+    raise KeyError(name)
+
+
+def derived_column(figure: DerivedFigure, columns: Callable[[str], Column]) -> Column:
+    """The value of a derived figure for each entry of the columns of its ``names``; NaN: none.
+
+    Equal to ``figure.of`` for each entry by itself, to the bit.
+    """
+    return evaluate(figure.node, columns) / figure.size
+
+
+def derived_ends(
+    figure: DerivedFigure, ends: Callable[[str], tuple[Column, Column]]
+) -> tuple[Column, Column]:
+    """The least and the greatest value of a derived figure inside the intervals of its ``names``; NaN: none."""
+    low, high = evaluate_ends(figure.node, ends)
+    return low / figure.size, high / figure.size
+
+
+_SCOPE: ContextVar[Mapping[str, ResultFigure]] = ContextVar("_SCOPE", default=FIGURES)
+
+
+@contextmanager
+def in_scope(figures: Mapping[str, ResultFigure]) -> Iterator[None]:
+    """While the block runs, these figures may be named beside the declared ones."""
+    token = _SCOPE.set({**FIGURES, **figures})
+    try:
+        yield
+    finally:
+        _SCOPE.reset(token)
+
+
+def known_figures() -> Mapping[str, ResultFigure]:
+    """The figures that may be named, by name: the declared ones, and those derived by the exploration being read."""
+    return _SCOPE.get()
+
+
+def nodes() -> dict[str, Node]:
+    """What each name in an expression stands for: the known figures, and their short names."""
+    known = {
+        name: figure.node if isinstance(figure, DerivedFigure) else figure_node(name, figure.unit)
+        for name, figure in known_figures().items()
+    }
+    return {**{short: known[name] for short, name in SHORT_NAMES.items()}, **known}
+
+
+def derived(
+    name: str, text: str, unit: str | None = None, *, maximise: bool = False, label: str = ""
+) -> DerivedFigure:
+    """The figure of an expression over the known figures.
+
+    Raises:
+        RefusalError: it is no expression, names no figure, or has another unit.
+    """
+    node = parse(text, nodes())
+    if not node.names:
+        raise RefusalError(f"{show(clip(text, 60))} names no figure", choose_hint("", FIGURES))
+    return _figure(name, text, node, unit, maximise=maximise, label=label)
+
+
+def difference(left: str, right: str) -> DerivedFigure:
+    """The figure that is below 0 where the one expression is below the other.
+
+    Raises:
+        RefusalError: see ``derived``.
+    """
+    return derived(f"{left} - ({right})", f"{left} - ({right})")
+
+
+def _figure(
+    name: str, text: str, node: Node, unit: str | None, *, maximise: bool, label: str
+) -> DerivedFigure:
+    size = 1.0
+    if unit is not None and unit != "1":
+        wanted = _unit_node(unit)
+        if wanted.powers != node.powers:
+            what = f"{show(clip(text, 60))} is in {unit_text(node.powers)}, not in {clip(unit, 60)}"
+            raise RefusalError(what, f"write {unit_text(node.powers)}, or leave the unit out", ("unit",))
+        size = constant_of(wanted)
+    elif unit == "1" and node.powers:
+        what = f"{show(clip(text, 60))} is in {unit_text(node.powers)}"
+        raise RefusalError(what, "leave the unit out", ("unit",))
+    return DerivedFigure(
+        name,
+        "derived",
+        f"{text}, of the exploration",
+        label or name.replace("_", " "),
+        unit or unit_text(node.powers),
+        maximise,
+        definition=text,
+        node=node,
+        size=size,
+    )
+
+
+def _unit_node(unit: str) -> Node:
+    try:
+        node = parse(f"1 {unit}", {})
+    except RefusalError as refusal:
+        raise RefusalError(f"{show(clip(unit, 60))} is no unit", refusal.hint, ("unit",)) from None
+    if not constant_of(node) > 0:
+        raise RefusalError(f"{show(clip(unit, 60))} is no unit", "write a unit, such as mJ s", ("unit",))
+    return node
+
+
+class WrittenFigure(SpecModel):
+    """A derived figure as a file has it; as text, its expression alone."""
+
+    expression: str = Field(
+        max_length=MAX_TEXT, description="Over figures, such as energy_j * plan_time_worst_s."
+    )
+    unit: str | None = Field(
+        default=None, max_length=MAX_NAME, description="Its unit, such as mJ s; by default in base units."
+    )
+    direction: Literal["minimise", "maximise"] = Field(
+        default="minimise", description="Which of two designs an objective of it prefers."
+    )
+    label: str = Field(default="", max_length=MAX_NAME, description="What tables and plots call it.")
+
+
+def read_figures(raw: Any) -> dict[str, DerivedFigure]:
+    """The derived figures of a section ``figures``. One may name those before it.
+
+    Raises:
+        ValidationError: every fault. RefusalError: it is no mapping, or too long.
+    """
+    if not isinstance(raw, Mapping):
+        raise RefusalError(f"{show(raw)} is not a mapping", "write {NAME: EXPRESSION}")
+    if len(raw) > MAX_FIGURES:
+        raise RefusalError(f"{len(raw)} figures are too many", f"at most {MAX_FIGURES}")
+    figures: dict[str, DerivedFigure] = {}
+    refusals = []
+    for name, written in raw.items():
+        try:
+            _check_name(name)
+            with in_scope(figures):
+                figures[name] = _read(name, written)
+        except RefusalError as refusal:
+            refusals.append(refusal_details(refusal, (str(name),)))
+        except ValidationError as error:
+            refusals += details_of(error, (str(name),))
+    raise_all("figures", refusals)
+    return figures
+
+
+def _read(name: str, raw: Any) -> DerivedFigure:
+    if isinstance(raw, DerivedFigure):
+        return raw
+    form = {"expression": raw} if isinstance(raw, str) else raw
+    if not isinstance(form, Mapping):
+        raise RefusalError(f"{show(raw)} is no expression", "write a text, such as energy_j * 2")
+    written = WrittenFigure.model_validate(form)
+    maximise = written.direction == "maximise"
+    try:
+        return derived(name, written.expression, written.unit, maximise=maximise, label=written.label)
+    except RefusalError as refusal:
+        at = () if isinstance(raw, str) else refusal.at or ("expression",)
+        raise RefusalError(refusal.what, refusal.hint, at) from None
+
+
+def _check_name(name: Any) -> None:
+    if not isinstance(name, str) or not _NAME.fullmatch(name) or len(name) > MAX_NAME:
+        hint = f"letters, digits and _, a letter first, at most {MAX_NAME}"
+        raise RefusalError(f"{show(name)} is not a name", hint, of_key=True)
+    kinds: dict[str, Collection[str]] = {
+        "a figure": FIGURES,
+        "a short name of a figure": SHORT_NAMES,
+        "a function": FUNCTIONS,
+        "a unit": known_units(),
+        "the rule of all other figures": ("default",),
+    }
+    kind = next((kind for kind, names in kinds.items() if name in names), None)
+    if kind is not None:
+        raise RefusalError(f"{name} is {kind}", "choose another name", of_key=True)
+
+
+def _as_written(figures: Mapping[str, DerivedFigure]) -> dict[str, Any]:
+    return {name: figure.as_written for name, figure in figures.items()}
+
+
+DerivedFigures = Annotated[
+    # Not of the dataclass: a file, and its reference, have expressions here.
+    dict[str, Any],
+    PlainValidator(read_figures),
+    PlainSerializer(_as_written),
+    WithJsonSchema(
+        {
+            "type": "object",
+            "maxProperties": MAX_FIGURES,
+            "propertyNames": {"pattern": f"^{_NAME.pattern}$"},
+            "additionalProperties": {
+                "anyOf": [{"type": "string", "maxLength": MAX_TEXT}, WrittenFigure.model_json_schema()]
+            },
+        }
+    ),
+]
+"""Derived figures by name."""

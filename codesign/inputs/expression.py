@@ -1,0 +1,360 @@
+"""Expressions over named figures, such as ``energy_j * plan_time_worst_s``: read, checked for units, evaluated.
+
+::
+
+    comparison = sum SIGN sum                 SIGN: < <= > >= ≤ ≥
+    sum        = product {(+ | -) product}
+    product    = factor {(* | /) factor}
+    factor     = - factor | ( sum ) | NUMBER {UNIT} | FIGURE | UNIT | FUNCTION ( sum {, sum} )
+    FUNCTION   = min | max | sqrt | log | abs
+
+A unit alone is 1 of it. Numbers are exact decimals until they are evaluated. Units are checked when an expression is
+read: ``energy_j + power`` is refused, ``energy_j / power`` is a time. Nothing is given to Python to evaluate.
+
+Rejected: libraries. Those that are kept up evaluate Python's own syntax tree, without units or columns.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
+from fractions import Fraction
+from typing import TYPE_CHECKING
+
+from codesign.errors import choose_hint, clip, show
+from codesign.inputs.unit_powers import NUMBER, Powers, known_units, root, times, unit_text
+from codesign.models import RefusalError
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    Column = NDArray[np.float64]
+
+MAX_TEXT = 500
+MAX_DEPTH = 32
+MAX_NODES = 200
+"""Numbers, figures and operations of one expression, with those of the expressions that it names."""
+
+FUNCTIONS: Mapping[str, tuple[int, int]] = {
+    "min": (2, 8),
+    "max": (2, 8),
+    "sqrt": (1, 1),
+    "log": (1, 1),
+    "abs": (1, 1),
+}
+"""The functions, each with the least and the most operands."""
+
+_MOST = Fraction(10**300)
+
+SIGNS = ("<=", ">=", "<", ">", "≤", "≥")
+
+_TOKEN = re.compile(
+    r"\s*(?:(?P<number>[0-9]+(?:\.[0-9]+)?(?:[eE][+-]?[0-9]{1,2})?)|(?P<word>%|[^\W\d]\w*)"
+    r"|(?P<sign><=|>=|[-+*/(),<>≤≥])|(?P<other>\S))",
+    re.S,
+)
+_FORM = "write figures and numbers with + - * / ( ), min, max, sqrt, log and abs"
+
+
+@dataclass(frozen=True)
+class Node:
+    """A number (``value``), a figure (``name``), or an operation on ``operands``, with the text that it was read from.
+
+    ``powers``: of its unit. Everything is in base units.
+    """
+
+    operation: str
+    powers: Powers
+    text: str = field(compare=False)
+    operands: tuple[Node, ...] = ()
+    name: str = ""
+    value: Fraction = Fraction(0)
+
+    @property
+    def size(self) -> int:
+        """The number of nodes."""
+        return 1 + sum(operand.size for operand in self.operands)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The figures in it, each once."""
+        inner = [name for operand in self.operands for name in operand.names]
+        return tuple(dict.fromkeys([self.name, *inner] if self.name else inner))
+
+
+def parse(text: str, figures: Mapping[str, Node]) -> Node:
+    """The expression of a text.
+
+    Args:
+        text: of at most ``MAX_TEXT`` characters.
+        figures: what each name stands for (``figure_node``).
+
+    Raises:
+        RefusalError: it is none, names no figure, or adds or compares different units; with the place in the text.
+    """
+    reader = _Reader(text, figures)
+    node = reader.sum()
+    reader.end()
+    return _bounded(node, text)
+
+
+def parse_comparison(text: str, figures: Mapping[str, Node]) -> tuple[Node, str, Node]:
+    """The two sides of a comparison, and the sign between them.
+
+    Raises:
+        RefusalError: see ``parse``.
+    """
+    reader = _Reader(text, figures)
+    left = reader.sum()
+    begin, sign = reader.place, reader.take()
+    if sign not in SIGNS:
+        reader.refuse(f"{show(sign)} compares nothing" if sign else "nothing is compared", begin, _LIMIT)
+    right = reader.sum()
+    reader.end()
+    reader.same_unit(left, right, sign, begin)
+    return _bounded(left, text), sign, _bounded(right, text)
+
+
+_LIMIT = f"write EXPRESSION SIGN EXPRESSION; accepted signs: {', '.join(SIGNS)}"
+
+
+def figure_node(name: str, unit: str) -> Node:
+    """A figure by its name, in its unit."""
+    return Node("figure", unit_powers(unit), name, name=name)
+
+
+def unit_powers(unit: str) -> Powers:
+    """The powers of a figure's unit; a word that is no known unit counts as a unit of its own."""
+    known = known_units().get(unit)
+    return known[1] if known else ((unit, Fraction(1)),)
+
+
+def _bounded(node: Node, text: str) -> Node:
+    if node.size > MAX_NODES:
+        what = f"{show(clip(text, 60))} is too long: {node.size:,} numbers, figures and operations"
+        raise RefusalError(what, f"at most {MAX_NODES}, with those of the figures that it names")
+    return node
+
+
+class _Reader:
+    """Reads an expression from left to right. ``place``: where the next token begins."""
+
+    def __init__(self, text: str, figures: Mapping[str, Node]) -> None:
+        if len(text) > MAX_TEXT:
+            raise RefusalError(
+                f"an expression of {len(text):,} characters is too long", f"at most {MAX_TEXT}"
+            )
+        self.text, self.figures = text, figures
+        self._tokens = list(self._split())
+        self._next = 0
+        self._open = 0
+
+    def _split(self) -> Iterator[tuple[str, str, int]]:
+        for match in _TOKEN.finditer(self.text):
+            kind = str(match.lastgroup)
+            if kind == "other":
+                self.refuse(f"{show(match[kind])} is not accepted", match.start(kind), _FORM)
+            yield kind, match[kind], match.start(kind)
+
+    def refuse(self, what: str, place: int, hint: str | None = None) -> None:
+        """Refuse the text.
+
+        Raises:
+            RefusalError: always.
+        """
+        shown = show(clip(self.text, 60))
+        raise RefusalError(f"{shown}, character {place + 1}: {what}", hint)
+
+    @property
+    def place(self) -> int:
+        """Where the next token begins, from 0; at the end, the length of the text."""
+        return self._tokens[self._next][2] if self._next < len(self._tokens) else len(self.text)
+
+    def peek(self) -> str:
+        """The next token; "" at the end."""
+        return self._tokens[self._next][1] if self._next < len(self._tokens) else ""
+
+    def take(self) -> str:
+        """The next token, which is then behind."""
+        token = self.peek()
+        self._next += 1
+        return token
+
+    def end(self) -> None:
+        """Refuse what is left."""
+        if self.peek():
+            self.refuse(f"{show(self.peek())} is left over", self.place, _FORM)
+
+    def sum(self) -> Node:
+        """A sum, or a product alone."""
+        self._open += 1
+        if self._open > MAX_DEPTH:
+            self.refuse("nested too deep", self.place, f"at most {MAX_DEPTH}")
+        begin, node = self.place, self._product()
+        while self.peek() in ("+", "-"):
+            at, sign = self.place, self.take()
+            right = self._product()
+            self.same_unit(node, right, sign, at)
+            node = Node(sign, node.powers, self._since(begin), (node, right))
+        self._open -= 1
+        return node
+
+    def same_unit(self, left: Node, right: Node, sign: str, place: int) -> None:
+        """Refuse two operands of different units."""
+        if left.powers != right.powers:
+            units = f"{unit_text(left.powers)} {sign} {unit_text(right.powers)}"
+            self.refuse(f"the units differ: {units}", place, "give both sides the same unit")
+
+    def _product(self) -> Node:
+        begin, node = self.place, self._factor()
+        while self.peek() in ("*", "/"):
+            sign = self.take()
+            right = self._factor()
+            powers = times(node.powers, right.powers, 1 if sign == "*" else -1)
+            node = Node(sign, powers, self._since(begin), (node, right))
+        return node
+
+    def _since(self, begin: int) -> str:
+        return self.text[begin : self._tokens[self._next - 1][2] + len(self._tokens[self._next - 1][1])]
+
+    def _factor(self) -> Node:
+        begin = self.place
+        if self._next == len(self._tokens):
+            self.refuse("a figure or a number is missing", begin, _FORM)
+        kind, token, _ = self._tokens[self._next]
+        self._next += 1
+        if kind == "number":
+            return self._quantity(Fraction(token), begin)
+        if kind == "word":
+            return self._word(token, begin)
+        if token == "-":
+            self._open += 1
+            if self._open > MAX_DEPTH:
+                self.refuse("nested too deep", begin, f"at most {MAX_DEPTH}")
+            inner = self._factor()
+            self._open -= 1
+            return Node("negative", inner.powers, self._since(begin), (inner,))
+        if token == "(":
+            node = self.sum()
+            self._close()
+            return node
+        self.refuse(f"{show(token)} where a figure or a number belongs", begin, _FORM)
+        raise AssertionError("refused")
+
+    def _close(self) -> None:
+        if self.peek() != ")":
+            self.refuse("a closing ) is missing", self.place)
+        self.take()
+
+    def _quantity(self, value: Fraction, begin: int) -> Node:
+        """A number with its unit: the longest unit at the place, then further ones, which multiply it."""
+        powers = NUMBER
+        while self._next < len(self._tokens) and self._tokens[self._next][0] == "word":
+            place, unit = self.place, self.take()
+            size, own = known_units().get(unit, (Fraction(0), NUMBER))
+            if not size:
+                self.refuse(f"{show(unit)} is no unit", place, choose_hint(clip(unit, 60), _plain_units()))
+            value, powers = value * size, times(powers, own)
+        if value > _MOST:
+            self.refuse("a number that is too large", begin, f"at most {float(_MOST):g}")
+        return Node("number", powers, self._since(begin), value=value)
+
+    def _word(self, word: str, begin: int) -> Node:
+        if self.peek() == "(":
+            return self._call(word, begin)
+        if word in self.figures:
+            return self.figures[word]
+        if word in known_units():
+            size, powers = known_units()[word]
+            return Node("number", powers, word, value=size)
+        accepted = [*self.figures, *FUNCTIONS]
+        self.refuse(f"there is no figure {show(word)}", begin, choose_hint(clip(word, 60), accepted))
+        raise AssertionError("refused")
+
+    def _call(self, name: str, begin: int) -> Node:
+        if name not in FUNCTIONS:
+            self.refuse(f"there is no function {show(name)}", begin, choose_hint(clip(name, 60), FUNCTIONS))
+        self.take()
+        operands = [self.sum()]
+        while self.peek() == ",":
+            place = self.place
+            self.take()
+            operands.append(self.sum())
+            self.same_unit(operands[0], operands[-1], ",", place)
+        self._close()
+        least, most = FUNCTIONS[name]
+        if not least <= len(operands) <= most:
+            wanted = str(least) if least == most else f"{least} to {most}"
+            self.refuse(f"{name} of {len(operands)}", begin, f"{name} takes {wanted}")
+        powers = operands[0].powers
+        if name == "log" and powers:
+            hint = f"divide by 1 {unit_text(powers)} first"
+            self.refuse(f"log of a number with the unit {unit_text(powers)}", begin, hint)
+        return Node(name, root(powers) if name == "sqrt" else powers, self._since(begin), tuple(operands))
+
+
+def _plain_units() -> list[str]:
+    return [unit for unit in known_units() if "/" not in unit and unit.isascii() and unit != "1"]
+
+
+def evaluate(node: Node, values: Callable[[str], Column]) -> Column:
+    """The value of an expression for each entry of the columns of its figures; NaN where it has none.
+
+    There is none where a figure is NaN, a divisor is 0, a root or logarithm does not exist, or a number is not finite.
+
+    Args:
+        values: the column of a figure, in base units: float64, all of one shape; of one result, of no axes.
+    """
+    from codesign.inputs.expression_values import apply, constant
+
+    if node.operation == "figure":
+        return values(node.name)
+    if node.operation == "number":
+        return constant(node.value)
+    return apply(node.operation, [evaluate(operand, values) for operand in node.operands])
+
+
+def evaluate_ends(node: Node, ends: Callable[[str], tuple[Column, Column]]) -> tuple[Column, Column]:
+    """The least and the greatest value while each figure is anywhere between its ends; NaN where there is none.
+
+    Figures are taken to vary independently. Where they do not (both rest on one clock), the interval is too wide, and
+    never too narrow.
+    """
+    from codesign.inputs.expression_values import apply_to_ends, constant
+
+    if node.operation == "figure":
+        return ends(node.name)
+    if node.operation == "number":
+        number = constant(node.value)
+        return number, number
+    return apply_to_ends(node.operation, [evaluate_ends(operand, ends) for operand in node.operands])
+
+
+def why_undefined(node: Node, values: Callable[[str], float | None]) -> str | None:
+    """Why an expression has no value for these figures; None where it has one.
+
+    >>> node = parse("cycles / (slices - 4)", {name: figure_node(name, "1") for name in ("cycles", "slices")})
+    >>> why_undefined(node, {"cycles": 100.0, "slices": 4.0}.get)
+    'division by zero in cycles / (slices - 4)'
+    """
+    import math
+
+    from codesign.inputs.expression_values import as_number, column
+
+    for operand in node.operands:
+        reason = why_undefined(operand, values)
+        if reason is not None:
+            return reason
+    if node.operation == "figure":
+        return f"there is no {node.name}" if values(node.name) is None else None
+    if not math.isnan(as_number(evaluate(node, lambda name: column(values(name))))):
+        return None
+    if (
+        node.operation == "/"
+        and as_number(evaluate(node.operands[1], lambda name: column(values(name)))) == 0
+    ):
+        return f"division by zero in {node.text}"
+    what = {"sqrt": "root of a negative number", "log": "logarithm of a number that is not above 0"}
+    return f"{what.get(node.operation, 'a number too large')} in {node.text}"
