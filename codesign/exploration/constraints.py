@@ -8,8 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from codesign.figures import ResultFigure
+from codesign.figures import FIGURES, ResultFigure
 from codesign.inputs.constraint import LOWER, STRICT, Constraint
+from codesign.inputs.derived import DerivedFigure
 from codesign.results.result import Reason, Result
 
 Floats = NDArray[np.float64]
@@ -18,6 +19,8 @@ Flags = NDArray[np.bool_]
 
 def figure_of(result: Result, figure: ResultFigure) -> float | None:
     """One figure as designs are compared by it. A design that needs no chip takes none of a chip's resources."""
+    if isinstance(figure, DerivedFigure):
+        return figure.of(lambda name: figure_of(result, FIGURES[name]))
     value = result.figure(figure)
     placed = not any(reason.kind == "mapping" for reason in result.reasons)
     if value is None and figure.is_resource and result.part is None and not result.resources and placed:

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from codesign.exploration.constraints import figure_of
 from codesign.figures import FIGURES, ResultFigure
+from codesign.inputs.derived import DerivedFigure, derived_column
 from codesign.pricing.price import PRICED, Priced
 from codesign.results.result import Reason, Result
 
@@ -188,10 +189,14 @@ class Outcomes:
 
     def column(self, figure: ResultFigure) -> Column:
         """One figure of each point, as designs are compared by it; NaN: none."""
+        if isinstance(figure, DerivedFigure):
+            return derived_column(figure, lambda name: self.column(FIGURES[name]))
         return self.figures[figure.name] if figure.name in PRICED else self._table(figure)[self.which]
 
     def value(self, figure: ResultFigure, index: int) -> float | None:
         """One figure of a point; None where it has none."""
+        if isinstance(figure, DerivedFigure):
+            return figure.of(lambda name: self.value(FIGURES[name], index))
         held = (
             self.figures[figure.name][index]
             if figure.name in PRICED
