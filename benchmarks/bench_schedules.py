@@ -1,9 +1,9 @@
 """The schedules of precision on maps of several kinds: all bits at once, the paper's series, the best schedule, early
 promotion, and a start from the host.
 
-All plans of a map end with the same bits: those of the least precision of the form 8k - 1 that leaves no local maximum.
-Cycles are those of phase ``relax`` of ``bit_serial``. The time is that of a plan on the platform with its host: from the
-request to the answer, the map sent, and the start solved, sent and written where there is one.
+All plans of a map end with the same bits, at the least precision of the form 8k - 1 that leaves no local maximum.
+Cycles are those of phase ``relax`` of ``bit_serial``. The time is that of a plan on the platform with its host: from
+the request to the answer, the map sent, and the start solved, sent and written where there is one.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from __future__ import annotations
 import sys
 import tempfile
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from statistics import median
 from typing import Any
@@ -23,11 +23,12 @@ from codesign import maps
 from codesign.memo import Memo
 from codesign.planners.harmonic.plan.precision import required_precision
 from codesign.results.result import Result
+from codesign.scenarios import simulate
 
 PLATFORM = "virtex4-pci"
 ITERATIONS = 6
 FIRST, STEP = 7, 8
-SWEEPS = (1, 2, 4, 8, 16)
+SWEEPS = (2, 4, 8, 16, 32, 64)
 """The promotions that are tried: sweeps of a stage but the last."""
 
 MOST_BITS = 255
@@ -44,11 +45,18 @@ MAPS: tuple[tuple[str, Mapping[str, Any]], ...] = (
     ("random", {"rows": 48, "columns": 48, "density": 0.1, "seed": 8}),
     ("random", {"rows": 72, "columns": 96, "density": 0.2, "size": 3, "seed": 9}),
     ("random", {"rows": 72, "columns": 96, "density": 0.3, "size": 6, "seed": 10}),
-    ("spiral", {"rows": 48, "columns": 48, "corridor": 5}),
+    ("spiral", {"rows": 48, "columns": 48, "corridor": 8}),
     ("corridor", {"length": 96, "width": 8}),
     ("empty", {"rows": 48, "columns": 48}),
     ("empty", {"rows": 72, "columns": 96}),
 )
+
+
+GROWTH = (0, 1, 3, 4, 7, 12)
+"""Maps by number in ``MAPS``: each is planned on at more bits than it needs."""
+
+TIMES_NEEDED = (1, 2, 4, 8)
+MOST_BITS_OF_ONE_BLOCK = 1023
 
 
 @dataclass(frozen=True)
@@ -91,7 +99,7 @@ class Case:
             file = Path(folder) / "schedules.yaml"
             file.write_text(yaml.safe_dump(text), encoding="utf-8")
             workload = codesign.load_workload(file)
-            result = codesign.simulate(codesign.load_platform(PLATFORM), workload, memo=memo)
+            result = simulate(codesign.load_platform(PLATFORM), workload, memo=memo)
         assert result.feasible, (self, name, result.reasons)
         assert result.precision == self.last
         return result
@@ -221,9 +229,42 @@ def run() -> list[dict[str, Any]]:
     return [*map(rows_of, done), summary(done)]
 
 
+def growth() -> list[dict[str, Any]]:
+    """One row for each map of ``GROWTH`` as one block: what series and best schedule gain at more and more bits."""
+    rows = []
+    for number in GROWTH:
+        case = case_of(*MAPS[number])
+        row: dict[str, Any] = {
+            "map": f"{case.name} {case.shape[0]}×{case.shape[1]}",
+            "bits needed": case.last,
+        }
+        for times in TIMES_NEEDED:
+            bits = times * (case.last + 1) - 1
+            row[f"{times} times"] = "" if bits > MOST_BITS_OF_ONE_BLOCK else _gains(replace(case, last=bits))
+        rows.append(row)
+    return rows
+
+
+def _gains(case: Case) -> str:
+    memo, one = Memo(), {"block": list(case.shape)}
+    # At most 31 candidates.
+    step = STEP * -(-(case.last + 1) // (32 * STEP))
+    best = {"optimal": {"last": case.last, "candidates": {"first": step - 1, "step": step}}}
+    direct = cycles(case.run("direct", memo, **one))
+    series = cycles(case.run("series", memo, **one, schedule=case.series))
+    return (
+        f"÷ {direct / series:.2f}, ÷ {direct / cycles(case.run('optimal', memo, **one, schedule=best)):.2f}"
+    )
+
+
+def main() -> None:
+    """Both tables in Markdown."""
+    for table in (run(), growth()):
+        sys.stdout.write("| " + " | ".join(table[0]) + " |\n" + "|---" * len(table[0]) + "|\n")
+        for row in table:
+            sys.stdout.write("| " + " | ".join(map(str, row.values())) + " |\n")
+        sys.stdout.write("\n")
+
+
 if __name__ == "__main__":
-    table = run()
-    out = sys.stdout
-    out.write("| " + " | ".join(table[0]) + " |\n" + "|---" * len(table[0]) + "|\n")
-    for row in table:
-        out.write("| " + " | ".join(map(str, row.values())) + " |\n")
+    main()
