@@ -163,7 +163,7 @@ class Optimum(SpecModel):
 class OptimalSchedule(SpecModel):
     """The best schedule, left to a search."""
 
-    optimal: Optimum
+    optimal: Annotated[Optimum, Field(description="the schedules that the best is chosen from")]
 
     @property
     def precisions(self) -> tuple[int, ...]:
