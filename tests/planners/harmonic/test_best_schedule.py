@@ -215,6 +215,43 @@ def test_a_higher_start_bounds_a_lower_one(
         assert cut.least(begin, last) <= (costs[begin] or 0)
 
 
+@settings(max_examples=50, deadline=None)
+@given(
+    st.integers(0, 10_000),
+    st.sampled_from([(9, 14), (1, 30), (13, 13)]),
+    st.sampled_from([1, 7, 1000]),
+    st.floats(0.0, 0.45),
+)
+def test_the_decay_of_one_block_bounds_every_stage(
+    seed: int, shape: tuple[int, int], iterations: int, density: float
+) -> None:
+    generator = np.random.default_rng(seed)
+    free = generator.random(shape) >= density
+    goals = tuple({(0, int(generator.integers(shape[1]))), (shape[0] - 1, 3)})
+    for goal in goals:
+        free[goal] = True
+    problem = Problem(free, goals, ())
+    parameters = RelaxParameters(blocks=(1, 1), iterations=iterations, schedule=(70,))
+    rungs = [0, 3, 9, 15, 31, 70]
+    stages = SimulatedStages(problem, parameters, Memo(), with_switches)
+    for end in rungs[1:]:
+        stages.run(0, end, None)
+    for begin, end in itertools.combinations(rungs[1:], 2):
+        bound = stages.least(begin, end)
+        assert bound <= (stages.run(begin, end, None) or 0)
+
+
+def test_the_decay_is_a_sharp_bound_in_a_room() -> None:
+    problem = Problem(np.ones((24, 24), bool), ((1, 1),), ())
+    parameters = RelaxParameters(blocks=(1, 1), iterations=1000, schedule=(63,))
+    stages = SimulatedStages(problem, parameters, Memo(), iteration_cycles)
+    for end in (31, 63):
+        stages.run(0, end, None)
+    bound, cost = stages.least(31, 63), stages.run(31, 63, None)
+    assert cost is not None
+    assert 0.7 * cost < bound <= cost
+
+
 def test_searches_share_a_memo_and_one_without_room_gives_the_same() -> None:
     problem = problem_of(5)
     parameters = RelaxParameters(block=(3, 4), iterations=4, schedule=(20,), stop=Stop.SCHEDULE_END)

@@ -12,6 +12,8 @@
   of the map keeps the order, so k, the number of iterations that change a bit, is bounded likewise. The iterations of
   the stage are k + 1, and one more where I does not divide k. That does not fall as k rises.
 
+- *Decay.* With one block the error cannot shrink faster than its slowest decay lets it: see ``decay``.
+
 A bound that was only observed is not among them. With several blocks and I > 1, a higher start can take more
 iterations.
 """
@@ -20,7 +22,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
+from functools import cached_property, partial
 from typing import TYPE_CHECKING
 
 from codesign.memo import Memo
@@ -30,11 +32,15 @@ from codesign.planners.harmonic.plan.stages import StageEnd, Visits
 
 if TYPE_CHECKING:
     from codesign.planners.harmonic.plan import Field
+    from codesign.planners.harmonic.plan.decay import Decay
     from codesign.planners.harmonic.plan.parameters import RelaxParameters
     from codesign.planners.interface import Problem
 
 StageCost = Callable[[int, Visits], int]
 """The cost of a stage at a precision with these sums of visits: it never falls as a sum rises."""
+
+MAX_CELLS = 1 << 16
+"""Cells of the largest map with a bound by its decay: some tenths of a second."""
 
 BUDGET = 1 << 22
 """Words times iterations between two looks at the cost so far: some hundredth of a second."""
@@ -78,7 +84,25 @@ class SimulatedStages:
         self._map = problem.map_digest, parameters.pockets
         self._local_maxima: dict[int, int] = {}
         # By last precision, then by first: the least sweeps and iterations of the stage.
+        self._sums = {0: 0}
         self._known: dict[int, dict[int, tuple[int, int]]] = {}
+
+    @cached_property
+    def _decay(self) -> Decay | None:
+        """The decay of one block; None where it says nothing, or would take too long."""
+        if self._blocks > 1 or self._free.size > MAX_CELLS:
+            return None
+        from codesign.planners.harmonic.plan.decay import Decay
+        from codesign.planners.harmonic.plan.warm_start import FieldBounds
+
+        bounds = FieldBounds(self._free, self._goals)
+        return Decay(bounds) if len(bounds.cells) else None
+
+    def _least_iterations(self, begin: int, end: int) -> int:
+        """By the decay of the error of the field at ``begin`` at precision ``end``."""
+        if self._decay is None or begin not in self._sums or end not in self._sums:
+            return 1
+        return self._decay.least_iterations(self._sums[end] - (self._sums[begin] << (end - begin)))
 
     def least(self, begin: int, end: int) -> int:
         """See ``best_schedule.Stages``."""
@@ -88,7 +112,10 @@ class SimulatedStages:
         visits.count[:] = visits.iterations[:] = sweeps
         if self._blocks == 1:
             # With I = 1, sweeps and iterations are the same.
-            visits.iterations[:] = max((iterations for _, iterations in known), default=1)
+            iterations = max((iterations for _, iterations in known), default=1)
+            iterations = max(iterations, self._least_iterations(begin, end))
+            visits.iterations[:] = iterations
+            visits.count[:] = max(sweeps, -(-iterations // self._iterations))
         return self._cost(end, visits)
 
     def run(self, begin: int, end: int, most: int | None) -> int | None:
@@ -101,6 +128,8 @@ class SimulatedStages:
             return None
         self._note(begin, end, int(whole.visits.count[0]), whole.visits)
         self._local_maxima[end] = whole.local_maxima
+        if self._decay is not None and end not in self._sums:
+            self._sums[end] = self._decay.sum_of(self._least_field(end))
         return self._cost(end, whole.visits)
 
     def ends(self, precision: int) -> bool:
@@ -116,8 +145,9 @@ class SimulatedStages:
 
     def _field(self, precision: int) -> Field | None:
         """The field after any stage to a precision; None: zero."""
-        if not precision:
-            return None
+        return self._least_field(precision) if precision else None
+
+    def _least_field(self, precision: int) -> Field:
         # A stage to this precision ran before. Where the memo had no room, the field is computed again from zero.
         return self._memo.get(self._field_key(precision), lambda: self._simulated(0, precision, None)[1])
 
