@@ -13,8 +13,8 @@ from codesign.planners.interface import LOWER_BOUND, Problem
 from codesign.planners.job import Job
 from codesign.planners.styles import Found
 
-BOUND = "cost so far; sweeps of a stage from a higher precision"
-"""The lower bounds that rule stages out; proven in ``plan.stage_costs``."""
+BOUND = "cost so far; sweeps and iterations of a stage from a higher precision; slowest decay of one block"
+"""The lower bounds that rule stages out; proven in ``plan.stage_costs`` and ``plan.decay``."""
 
 MOST_SHOWN = 24
 """A note names the precisions of a schedule of fewer stages."""
