@@ -32,7 +32,7 @@ def test_docstrings(name: str) -> None:
 def test_page() -> None:
     names: dict[str, object] = {}
     found = doctest.testfile(str(PAGE), module_relative=False, extraglobs=names)
-    assert found.attempted > 5
+    assert found.attempted > 2
     assert found.failed == 0
 
 
