@@ -163,6 +163,16 @@ class TaskParameters(SpecModel):
         """Fractional bits of each stage; empty where a plan has no stages."""
         return ()
 
+    @property
+    def to_find(self) -> tuple[str, ...]:
+        """Names of the parameters that are left to a search on the map (``Architecture.find``). By default none."""
+        return ()
+
+    @property
+    def begins_at_bound(self) -> bool:
+        """Whether a first plan begins at the result of task ``lower_bound``, where it is mapped. By default it does."""
+        return True
+
 
 def choice(key: str, models: Mapping[str, type[BaseModel]]) -> WrapValidator:
     """The validator of a union of models that ``key`` chooses from; annotate the union with it."""

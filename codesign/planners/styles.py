@@ -95,6 +95,19 @@ class MemoryStep(Step):
     traffic: Traffic = field(default_factory=Traffic)
 
 
+@dataclass(frozen=True)
+class Found:
+    """Parameters with the values that a search found.
+
+    ``proofs``: by parameter, what shows that no other value is better, as names and numbers or texts. ``notes``: as
+    ``Architecture.notes``.
+    """
+
+    parameters: Any
+    proofs: Mapping[str, Mapping[str, Any]]
+    notes: tuple[str, ...] = ()
+
+
 Designs = tuple[tuple[Mapping[str, Any], ...], ...]
 """Chains of parameters of a planning task, the most promising chain first.
 
@@ -275,6 +288,16 @@ class Architecture(_Style):
         run. The answer for an answer is the same.
         """
         return parameters
+
+    def find(self, _job: Job[Any, Any], /) -> Found | None:
+        """The parameters of a job with the values of those that are left to a search (``TaskParameters.to_find``).
+
+        It is called once a design, after all checks and before the run. By default None: the style has no search.
+
+        Raises:
+            InputError: the search cannot be made.
+        """
+        return None
 
     def notes(self, _job: Job[Any, Any], /) -> tuple[str, ...]:
         """Facts about a design with the given parameters that a reader must know: "key: sentence", no full stop.

@@ -85,6 +85,9 @@ class StageUse(ResultModel):
     iterations: int = Field(description="iterations of the nodes, all visits together")
     cycles: int = Field(description="iterations × (precision + 2); block switches left out")
     local_maxima: int = Field(description="free cells without a path up at its end, pockets counted")
+    promoted: bool = Field(
+        default=False, description="whether it was left before it settled, after the sweeps of relax.promote"
+    )
 
 
 class Times(ResultModel):
@@ -172,6 +175,10 @@ class Result(ResultModel):
         default=(),
         description="where the design does other work than its parameters let one expect, or its clock is not sure:"
         " key, then a sentence",
+    )
+    found: dict[str, dict[str, int | str | tuple[int, ...]]] = Field(
+        default={},
+        description="by task and parameter, a value that was left to a search, and the proof that no other is better",
     )
     blocks: int | None = Field(default=None, description="number of blocks of the partition")
     feasible: bool = Field(description="whether the design fits; where not, figures of a run are None")

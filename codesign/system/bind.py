@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codesign import maps
-from codesign.errors import Fault, SpecError, UnsuitedError, choose_hint
+from codesign.errors import Fault, InputError, SpecError, UnsuitedError, choose_hint
 from codesign.inputs import Platform, Workload, cross_check, fault
 from codesign.inputs.components import FpgaComponent, ProcessorComponent
 from codesign.inputs.edit import on_platform
@@ -45,6 +45,7 @@ class System(Draft):
     - ``external``: the memory beside the FPGA that holds what does not fit in block RAM; None where none is asked for.
     - ``parameters``: those of each mapped task, as the style runs with them.
     - ``notes``: see ``Architecture.notes``.
+    - ``found``: by task and parameter, the proof of a value that was left to a search.
     """
 
     component: str
@@ -55,6 +56,7 @@ class System(Draft):
     external: ExternalMemoryLaw | None
     parameters: Mapping[str, TaskParameters]
     notes: tuple[str, ...]
+    found: Mapping[str, Mapping[str, Any]]
 
     @property
     def job(self) -> Job[Any, Any]:
@@ -110,7 +112,7 @@ def bind_to(
         raise (SpecError if of_workload else UnsuitedError)(faults)
     component = platform.components[task.component]
     assert isinstance(component, FpgaComponent | ProcessorComponent), "place() refuses all others"
-    return System(
+    system = System(
         **vars(draft),
         component=task.component,
         part=component.chip if isinstance(component, FpgaComponent) else None,
@@ -124,6 +126,33 @@ def bind_to(
             *length_notes(draft.problem),
             *draft.architecture.notes(Job(draft.problem, declared)),
         ),
+        found={},
+    )
+    return with_found(system) if system.planning.to_find else system
+
+
+def with_found(system: System) -> System:
+    """The system with the values of the parameters that are left to a search.
+
+    Raises:
+        UnsuitedError: they cannot be found, each with its place in the workload.
+    """
+    task, keys = system.planner.planning_task, system.planning.to_find
+    found, what, hint = None, f"style {system.architecture.style} has no search for it", "give its value"
+    try:
+        found = system.architecture.find(system.job)
+    except InputError as wrong:
+        what, hint = wrong.what, wrong.hint or hint
+    if found is None or found.parameters.to_find:
+        raise UnsuitedError(fault(system.workload, ("mapping", task, key), what, hint) for key in keys)
+    mapped = system.workload.mapping[task].model_copy(update={"parameters": found.parameters})
+    mapping = {**system.workload.mapping, task: mapped}
+    return replace(
+        system,
+        workload=system.workload.model_copy(update={"mapping": mapping}),
+        parameters={**system.parameters, task: found.parameters},
+        notes=(*system.notes, *found.notes),
+        found={f"{task}.{key}": proof for key, proof in found.proofs.items()},
     )
 
 
@@ -155,7 +184,7 @@ def plannable(
     if problem is None:
         return None, faults
     checked = _to_check(planner, task.parameters, problem) if scenario.begins_anywhere else problem
-    wrong = planner.check(Job(checked, task.parameters))
+    wrong = planner.check(Job(checked, task.parameters, mapped=frozenset(workload.mapping)))
     if wrong is not None:
         key, what = wrong
         own = key in type(workload.problem).model_fields

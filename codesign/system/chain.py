@@ -102,7 +102,7 @@ def plan_chain(
     *,
     memo: Memo | None,
     start: Any = None,
-    warm: bool = True,
+    warm: bool | None = None,
     sent: dict[str, SentMap] | None = None,
     preemptible: bool = False,
 ) -> Generator[Any, Any, Answer]:
@@ -113,7 +113,7 @@ def plan_chain(
         problem: what is to be planned.
         memo: shares functional work.
         start: values to go on from.
-        warm: have task ``lower_bound`` make the start, where it is mapped.
+        warm: have task ``lower_bound`` make the start, where it is mapped. None: as the parameters have it.
         sent: by task, what it was sent of the map before, so that only the changes are sent; kept up. None: the whole
             map is sent, and unnoticed damage to it is ignored: one plan is judged on the map that was sent.
         preemptible: the plan may be broken off, so it is computed in detail.
@@ -124,6 +124,8 @@ def plan_chain(
     """
     chain, asked = _Chain(machine, problem, sent, memo), machine.now
     planning = machine.system.planner.planning_task
+    if warm is None:
+        warm = machine.system.planning.begins_at_bound
     if warm and LOWER_BOUND in machine.system.placement.styles:
         start = yield from chain.make_start()
     yield from chain.load(planning)

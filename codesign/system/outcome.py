@@ -43,6 +43,7 @@ def head_fields(system: System) -> dict[str, Any]:
         "part": None if system.part is None else system.part.full_name,
         "parameters": parameters,
         "notes": system.notes,
+        "found": system.found,
         "blocks": system.planning.block_count(system.problem.rows, system.problem.columns),
     }
 

@@ -19,7 +19,6 @@ MODULES = [
     "codesign.memo",
     *(f"codesign.exploration.{name}" for name in ("aggregation", "executor", "front", "order", "space")),
     *(f"codesign.inputs.{name}" for name in ("axis_values", "expression", "ranges", "unit_powers")),
-    "codesign.planners.harmonic.plan.best_schedule",
 ]
 PAGE = ROOT / "docs" / "exploration.md"
 
@@ -34,7 +33,7 @@ def test_docstrings(name: str) -> None:
 def test_page() -> None:
     names: dict[str, object] = {}
     found = doctest.testfile(str(PAGE), module_relative=False, extraglobs=names)
-    assert found.attempted > 5
+    assert found.attempted > 2
     assert found.failed == 0
 
 
@@ -54,19 +53,6 @@ def test_the_front_over_rooms_and_seeds_is_as_the_page_says(tmp_path: Path) -> N
     assert spread is not None
     assert spread.interval is not None
     assert f"begins at {100 * spread.interval[0]:.2f} %" in " ".join(page.split())
-
-
-def test_labyrinth_schedules_of_the_page() -> None:
-    import codesign
-    from codesign.planners.harmonic.plan.best_schedule import optimise_schedule
-    from codesign.planners.harmonic.plan.parameters import RelaxParameters, Stop
-    from codesign.scenarios import bind
-
-    problem = bind(codesign.load_platform("virtex4-pci"), codesign.load_workload("labyrinth")).problem
-    parameters = RelaxParameters(block=(36, 66), iterations=6, schedule=(63,), stop=Stop.SCHEDULE_END)
-    best = optimise_schedule(problem, parameters, candidates=range(7, 63, 8))
-    listed = f"{best.cost:,}: {', '.join(map(str, best.precisions))}"
-    assert listed in PAGE.read_text(encoding="utf-8")
 
 
 def test_platforms_of_the_page(tmp_path: Path) -> None:

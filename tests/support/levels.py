@@ -34,7 +34,7 @@ LEVELS: list[list[str]] = [
     ["explanation"],
     ["system"],
     ["scenarios"],
-    ["rtl"],
+    ["rtl", "pricing"],
     ["exploration", "calibrate", "testing"],
     ["advice"],
     ["reproduce", "fidelity"],

@@ -226,7 +226,7 @@ class Replanner:
                 problem,
                 memo=self._memo,
                 start=start,
-                warm=first or policy is ReplanPolicy.LOWER_BOUND,
+                warm=None if first else policy is ReplanPolicy.LOWER_BOUND,
                 sent=self._sent,
                 preemptible=self.scene.scenario.replan.when_busy is WhenBusy.RESTART,
             )

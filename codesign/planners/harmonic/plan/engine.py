@@ -69,12 +69,16 @@ class Engine:
         return np.array(array.swapaxes(0, 1) if self._transposed else array, order="C")
 
     def run(
-        self, stage_index: int, precision: int, most_sweeps: int | None = None
+        self,
+        stage_index: int,
+        precision: int,
+        most_sweeps: int | None = None,
+        promote_after: int | None = None,
     ) -> Iterator[VisitBatch | StageEnd]:
         """One stage at ``precision``, not below that of the stage before.
 
         Raises RunError if it would never end. With ``most_sweeps`` it ends with a fault at that number of sweeps, or at
-        the sweep that shows that the values repeat.
+        the sweep that shows that the values repeat. With ``promote_after`` it ends without a fault at that number.
         """
         self._lift(precision - self._precision)
         layout = self._layout
@@ -84,7 +88,8 @@ class Engine:
         blocks = layout.down * layout.across
         visits = iterations = 0
         status = kernels.RUNNING
-        fault = ""
+        fault, promoted = "", False
+        ends = [sweeps * blocks for sweeps in (most_sweeps, promote_after) if sweeps is not None]
         # ``counts`` has room for ``VISITS_PER_BATCH`` visits, so a stage is a few calls of the kernel; between two of
         # them the user may interrupt, and memory may grow.
         while status != kernels.CONVERGED:
@@ -92,7 +97,7 @@ class Engine:
                 self._layout,
                 addresses(self._state),
                 control,
-                counts if most_sweeps is None else counts[: most_sweeps * blocks - visits],
+                counts[: min(ends) - visits] if ends else counts,
                 self._iterations,
                 self._budget,
                 self._published,
@@ -114,12 +119,16 @@ class Engine:
             if status == kernels.CYCLE:
                 fault = f"at {precision} bits the values come back to where they were and never settle"
                 break
+            promoted = promote_after is not None and visits == promote_after * blocks
+            if status == kernels.RUNNING and promoted:
+                break
             if status == kernels.RUNNING and most_sweeps is not None and visits == most_sweeps * blocks:
                 fault = f"at {precision} bits the values have not settled after {most_sweeps:,} sweeps"
                 break
         self._settle(precision)
         maxima = int(limbs.count_local_maxima(self._limbs, self._candidates))
-        stage = Stage(precision, int(control[kernels.SWEEPS]), visits, iterations, maxima)
+        promoted &= status != kernels.CONVERGED and not fault
+        stage = Stage(precision, int(control[kernels.SWEEPS]), visits, iterations, maxima, promoted)
         yield StageEnd(stage_index, stage, Field(self._turned(self._limbs), precision), fault)
 
     def _grow(self) -> None:

@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from enum import StrEnum
 from itertools import pairwise
+from types import MappingProxyType
 from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field, field_validator, model_validator
 
+from codesign.errors import show
 from codesign.models import RefusalError, SpecModel, TaskParameters
 
 MAX_PRECISION = 1023
+MAX_CANDIDATES = 128
+"""The most candidates of a search: those of 1,023 bits by eight."""
 
 
 class Termination(StrEnum):
@@ -33,6 +38,28 @@ class Pockets(StrEnum):
     KEPT = "kept"
     FILLED = "filled"
 
+
+class Start(StrEnum):
+    """The values that a first plan begins with."""
+
+    ZERO = "zero"
+    LOWER_BOUND = "lower_bound"
+
+
+START_DESCRIPTION = (
+    "what a first plan begins with. lower_bound: the start that task lower_bound makes, which has to be mapped; zero:"
+    " zeros, also where that task is mapped. Without it: lower_bound where that task is mapped"
+)
+
+PROMOTE_DESCRIPTION = (
+    "never: a stage ends once it has settled; {after: K}: a stage but the last ends after K sweeps, though it has not"
+    " settled, and such a stage never ends the run. The last field has the same bits. Only with termination: sound"
+)
+
+SCHEDULE_DESCRIPTION = (
+    "fractional bits of each stage: {first, step, last}, or an explicit rising list; or {optimal: {last, candidates}}:"
+    " the schedule of fewest cycles among all through the candidates, found on the map before the run"
+)
 
 POCKETS_DESCRIPTION = (
     "free cells from which no path leads to a goal. kept: they are sent as free cells, and each is a local maximum for"
@@ -74,6 +101,85 @@ Side = Annotated[int, Field(ge=1, le=4096)]
 Precision = Annotated[int, Field(ge=1, le=MAX_PRECISION)]
 
 
+def rising(precisions: Sequence[int], what: str) -> None:
+    """Raise RefusalError where the precisions of a ``what`` are none, or do not rise."""
+    if not precisions:
+        raise RefusalError(f"an empty {what}", "give at least one precision, such as [63]")
+    for index, (earlier, later) in enumerate(pairwise(precisions), 1):
+        if later <= earlier:
+            hint = "precisions rise from stage to stage"
+            raise RefusalError(f"precision {later} follows {earlier}", hint, (index,))
+
+
+class CandidateSeries(SpecModel):
+    """Candidates in an arithmetic series: ``first``, ``first + step``, ... below the last precision."""
+
+    first: Annotated[int, Field(ge=1, le=MAX_PRECISION, description="bits of the lowest candidate")] = 7
+    step: Annotated[int, Field(ge=1, le=MAX_PRECISION, description="bits from candidate to candidate")] = 8
+
+
+class Optimum(SpecModel):
+    """The schedules that the best is chosen from: those through any of the candidates, to the last precision."""
+
+    last: Annotated[int, Field(ge=1, le=MAX_PRECISION, description="fractional bits of the last stage")]
+    candidates: Annotated[
+        CandidateSeries | tuple[Precision, ...],
+        Field(description="precisions that may come before the last: {first, step}, or a rising list"),
+    ] = CandidateSeries()
+
+    @field_validator("candidates", mode="before")
+    @classmethod
+    def _one_form(cls, value: Any) -> Any:
+        return CandidateSeries.model_validate(value) if isinstance(value, dict) else value
+
+    @model_validator(mode="after")
+    def _below_last(self) -> Optimum:
+        if isinstance(self.candidates, tuple):
+            try:
+                rising(self.candidates, "list of candidates")
+            except RefusalError as wrong:
+                raise RefusalError(wrong.what, wrong.hint, ("candidates", *wrong.at)) from None
+            if self.candidates[-1] >= self.last:
+                what = f"candidate {self.candidates[-1]} is not below the last precision, {self.last}"
+                at = ("candidates", len(self.candidates) - 1)
+                raise RefusalError(what, "candidates come before the last stage", at)
+        if len(self.precisions) > MAX_CANDIDATES + 1:
+            what = f"{len(self.precisions) - 1} candidates are too many"
+            raise RefusalError(what, f"at most {MAX_CANDIDATES}: take a larger step", ("candidates",))
+        return self
+
+    @property
+    def precisions(self) -> tuple[int, ...]:
+        """The candidates, and the last precision.
+
+        >>> Optimum(last=25).precisions
+        (7, 15, 23, 25)
+        """
+        if isinstance(self.candidates, tuple):
+            return (*self.candidates, self.last)
+        return (*range(self.candidates.first, self.last, self.candidates.step), self.last)
+
+
+class OptimalSchedule(SpecModel):
+    """The best schedule, left to a search."""
+
+    optimal: Annotated[Optimum, Field(description="the schedules that the best is chosen from")]
+
+    @property
+    def precisions(self) -> tuple[int, ...]:
+        """Every precision that a stage of it may have."""
+        return self.optimal.precisions
+
+
+class Promotion(SpecModel):
+    """The promotion of a stage before it has settled."""
+
+    after: Annotated[int, Field(ge=1, le=1_000_000, description="sweeps of a stage but the last")]
+
+
+_NO_PROMOTION: Mapping[int, int] = MappingProxyType({})
+
+
 class RelaxParameters(TaskParameters):
     """The relaxation of the field: the partition, the iterations of a visit, the precisions.
 
@@ -91,14 +197,15 @@ class RelaxParameters(TaskParameters):
         int, Field(ge=1, le=1_000_000, description="most iterations of one visit, the paper's I")
     ]
     schedule: Annotated[
-        PrecisionRange | tuple[Precision, ...],
-        Field(description="fractional bits of each stage: {first, step, last}, or an explicit rising list"),
+        PrecisionRange | OptimalSchedule | tuple[Precision, ...], Field(description=SCHEDULE_DESCRIPTION)
     ]
     termination: Annotated[
         Termination,
         Field(description="sound: no visit of the sweep changed a bit; published: as in the paper"),
     ] = Termination.SOUND
     stop: Annotated[Stop, Field(description=STOP_DESCRIPTION)] = Stop.FIRST_WITHOUT_LOCAL_MAXIMA
+    promote: Annotated[Promotion | Literal["never"], Field(description=PROMOTE_DESCRIPTION)] = "never"
+    start: Annotated[Start | None, Field(description=START_DESCRIPTION)] = None
     pockets: Annotated[Pockets, Field(description=POCKETS_DESCRIPTION)] = Pockets.KEPT
     pipeline: Annotated[
         int,
@@ -114,20 +221,37 @@ class RelaxParameters(TaskParameters):
     def _one_form(cls, value: Any) -> Any:
         # The form is chosen here, so that a fault is reported once, for the form that the user meant.
         if isinstance(value, dict):
-            return PrecisionRange.model_validate(value)
+            return (OptimalSchedule if "optimal" in value else PrecisionRange).model_validate(value)
+        if value == "optimal":
+            hint = "write {optimal: {last: 63}}: the bits that a map needs are part of the question"
+            raise RefusalError("the best schedule needs its last precision", hint)
         return value
 
     @field_validator("schedule", mode="after")
     @classmethod
-    def _rising(cls, value: PrecisionRange | tuple[int, ...]) -> PrecisionRange | tuple[int, ...]:
+    def _rising(cls, value: Any) -> Any:
         if isinstance(value, tuple):
-            if not value:
-                raise RefusalError("an empty schedule", "give at least one precision, such as [63]")
-            for index, (earlier, later) in enumerate(pairwise(value), 1):
-                if later <= earlier:
-                    hint = "precisions rise from stage to stage"
-                    raise RefusalError(f"precision {later} follows {earlier}", hint, (index,))
+            rising(value, "schedule")
         return value
+
+    @field_validator("promote", mode="before")
+    @classmethod
+    def _promotion(cls, value: Any) -> Any:
+        if isinstance(value, dict):
+            return Promotion.model_validate(value)
+        if value != "never" and not isinstance(value, Promotion):
+            raise RefusalError(f"{show(value)} is no promotion", "write never, or {after: 3} for 3 sweeps")
+        return value
+
+    @model_validator(mode="after")
+    def _sound_stages(self) -> RelaxParameters:
+        if isinstance(self.schedule, OptimalSchedule) and self.no_search is not None:
+            what, key, hint = self.no_search
+            raise RefusalError(what, hint, (key,))
+        if isinstance(self.promote, Promotion) and self.termination is Termination.PUBLISHED:
+            what = "termination published: a stage from a promoted one may end with wrong cells"
+            raise RefusalError(what, "promote early under termination: sound", ("promote",))
+        return self
 
     @model_validator(mode="after")
     def _one_partition(self) -> RelaxParameters:
@@ -141,8 +265,36 @@ class RelaxParameters(TaskParameters):
 
     @property
     def precisions(self) -> tuple[int, ...]:
-        """The precision of each stage."""
-        return self.schedule.precisions if isinstance(self.schedule, PrecisionRange) else self.schedule
+        """The precision of each stage; of a schedule that is to be found, every precision that it may have."""
+        return self.schedule if isinstance(self.schedule, tuple) else self.schedule.precisions
+
+    @property
+    def promote_after(self) -> Mapping[int, int]:
+        """By precision, the sweeps after which a stage is left; no entry: it runs until it has settled."""
+        if not isinstance(self.promote, Promotion):
+            return _NO_PROMOTION
+        return dict.fromkeys(self.precisions[:-1], self.promote.after)
+
+    @property
+    def to_find(self) -> tuple[str, ...]:
+        """The schedule, where it is left to a search."""
+        return ("schedule",) if isinstance(self.schedule, OptimalSchedule) else ()
+
+    @property
+    def no_search(self) -> tuple[str, str, str] | None:
+        """The reason why no best schedule can be found, its key, and the remedy; None: it can be."""
+        if self.termination is not Termination.SOUND:
+            what = f"termination {self.termination.value}: costs of stages do not add up over a schedule"
+            return what, "termination", "the best schedule can be found for termination: sound"
+        if isinstance(self.promote, Promotion):
+            what = "promoted stages: costs of stages do not add up over a schedule"
+            return what, "promote", "the best schedule can be found for promote: never"
+        return None
+
+    @property
+    def begins_at_bound(self) -> bool:
+        """Whether a first plan begins at the result of task ``lower_bound``, where it is mapped."""
+        return self.start is not Start.ZERO
 
     def block_shape(self, rows: int, columns: int) -> tuple[int, int]:
         """Rows and columns of a block on a map of ``rows`` × ``columns``.

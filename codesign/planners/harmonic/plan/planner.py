@@ -10,6 +10,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 from numpy.typing import NDArray
 
+from codesign.errors import InputError
 from codesign.models import TaskParameters
 from codesign.planners.harmonic.plan.arguments import MAX_BLOCKS
 from codesign.planners.harmonic.plan.fixed_point import Field, limbs_needed
@@ -19,12 +20,13 @@ from codesign.planners.harmonic.plan.parameters import (
     DetectParameters,
     LowerBoundParameters,
     RelaxParameters,
+    Start,
     Stop,
     Termination,
 )
 from codesign.planners.harmonic.plan.pockets import sent_map
 from codesign.planners.harmonic.plan.relax import HarmonicPlan, relax
-from codesign.planners.interface import Cell, LoadParameters, Planner, Policy, Problem
+from codesign.planners.interface import LOWER_BOUND, Cell, LoadParameters, Planner, Policy, Problem
 from codesign.planners.job import Job
 from codesign.planners.paths import by_sides, cell_of
 from codesign.planners.quality import Quality
@@ -76,11 +78,13 @@ class Harmonic(Planner):
         }
 
     def check(self, job: Job[Problem, RelaxParameters]) -> tuple[str, str] | None:
-        """The number of equal blocks is required to be possible for the map, and not too large.
+        """The number of equal blocks is required to be possible for the map, and not too large; a start has its task.
 
         A block larger than the map is a partial block: its rest is obstacle.
         """
         problem, parameters = job.problem, job.parameters
+        if parameters.start is Start.LOWER_BOUND and job.mapped and LOWER_BOUND not in job.mapped:
+            return "start", f"lower_bound is made by task {LOWER_BOUND}, which no component is given"
         height, width = parameters.block_shape(*problem.shape)
         if parameters.blocks is not None:
             parted = -(-problem.rows // height), -(-problem.columns // width)
@@ -125,7 +129,13 @@ class Harmonic(Planner):
         return by_sides(job.problem)
 
     def plan(self, job: Job[Problem, RelaxParameters]) -> HarmonicPlan:
-        """Relax the field without a clock."""
+        """Relax the field without a clock.
+
+        Raises:
+            InputError: the schedule is still left to a search.
+        """
+        if job.parameters.to_find:
+            raise InputError("the best schedule is not known yet", "schedule", "bind platform and workload")
         problem, parameters = job.problem, job.parameters
         return relax(
             sent_map(problem, parameters),
@@ -136,6 +146,7 @@ class Harmonic(Planner):
             termination=parameters.termination,
             stop_without_local_maxima=parameters.stop is Stop.FIRST_WITHOUT_LOCAL_MAXIMA,
             record_visits=False,
+            promote_after=parameters.promote_after,
         )
 
     def flows(self, job: Job[Problem, RelaxParameters]) -> tuple[Flow, ...]:

@@ -8,13 +8,20 @@
   ``published``, the paper's listing: each visit of the sweep ended with an iteration that changed no bit.
 
 Then all values are shifted left to the next precision.
+
+**Early promotion**: a stage may be left after some sweeps, before it converged. Under ``sound`` the last field has the
+same bits. Let L_p be the least fixed point at precision p. Values that begin nowhere above L_p stay nowhere above it,
+and settle at it, as an iteration keeps their order and L_p stays. Shifted by d bits they are nowhere above L_p · 2^d,
+and that is nowhere above L_(p+d), as 2^d · floor(s / 4) ≤ floor(2^d · s / 4). So every stage begins nowhere above its
+fixed point, and the last one runs until it is there.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -23,6 +30,9 @@ from numpy.typing import NDArray
 from codesign.planners.harmonic.plan.arguments import Arguments, check_arguments
 from codesign.planners.harmonic.plan.fixed_point import Field, LowerBound
 from codesign.planners.harmonic.plan.stages import Stage, StageEnd, VisitBatch
+
+NEVER: Mapping[int, int] = MappingProxyType({})
+"""No stage is left before it has settled."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,6 +111,7 @@ def work(
     start: Any = None,
     stop_without_local_maxima: bool = False,
     most_sweeps: int | None = None,
+    promote_after: Mapping[int, int] = NEVER,
 ) -> Iterator[VisitBatch | StageEnd]:
     """The visits of ``relax`` one by one, each stage closed by a StageEnd.
 
@@ -116,21 +127,24 @@ def work(
         termination=termination,
         start=start,
     )
-    return _run(arguments, stop_without_local_maxima, most_sweeps)
+    return _run(arguments, stop_without_local_maxima, most_sweeps, promote_after)
 
 
 def _run(
-    arguments: Arguments, stop_without_local_maxima: bool, most_sweeps: int | None
+    arguments: Arguments,
+    stop_without_local_maxima: bool,
+    most_sweeps: int | None,
+    promote_after: Mapping[int, int],
 ) -> Iterator[VisitBatch | StageEnd]:
     from codesign.planners.harmonic.plan.engine import Engine
 
     engine, schedule = Engine(arguments), arguments.schedule
     del arguments
     for index, precision in enumerate(schedule):
-        for item in engine.run(index, precision, most_sweeps):
+        for item in engine.run(index, precision, most_sweeps, promote_after.get(precision)):
             yield item
             if isinstance(item, StageEnd) and (
-                item.fault or (stop_without_local_maxima and item.stage.local_maxima == 0)
+                item.fault or (stop_without_local_maxima and item.stage.ends_a_run)
             ):
                 return
 
@@ -147,6 +161,7 @@ def relax(
     stop_without_local_maxima: bool = False,
     record_visits: bool = True,
     most_sweeps: int | None = None,
+    promote_after: Mapping[int, int] = NEVER,
 ) -> HarmonicPlan:
     """Relax a harmonic field, bit for bit as the block-synchronous circuit does.
 
@@ -164,6 +179,8 @@ def relax(
         record_visits: keep the iterations of every visit (4 bytes each).
         most_sweeps: end the run at a stage that has not settled after this many sweeps, or never will; ``fault`` gives
             the reason. None: without a bound.
+        promote_after: by precision, the sweeps after which a stage is left though it has not settled. Such a stage
+            never ends the run. The last precision of the schedule is not among them.
 
     Raises:
         MapError: the map or a goal is unusable. InputError: another argument is.
@@ -189,7 +206,7 @@ def relax(
         start=start,
     )
     reachable = arguments.reachable
-    run = _run(arguments, stop_without_local_maxima, most_sweeps)
+    run = _run(arguments, stop_without_local_maxima, most_sweeps, promote_after)
     # From here on only the engine holds the start: it would take as much memory again as the field.
     del arguments
     field, fault = None, ""

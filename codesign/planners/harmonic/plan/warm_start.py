@@ -75,6 +75,31 @@ class FieldBounds:
         self._solve: Any = _factorise(self._neighbours) if count else np.copy
         self._noise: NDArray[np.float64] = self._solve(np.full(count, 4.0))
 
+    @property
+    def cells(self) -> NDArray[np.int64]:
+        """The computed cells that a path leads from to a goal: their indices in the flat map."""
+        return self._cells
+
+    @property
+    def average(self) -> Any:
+        """The average over the four neighbours as a sparse matrix over ``cells``; goals and obstacles are 0."""
+        from scipy.sparse import coo_array
+
+        count = len(self._cells)
+        side, cell = np.nonzero(self._neighbours < count)
+        entries = np.full(cell.size, 0.25), (cell, self._neighbours[side, cell])
+        return coo_array(entries, shape=(count, count)).tocsr()
+
+    @property
+    def noise(self) -> NDArray[np.float64]:
+        """w of the module's docstring, in doubles."""
+        return self._noise
+
+    def solve(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
+        """x with 4·x - Σx' = ``values``, in doubles."""
+        solution: NDArray[np.float64] = self._solve(values)
+        return solution
+
     def lower(self, precision: int) -> LowerBound:
         """A field nowhere above the converged one, most often within ¾·w + 1 units of it.
 

@@ -107,6 +107,9 @@ def _check(job: Job[Problem, RelaxParameters]) -> None:
         faults.append(
             ("detect", "no circuit leaves the test of a sweep to another component", "place it with relax")
         )
+    if parameters.promote_after:
+        what = "no circuit leaves a stage before it has settled"
+        faults.append(("relax.promote", what, "plan with promote: never"))
     least = timing.least_precision(*shape, parameters.pipeline, parameters.digit_bits)
     first = parameters.precisions[0]
     if first < least:

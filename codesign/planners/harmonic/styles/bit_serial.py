@@ -10,25 +10,26 @@ from numpy.typing import NDArray
 
 from codesign.figures import Figure
 from codesign.part import Part
-from codesign.planners.demand import Demand
+from codesign.planners.demand import Demand, short_resources
 from codesign.planners.harmonic.plan.fixed_point import LowerBound
 from codesign.planners.harmonic.plan.parameters import RelaxParameters, Stop, Termination
 from codesign.planners.harmonic.plan.relax import HarmonicPlan
+from codesign.planners.harmonic.plan.stages import Visits
 from codesign.planners.harmonic.styles import geometry, levers, resources, timing
 from codesign.planners.harmonic.styles.designs import block_designs
+from codesign.planners.harmonic.styles.find import find_schedule
 from codesign.planners.harmonic.styles.steps import (
     DECIDE,
     LOAD,
     READ,
     Costs,
-    Visits,
     notes,
     relax_steps,
 )
 from codesign.planners.host import one_step
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
-from codesign.planners.styles import Architecture, Designs, Memory, Step, slice_power
+from codesign.planners.styles import Architecture, Designs, Found, Memory, Step, slice_power
 
 
 class BitSerial(Architecture):
@@ -44,6 +45,15 @@ class BitSerial(Architecture):
     def notes(self, job: Job[Problem, RelaxParameters]) -> tuple[str, ...]:
         """See ``steps.notes``."""
         return notes(job.problem, job.parameters)
+
+    def find(self, job: Job[Problem, RelaxParameters]) -> Found:
+        """The schedule of fewest cycles; see ``find.find_schedule``."""
+        demand = self.demand(job)
+        broken = [
+            bound for bound in demand.bounds if bound.limit is not None and bound.figure.value > bound.limit
+        ]
+        fits = not broken and not short_resources(demand.items, job.chip)
+        return find_schedule(self.style, job, relax_costs(job), fits=fits)
 
     def designs(self, job: Job[Problem, Any]) -> Designs:
         """Blocks that fit the part, each at rising precisions."""

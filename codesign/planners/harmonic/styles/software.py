@@ -20,12 +20,14 @@ from codesign.figures import Figure
 from codesign.planners.harmonic.plan.fixed_point import limbs_needed
 from codesign.planners.harmonic.plan.parameters import RelaxParameters
 from codesign.planners.harmonic.plan.relax import HarmonicPlan
+from codesign.planners.harmonic.plan.stages import Visits
 from codesign.planners.harmonic.styles.designs import LAST, WORD, host_designs
-from codesign.planners.harmonic.styles.steps import DECIDE, Costs, Visits, notes, relax_steps
+from codesign.planners.harmonic.styles.find import find_schedule
+from codesign.planners.harmonic.styles.steps import DECIDE, Costs, notes, relax_steps
 from codesign.planners.host import HostStyle, assumed_bytes
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
-from codesign.planners.styles import Designs, Step
+from codesign.planners.styles import Designs, Found, Step
 
 DECISION_UPDATES = 4
 """The cost of one decision in node updates: four triangles, each about the work of an average. Assumed."""
@@ -72,17 +74,24 @@ class Software(HostStyle):
 
     def work(self, job: Job[Problem, RelaxParameters]) -> Generator[Step, None, HarmonicPlan]:
         """Phases ``relax`` and ``decide``; cycles are units of ``kernel``."""
-        problem, parameters = job.problem, job.parameters
-        map_shape = problem.shape
-        cells = block_cells(map_shape, parameters.block_shape(*map_shape))
+        plan = yield from relax_steps(job, self.costs(job))
+        if job.does(DECIDE):
+            yield self.decision(plan)
+        return plan
+
+    def find(self, job: Job[Problem, RelaxParameters]) -> Found:
+        """The schedule of fewest node updates; see ``find.find_schedule``."""
+        return find_schedule(self.style, job, self.costs(job))
+
+    def costs(self, job: Job[Problem, RelaxParameters]) -> Costs:
+        """Units of ``kernel`` for visits: every cell of the block at each iteration."""
+        map_shape = job.problem.shape
+        cells = block_cells(map_shape, job.parameters.block_shape(*map_shape))
 
         def iteration_cost(precision: int, visits: Visits) -> NDArray[np.int64]:
             return visits.iterations * cells[visits.block] * self.units(precision)
 
-        plan = yield from relax_steps(job, Costs(iteration_cost))
-        if job.does(DECIDE):
-            yield self.decision(plan)
-        return plan
+        return Costs(iteration_cost)
 
     def decision(self, plan: HarmonicPlan) -> Step:
         """One decision, in units of ``kernel``."""

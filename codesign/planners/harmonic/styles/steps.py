@@ -16,7 +16,7 @@ from codesign.planners.harmonic.plan.fixed_point import Field, LowerBound
 from codesign.planners.harmonic.plan.parameters import Pockets, RelaxParameters, Stop
 from codesign.planners.harmonic.plan.pockets import sent_map
 from codesign.planners.harmonic.plan.relax import HarmonicPlan, work
-from codesign.planners.harmonic.plan.stages import Stage, StageEnd, VisitBatch
+from codesign.planners.harmonic.plan.stages import Stage, StageEnd, VisitBatch, Visits
 from codesign.planners.host import one_step
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
@@ -47,20 +47,6 @@ def notes(problem: Problem, parameters: RelaxParameters) -> tuple[str, ...]:
         "relax.pockets: the component that sends the map fills the pockets; no platform has a cost for that, so its"
         " time is not counted",
     )
-
-
-@dataclass(frozen=True, eq=False)
-class Visits:
-    """Visits one by one, or the sums of the visits of each block: arrays of one length.
-
-    ``block``: int32. ``iterations``: int64. ``count``: int64, how many visits. ``early``: int64, how many of them ended
-    before their last iteration.
-    """
-
-    block: NDArray[np.int32]
-    iterations: NDArray[np.int64]
-    count: NDArray[np.int64]
-    early: NDArray[np.int64]
 
 
 class VisitCost(Protocol):
@@ -236,13 +222,14 @@ def _each_stage(run: _Run, costs: Costs, memo: Memo | None) -> _StageSteps:
             sums = compute()
         else:
             start = None if field is None else field.digest()
-            key = ("harmonic stage", problem.map_digest, *partition, start, run.below, precision)
+            promoted = parameters.promote_after.get(precision)
+            key = ("harmonic stage", problem.map_digest, *partition, start, run.below, precision, promoted)
             sums = memo.get(key, compute)
         cycles = int(costs.visits(precision, sums.visits).sum()) + costs.stage_end(precision)
         yield Step(RELAX, np.array([cycles], np.int64), ram_addresses=costs.ram_addresses)
         stages.append(sums.stage)
         field, fault = sums.field, sums.fault
-        first = parameters.stop is Stop.FIRST_WITHOUT_LOCAL_MAXIMA and sums.stage.local_maxima == 0
+        first = parameters.stop is Stop.FIRST_WITHOUT_LOCAL_MAXIMA and sums.stage.ends_a_run
         if first or fault:
             break
     assert field is not None, "a schedule has at least one stage"
@@ -252,14 +239,11 @@ def _each_stage(run: _Run, costs: Costs, memo: Memo | None) -> _StageSteps:
 def _stage_sums(run: _Run, precision: int, start: Field | None) -> _StageSums:
     """Run one stage from the field of an earlier one."""
     blocks = run.parameters.block_count(*run.problem.shape)
-    iterations, count, early = np.zeros((3, blocks), np.int64)
+    visits = Visits.none(blocks)
     for item in _work(run, (precision,), start):
         if isinstance(item, StageEnd):
-            visits = Visits(np.arange(blocks, dtype=np.int32), iterations, count, early)
             return _StageSums(item.stage, item.field, visits, item.fault)
-        iterations += np.bincount(item.block, item.iterations, blocks).astype(np.int64)
-        count += np.bincount(item.block, minlength=blocks)
-        early += np.bincount(item.block[item.iterations < run.parameters.iterations], minlength=blocks)
+        visits.add(item, run.parameters.iterations)
     raise AssertionError("a stage has an end")
 
 
@@ -275,6 +259,7 @@ def _work(run: _Run, precisions: tuple[int, ...], start: Field | None) -> Iterat
         start=start,
         stop_without_local_maxima=parameters.stop is Stop.FIRST_WITHOUT_LOCAL_MAXIMA,
         most_sweeps=None if run.below else MOST_SWEEPS,
+        promote_after=parameters.promote_after,
     )
 
 
