@@ -24,7 +24,7 @@ from codesign.results.model import ResultModel
 from codesign.results.result import Result
 from codesign.scenarios import simulate
 from codesign.system import catalog
-from codesign.system.build import planner_code
+from codesign.system.planner_code import planner_code
 from codesign.verdicts import fit_verdict
 
 WORST_TIME = FIGURES["plan_time_worst_s"]

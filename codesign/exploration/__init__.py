@@ -13,12 +13,13 @@ from __future__ import annotations
 from codesign.exploration.designs import Design, StudyPoint
 from codesign.exploration.document import study_schema
 from codesign.exploration.executor import Executor, ProcessExecutor, SerialExecutor
+from codesign.exploration.file_store import FileStore
 from codesign.exploration.front import non_dominated
 from codesign.exploration.outcomes import Outcomes
 from codesign.exploration.reasons import ReasonCount
 from codesign.exploration.run import explore, load_study
 from codesign.exploration.space import DesignPoint, Space
-from codesign.exploration.store import Entry, EntryState, FileStore, MemoryStore, Store
+from codesign.exploration.store import Entry, EntryState, MemoryStore, Store
 from codesign.exploration.study import Study
 from codesign.exploration.tally import Progress
 

@@ -14,7 +14,7 @@ from codesign.exploration.explored import Explored
 from codesign.exploration.identity import canonical_digest, code_digest
 from codesign.exploration.partition import Alone, Together, Work
 from codesign.exploration.simulator import Simulator, grid_for
-from codesign.exploration.space import DesignPoint, Space
+from codesign.exploration.space import DesignPoint, Space, group_limit
 from codesign.exploration.store import Entry, EntryState
 from codesign.memo import Memo
 from codesign.pricing.computation import Computation, record
@@ -39,6 +39,8 @@ class Done:
     - ``entries``: of points that were simulated by themselves, in their order.
     - ``computations``: those that were computed anew, as JSON by their digest. ``simulated``: how many simulations it
       took.
+    - ``apart``: nothing came of it, as its points have to be simulated each by itself: see ``Evaluator.alone``.
+    - ``interrupt``: what struck meanwhile; ``work`` is then what was done before.
     """
 
     work: Work
@@ -46,6 +48,8 @@ class Done:
     entries: tuple[Entry, ...] = ()
     computations: Mapping[str, str] = field(default_factory=dict)
     simulated: int = 0
+    apart: bool = False
+    interrupt: KeyboardInterrupt | None = None
 
     @property
     def ran(self) -> bool:
@@ -66,6 +70,15 @@ class Evaluator(ABC):
     def points(self, work: Work) -> Iterator[DesignPoint]:
         """The points of work, in order."""
         return iter(work.points) if isinstance(work, Alone) else map(self.space.point, work.indices)
+
+    def alone(self, work: Work, workers: int) -> list[Work]:
+        """The points of work, to be simulated each by itself: enough works that all workers end at about the same time.
+
+        Points that one worker simulates in a row share what they have in common.
+        """
+        points = tuple(self.points(work))
+        limit = group_limit(len(points), workers)
+        return [Alone(points[begin : begin + limit]) for begin in range(0, len(points), limit)]
 
 
 class PointByPoint(Evaluator):
@@ -106,25 +119,25 @@ class Pricer(Evaluator):
     def __call__(self, work: Work) -> Done:
         """What came of work."""
         if isinstance(work, Together):
-            done = self._together(work)
-            if done is not None:
-                return done
+            return self._together(work)
         return _one_by_one(work, self.points(work), self._simulator)
 
-    def _together(self, work: Together) -> Done | None:
-        """Points priced side by side; None where each has to be simulated, or to be refused, by itself."""
-        self._memo = self._memo or Memo()
+    def _together(self, work: Together) -> Done:
+        """Points priced side by side; apart where each has to be simulated, or to be refused, by itself."""
+        if self._memo is None:
+            self._memo = Memo()
         computed: dict[str, str] = {}
         system: System | None = None
         try:
             platform, workload = self.explored.point(work.axes)
             system = bind(platform, workload, grid=grid_for(workload, self.explored.workload, self.grid))
             if why_alone(system) or refusal(system, self.memory) is not None:
-                return None
+                return Done(work, apart=True)
             bound, memo = system, self._memo
             priced = price(bound, work.specs, lambda: self._computation(bound, memo, computed))
-        except CodesignError:
-            return None
+        except Exception:
+            # Each point by itself reports what is wrong with it.
+            return Done(work, apart=True)
         return Done(work, priced, computations=computed, simulated=len(computed))
 
     def _computation(self, system: System, memo: Memo, computed: dict[str, str]) -> Computation:
@@ -162,8 +175,17 @@ def computation_digest(system: System) -> str:
 
 
 def _one_by_one(work: Work, points: Iterable[DesignPoint], evaluate: EvaluatePoint) -> Done:
-    entries = tuple(_entry_of(evaluate, point) for point in points)
-    return Done(work, entries=entries, simulated=sum(entry.state is EntryState.DONE for entry in entries))
+    entries: list[Entry] = []
+    done: list[DesignPoint] = []
+    interrupt: KeyboardInterrupt | None = None
+    try:
+        for point in points:
+            entries.append(_entry_of(evaluate, point))
+            done.append(point)
+    except KeyboardInterrupt as struck:
+        work, interrupt = Alone(tuple(done)), struck
+    simulated = sum(entry.state is EntryState.DONE for entry in entries)
+    return Done(work, entries=tuple(entries[: len(done)]), simulated=simulated, interrupt=interrupt)
 
 
 def _entry_of(evaluate: EvaluatePoint, point: DesignPoint) -> Entry:

@@ -58,8 +58,16 @@ class SerialExecutor:
 
     def run(self, works: Iterable[Work], evaluate: Evaluator) -> Generator[Done, None, None]:
         """What came of each work, in order."""
-        for work in works:
-            yield evaluate(work)
+        queue = _Queue(iter(works), evaluate, 1)
+        while (work := queue.next()) is not None:
+            done = evaluate(work)
+            if done.interrupt is None:
+                yield from queue.take(done)
+                continue
+            # What was done is kept before the interrupt travels on.
+            if done.work.indices:
+                yield done
+            raise done.interrupt
 
 
 class ProcessExecutor:
@@ -77,7 +85,7 @@ class ProcessExecutor:
 
     def run(self, works: Iterable[Work], evaluate: Evaluator) -> Generator[Done, None, None]:
         """What came of each work, as it comes in."""
-        queue = _Queue(iter(works), evaluate)
+        queue = _Queue(iter(works), evaluate, self.workers)
         while True:
             pool = _Pool(self.workers, evaluate)
             try:
@@ -92,37 +100,44 @@ class ProcessExecutor:
 
 
 class _Queue:
-    """The works to come: those under suspicion first, each of them alone.
+    """The works to come: those under suspicion first, each of them alone; then those of points that are to be simulated
+    by themselves.
 
     ``suspects``: works that were being computed when a worker died. ``compiled``: a plan was computed before.
     """
 
-    def __init__(self, works: Iterator[Work], evaluate: Evaluator) -> None:
-        self._works, self._evaluate = works, evaluate
+    def __init__(self, works: Iterator[Work], evaluate: Evaluator, workers: int) -> None:
+        self._works, self._evaluate, self._workers = works, evaluate, workers
+        self._apart: deque[Work] = deque()
         self.suspects: deque[Work] = deque()
         self.running: list[Work] = []
         self.compiled = False
 
-    def ahead(self, workers: int) -> int:
+    @property
+    def ahead(self) -> int:
         """How many works may be under way."""
-        return _WORKS_AHEAD * workers if self.compiled and not self.suspects else 1
+        return _WORKS_AHEAD * self._workers if self.compiled and not self.suspects else 1
 
     def next(self) -> Work | None:
         """The next work, now under way; None where there is none, or a suspect has to be alone."""
         if self.suspects:
             work: Work | None = None if self.running else self.suspects[0]
         else:
-            work = next(self._works, None)
+            work = self._apart.popleft() if self._apart else next(self._works, None)
         if work is not None:
             self.running.append(work)
         return work
 
-    def take(self, done: Done) -> None:
-        """Take off what came in."""
+    def take(self, done: Done) -> Iterator[Done]:
+        """Take off what came in; gives it, or puts its points into the queue where they are to be computed apart."""
         self.running.remove(done.work)
         if self.suspects and self.suspects[0] is done.work:
             self.suspects.popleft()
         self.compiled = self.compiled or done.ran
+        if done.apart:
+            self._apart.extend(self._evaluate.alone(done.work, self._workers))
+        else:
+            yield done
 
     def after_death(self, cause: str) -> Iterator[Done]:
         """What has failed, after a worker died; the rest of what was under way is under suspicion."""
@@ -146,7 +161,6 @@ class _Pool:
     """Worker processes that compute until one of them dies."""
 
     def __init__(self, workers: int, evaluate: Evaluator) -> None:
-        self._workers = workers
         self._pool = ProcessPoolExecutor(workers, get_context("spawn"), _start_worker, (evaluate,))
         self._processes: list[BaseProcess] = []
 
@@ -160,7 +174,7 @@ class _Pool:
         running: dict[Future[Done], Work] = {}
         finished: SimpleQueue[Future[Done]] = SimpleQueue()
         while True:
-            while len(running) < queue.ahead(self._workers) and (work := queue.next()) is not None:
+            while len(running) < queue.ahead and (work := queue.next()) is not None:
                 with held():
                     future = self._pool.submit(_work, work)
                     future.add_done_callback(finished.put)
@@ -171,13 +185,13 @@ class _Pool:
             # In the order in which they came: where a worker died, what the others had finished is first.
             future = finished.get()
             done = replace(future.result(), work=running.pop(future))
-            queue.take(done)
-            yield done
+            yield from queue.take(done)
         self._pool.shutdown()
 
     def _begin(self) -> None:
         with held():
             started = self._pool.submit(_started)
+        self._processes = _processes(self._pool)
         try:
             started.result()
         except BrokenProcessPool as broken:
@@ -190,7 +204,8 @@ class _Pool:
             RunError: the workers were terminated, as this process will be.
         """
         cause = _cause(self._processes)
-        if any(process.exitcode == -signal.SIGTERM for process in self._processes):
+        # A pool that breaks terminates its other workers: SIGTERM counts only where no worker died otherwise.
+        if not cause and any(process.exitcode == -signal.SIGTERM for process in self._processes):
             # Sent to the whole group of processes, it has reached this one too: it says so rather than fail.
             time.sleep(_SECONDS_TO_STRIKE)
             raise RunError("the worker processes were terminated", hint="finished points are kept")
@@ -241,7 +256,7 @@ def _cause(processes: list[BaseProcess]) -> str:
     # Not join: the pool waits for them too, and the second to ask gets no exit code for a moment.
     while any(process.exitcode is None for process in processes) and time.monotonic() < until:
         time.sleep(0.01)
-    codes = [code for process in processes if (code := process.exitcode) not in (None, 0, -signal.SIGTERM)]
+    codes = [code for process in processes if (code := process.exitcode) not in (None, -signal.SIGTERM)]
     if not codes:
         return ""
     return f" by {signal.Signals(-codes[0]).name}" if codes[0] < 0 else f" with exit code {codes[0]}"

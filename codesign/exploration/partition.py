@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from codesign.errors import CodesignError
 from codesign.exploration.explored import Explored
-from codesign.exploration.space import DesignPoint, Space, canonical
+from codesign.exploration.space import MAX_GROUP, DesignPoint, Space, canonical
 from codesign.inputs import Platform
 from codesign.inputs.components import FpgaComponent, ProcessorComponent
 from codesign.inputs.document import KeyPath
@@ -71,8 +71,6 @@ class Together:
 
 Work = Alone | Together
 """What one worker computes in a row."""
-
-ALONE_AT_ONCE = 16
 
 
 def parted(explored: Explored, space: Space, pending: Indices) -> Iterator[Work]:
@@ -165,8 +163,8 @@ class _Parting:
             specs = Specs(models, {name: numbers[members] for name, numbers in which.items()}, len(members))
             axes = self.space.values(int(self.points[members[0]]))
             yield Together(self.points[members], axes, specs, self._key(members))
-        for begin in range(0, len(alone), ALONE_AT_ONCE):
-            some = self.points[alone[begin : begin + ALONE_AT_ONCE]].tolist()
+        for begin in range(0, len(alone), MAX_GROUP):
+            some = self.points[alone[begin : begin + MAX_GROUP]].tolist()
             yield Alone(tuple(map(self.space.point, some)))
 
     def _key(self, members: NDArray[np.intp]) -> str:

@@ -23,13 +23,14 @@ from codesign.exploration.definition import (
 from codesign.exploration.evaluation import Done, EvaluatePoint, Evaluator, PointByPoint, Pricer
 from codesign.exploration.executor import Executor, ProcessExecutor, SerialExecutor
 from codesign.exploration.explored import Explored
+from codesign.exploration.file_store import FileStore
 from codesign.exploration.identity import canonical_digest, contents_of, files_read, identity_of
 from codesign.exploration.kept import Kept
-from codesign.exploration.partition import ALONE_AT_ONCE, Alone, Work, parted
+from codesign.exploration.partition import Alone, Work, parted
 from codesign.exploration.simulator import check_some_point
 from codesign.exploration.space import Space
 from codesign.exploration.specs import Specs
-from codesign.exploration.store import FileStore, MemoryStore, Store
+from codesign.exploration.store import MemoryStore, Store
 from codesign.exploration.study import Study
 from codesign.exploration.tally import Progress, Tally
 from codesign.inputs import Platform, Workload
@@ -129,8 +130,7 @@ def _works(explored: Explored, space: Space, *, alone: bool) -> Iterator[Work]:
     if not alone:
         yield from parted(explored, space, np.arange(len(space)))
         return
-    for begin in range(0, len(space), ALONE_AT_ONCE):
-        yield Alone(tuple(map(space.point, range(begin, min(begin + ALONE_AT_ONCE, len(space))))))
+    yield from (Alone((point,)) for point in space.points())
 
 
 def _pending(kept: Kept, tally: Tally, works: Iterable[Work]) -> list[Work]:

@@ -1,4 +1,4 @@
-"""The points of an exploration, in file order, and how they are handed out to workers."""
+"""The points of an exploration, in file order."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import hashlib
 import json
 import math
 from bisect import bisect_right
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any
@@ -76,6 +76,9 @@ class Space:
             for axis, values in self.axes.items()
         }
 
+    def __reduce__(self) -> tuple[type[Space], tuple[Any, ...]]:
+        return Space, (dict(self.axes), self.fingerprint, dict(self.contents), dict(self.when))
+
     def __len__(self) -> int:
         return self.boxes[-1].begin + self.boxes[-1].size
 
@@ -135,53 +138,6 @@ class Space:
 def canonical(value: Any) -> str:
     """JSON that is the same for equal values: keys sorted, no blanks, no NaN."""
     return json.dumps(value, sort_keys=True, separators=(",", ":"), allow_nan=False, ensure_ascii=False)
-
-
-def group(
-    points: Sequence[DesignPoint],
-    *,
-    cheap: Collection[str],
-    related: Collection[str] = (),
-    limit: int = MAX_GROUP,
-) -> list[tuple[DesignPoint, ...]]:
-    """Groups of points that one worker had better compute in a row, because they share work.
-
-    Points that differ in ``cheap`` axes alone (part, clock) repeat one functional simulation: the worker's
-    memo makes all but the first nearly free, so they are parted only where there are more than ``limit`` of
-    them. Points that differ in ``related`` axes too (precision schedule) may share stages, and stay
-    together while ``limit`` allows.
-
-    Returns:
-        Groups of at most ``limit`` points, which together hold each point once; ordered by their first
-        point, so that results come in about in the order of enumeration. Nothing depends on the number of
-        workers but ``limit``.
-    """
-    families: dict[str, dict[str, list[DesignPoint]]] = {}
-    for point in points:
-        family = canonical(
-            {name: v for name, v in point.axes.items() if name not in cheap and name not in related}
-        )
-        same = canonical({name: v for name, v in point.axes.items() if name not in cheap})
-        families.setdefault(family, {}).setdefault(same, []).append(point)
-    groups: list[tuple[DesignPoint, ...]] = []
-    for runs in families.values():
-        groups.extend(_pack(runs.values(), limit))
-    return sorted(groups, key=lambda members: members[0].index)
-
-
-def _pack(runs: Collection[list[DesignPoint]], limit: int) -> Iterator[tuple[DesignPoint, ...]]:
-    """Whole runs put together up to ``limit`` points; a run longer than that is cut."""
-    filling: list[DesignPoint] = []
-    for run in runs:
-        if filling and len(filling) + len(run) > limit:
-            yield tuple(filling)
-            filling = []
-        filling = [*filling, *run]
-        while len(filling) > limit:
-            yield tuple(filling[:limit])
-            filling = filling[limit:]
-    if filling:
-        yield tuple(filling)
 
 
 def group_limit(points: int, workers: int) -> int:

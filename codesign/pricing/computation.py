@@ -20,9 +20,9 @@ from codesign.results.task import TaskFigures
 from codesign.scenarios.plan_once import task_figures
 from codesign.scenarios.requests import Request, requests_of
 from codesign.system.bind import System
-from codesign.system.build import planner_steps
 from codesign.system.messages import Content, Routes
 from codesign.system.outcome import quality_of
+from codesign.system.planner_code import planner_steps
 from codesign.system.ran import spec_of
 from codesign.system.trials import arrival_reason, arrivals_of
 

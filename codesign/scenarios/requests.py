@@ -18,8 +18,8 @@ from codesign.models import Task
 from codesign.planners.interface import Problem
 from codesign.results.ledger import Ledger
 from codesign.system.bind import System
-from codesign.system.build import planner_code
 from codesign.system.chain import Answer, PlanMachine, plan_chain
+from codesign.system.planner_code import planner_code
 from codesign.system.sent_map import SentMap
 
 Boards = Mapping[str, tuple[float, float]]

@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Generator, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from codesign.errors import CodesignError, RunError, SpecError
+from codesign.errors import CodesignError, SpecError
 from codesign.inputs.components import (
     DisplayComponent,
     FpgaComponent,
     MemoryComponent,
     ProcessorComponent,
 )
-from codesign.planners.interface import Planner
 from codesign.planners.styles import Exchange, Step
 from codesign.planners.task_graph import Flow
 from codesign.records import Listener, Record, TaskRecord
@@ -22,6 +20,7 @@ from codesign.system.assemble import building_order, component_of, display_of, l
 from codesign.system.bind import System
 from codesign.system.energy import joules
 from codesign.system.messages import Content, LostMessageError, Messages, Routes
+from codesign.system.planner_code import planner_steps
 from codesign.system.ran import spec_of
 
 if TYPE_CHECKING:
@@ -30,34 +29,6 @@ if TYPE_CHECKING:
 CONTROL, PLANNING, SIDE = 0, 10, 20
 """Priorities on a shared component, the most urgent lowest: the control loop goes before planning, and both before
 the tasks that nothing waits for, also where all ask in the same picosecond (``components.arbiter``)."""
-
-
-@contextmanager
-def planner_code(planner: Planner) -> Iterator[None]:
-    """Around the code of a planner, which any package may bring.
-
-    Raises:
-        RunError: the code raised an error that is not of this package; named with the planner.
-    """
-    try:
-        yield
-    except CodesignError:
-        raise
-    except Exception as failed:
-        text = " ".join(f"{type(failed).__name__}: {failed}".split())[:200]
-        raise RunError(f"planner {planner.name} failed: {text}", planner.name) from failed
-
-
-def planner_steps(planner: Planner, steps: Iterable[Step]) -> Generator[Step, None, Any]:
-    """The steps of a planner's style, with failures of its code named after it."""
-    source = iter(steps)
-    while True:
-        with planner_code(planner):
-            try:
-                step = next(source)
-            except StopIteration as done:
-                return done.value
-        yield step
 
 
 class Machine:

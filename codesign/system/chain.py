@@ -15,9 +15,10 @@ from codesign.planners.styles import Step
 from codesign.planners.task_graph import Flow, TaskGraph
 from codesign.results.ledger import Ledger
 from codesign.system.bind import System
-from codesign.system.build import PLANNING, planner_code
+from codesign.system.build import PLANNING
 from codesign.system.messages import Content
 from codesign.system.place import DETECT
+from codesign.system.planner_code import planner_code
 from codesign.system.sent_map import SentMap
 
 

@@ -20,8 +20,8 @@ from codesign.planners.quality import Quality
 from codesign.planners.styles import Step
 from codesign.results.result import Reason
 from codesign.system.bind import System
-from codesign.system.build import planner_code, planner_steps
 from codesign.system.outcome import fit_system
+from codesign.system.planner_code import planner_code, planner_steps
 
 MOST_TRIED = 2**17
 """Cells of the largest map on which levers are tried: about as long as a run of the design."""

@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 import time
+from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -16,15 +17,23 @@ from explore_fakes import Fake, computed
 from places import ROOT
 from processes import gone
 
-from codesign.errors import RunError
+from codesign.exploration.evaluation import Done, PointByPoint
 from codesign.exploration.executor import Executor, ProcessExecutor, SerialExecutor
-from codesign.exploration.space import DesignPoint, Space, group
+from codesign.exploration.partition import Alone, Work
+from codesign.exploration.space import DesignPoint, Space
 from codesign.exploration.store import Entry, EntryState
 from codesign.results.result import Result
 
 
-def groups_of(axes: dict[str, list[Any]], limit: int = 3) -> list[tuple[DesignPoint, ...]]:
-    return group(list(Space(axes, "").points()), cheap=axes, limit=limit)
+def works_of(axes: dict[str, list[Any]], limit: int = 3) -> list[Work]:
+    points = tuple(Space(axes, "").points())
+    return [Alone(points[begin : begin + limit]) for begin in range(0, len(points), limit)]
+
+
+def evaluator(
+    axes: dict[str, list[Any]], log: Path | None = None, at: dict[int, str] | None = None
+) -> PointByPoint:
+    return PointByPoint(Fake(log, at), Space(axes, ""))
 
 
 ENVIRONMENT = {**os.environ, "PYTHONPATH": os.pathsep.join([str(ROOT / "tests" / "support"), str(ROOT)])}
@@ -39,11 +48,17 @@ def run(
     at: dict[int, str] | None = None,
 ) -> dict[str, Entry]:
     entries: dict[str, Entry] = {}
-    for batch in executor.run(groups_of(axes, limit), Fake(log, at)):
-        for entry in batch:
+    for done in executor.run(works_of(axes, limit), evaluator(axes, log, at)):
+        assert [entry.key for entry in done.entries] == [point.key for point in points_of(done)]
+        for entry in done.entries:
             assert entry.key not in entries
             entries[entry.key] = entry
     return entries
+
+
+def points_of(done: Done) -> tuple[DesignPoint, ...]:
+    assert isinstance(done.work, Alone)
+    return done.work.points
 
 
 class Contract:
@@ -80,25 +95,27 @@ class Contract:
         assert "hint: make it smaller" in found[2].text
 
     def test_nothing_to_do(self, executor: Executor) -> None:
-        assert list(executor.run([], Fake())) == []
+        assert list(executor.run([], evaluator({}))) == []
 
-    def test_groups_are_taken_as_they_are_needed(self, executor: Executor) -> None:
+    def test_works_are_taken_as_they_are_needed(self, executor: Executor) -> None:
         taken = []
+        axes = {"slices": list(range(10, 60))}
 
-        def lazily() -> Iterator[tuple[DesignPoint, ...]]:
-            for members in groups_of({"slices": list(range(10, 60))}, limit=1):
-                taken.append(members)
-                yield members
+        def lazily() -> Iterator[Work]:
+            for work in works_of(axes, limit=1):
+                taken.append(work)
+                yield work
 
-        with contextlib.closing(executor.run(lazily(), Fake())) as batches:
-            next(batches)
+        with contextlib.closing(executor.run(lazily(), evaluator(axes))) as coming:
+            next(coming)
         assert len(taken) < 20
 
     def test_closing_ends_the_work(self, executor: Executor, tmp_path: Path) -> None:
         before = set(multiprocessing.active_children())
         axes = {"do": ["nothing", *(["sleep"] * 20)]}
-        with contextlib.closing(executor.run(groups_of(axes, limit=1), Fake(tmp_path / "log"))) as batches:
-            next(batches)
+        works = works_of(axes, limit=1)
+        with contextlib.closing(executor.run(works, evaluator(axes, tmp_path / "log"))) as coming:
+            next(coming)
         assert set(multiprocessing.active_children()) <= before
         assert len(computed(tmp_path / "log")) <= 1 + 2
 
@@ -129,12 +146,66 @@ def test_both_kinds_give_the_same_bytes() -> None:
     assert run(SerialExecutor(), axes) == run(ProcessExecutor(2), axes)
 
 
-def test_a_worker_that_dies_is_an_error_that_names_its_points() -> None:
-    batches = ProcessExecutor(1).run(groups_of({"do": ["a", "b", "c", "die"]}, limit=2), Fake())
-    assert len(next(batches)) == len(next(batches)) == 1
-    with pytest.raises(RunError, match=r"died with exit code 9 .* one of the points 2 to 3\n") as caught:
-        next(batches)
-    assert "__main__" not in str(caught.value.hint)
+@pytest.mark.parametrize(
+    ("how", "cause"), [("die", "with exit code 9"), ("crash", "by SIGSEGV"), ("kill", "by SIGKILL")]
+)
+@pytest.mark.parametrize("limit", [1, 3, 10])
+@pytest.mark.parametrize("workers", [1, 2])
+def test_a_point_that_workers_die_of_fails_alone(how: str, cause: str, limit: int, workers: int) -> None:
+    axes = {"do": ["a", "b", "c", "d", how, "e", "f", "g"]}
+    entries = run(ProcessExecutor(workers), axes, limit=limit)
+    found = [entries[point.key] for point in Space(axes, "").points()]
+    assert [entry.state for entry in found] == [
+        EntryState.FAILED if value == how else EntryState.DONE for value in axes["do"]
+    ]
+    assert found[4].text.startswith(f"a worker process died {cause} twice while it computed this point\n")
+    assert "hint: use fewer workers if memory ran out" in found[4].text
+
+
+def test_the_death_of_a_worker_costs_a_retry_alone(tmp_path: Path) -> None:
+    log = tmp_path / "log"
+    axes = {"slices": list(range(10, 22))}
+    entries = run(ProcessExecutor(2), axes, log, limit=2, at={7: "kill once"})
+    assert {entry.state for entry in entries.values()} == {EntryState.DONE}
+    times = Counter(computed(log))
+    assert times.keys() == set(range(12))
+    assert times[7] == 2
+    assert sum(times.values()) <= 12 + 2 * 4, "no more than what was under way is computed again"
+
+
+def test_every_point_of_a_study_may_kill_its_worker() -> None:
+    axes = {"do": ["kill", "kill", "die", "crash"]}
+    entries = run(ProcessExecutor(2), axes)
+    assert [entry.state for entry in entries.values()] == [EntryState.FAILED] * 4
+
+
+UNGUARDED = """
+from explore_fakes import Fake
+from codesign.exploration.evaluation import PointByPoint
+from codesign.exploration.executor import ProcessExecutor
+from codesign.exploration.partition import Alone
+from codesign.exploration.space import Space
+
+space = Space({"slices": [1, 2, 3]}, "")
+list(ProcessExecutor(2).run([Alone((point,)) for point in space.points()], PointByPoint(Fake(), space)))
+"""
+
+
+def test_a_script_that_explores_as_it_is_imported_ends_with_the_remedy(tmp_path: Path) -> None:
+    script = tmp_path / "script.py"
+    script.write_text(UNGUARDED)
+    done = subprocess.run(
+        [sys.executable, str(script)],
+        capture_output=True,
+        text=True,
+        env=ENVIRONMENT,
+        timeout=120,
+        check=False,
+    )
+    assert done.returncode == 1
+    last = done.stderr[done.stderr.rindex("codesign.errors.RunError") :]
+    assert "a worker process died with exit code 1 as it started" in last
+    assert "explore below `if __name__ == '__main__':`" in last
 
 
 def test_one_worker_is_alone_until_a_point_is_run(tmp_path: Path) -> None:
@@ -147,24 +218,20 @@ def test_one_worker_is_alone_until_a_point_is_run(tmp_path: Path) -> None:
     assert len({pid for _, pid in lines}) == 2
 
 
-def test_a_worker_that_dies_at_once() -> None:
-    with pytest.raises(RunError, match=r"died by SIGSEGV .* one of the points 0") as caught:
-        list(ProcessExecutor(2).run(groups_of({"do": ["crash"]}), Fake()))
-    assert "__main__" in str(caught.value.hint)
-
-
 SCRIPT = """
 import sys
 from pathlib import Path
 from explore_fakes import Fake
+from codesign.exploration.evaluation import PointByPoint
 from codesign.exploration.executor import ProcessExecutor
-from codesign.exploration.space import Space, group
+from codesign.exploration.partition import Alone
+from codesign.exploration.space import Space
 
 if __name__ == "__main__":
-    points = list(Space({"do": ["nothing"] + [f"sleep"] * 6}, "").points())
-    groups = group(points, cheap=["do"], limit=1)
+    space = Space({"do": ["nothing"] + [f"sleep"] * 6}, "")
+    works = [Alone((point,)) for point in space.points()]
     try:
-        for batch in ProcessExecutor(2).run(groups, Fake(Path(sys.argv[1]))):
+        for done in ProcessExecutor(2).run(works, PointByPoint(Fake(Path(sys.argv[1])), space)):
             print("in", flush=True)
     except KeyboardInterrupt:
         print("interrupted", flush=True)
@@ -205,8 +272,10 @@ STRUCK = """
 import multiprocessing, signal, sys
 from concurrent.futures import ProcessPoolExecutor
 from explore_fakes import Fake
+from codesign.exploration.evaluation import PointByPoint
 from codesign.exploration.executor import ProcessExecutor
-from codesign.exploration.space import Space, group
+from codesign.exploration.partition import Alone
+from codesign.exploration.space import Space
 from processes import gone
 
 class Pool(ProcessPoolExecutor):
@@ -223,9 +292,10 @@ class Pool(ProcessPoolExecutor):
 if __name__ == "__main__":
     from codesign.exploration import executor
     executor.ProcessPoolExecutor = Pool
-    groups = group(list(Space({"slices": list(range(10, 30))}, "").points()), cheap=["slices"], limit=1)
+    space = Space({"slices": list(range(10, 30))}, "")
+    works = [Alone((point,)) for point in space.points()]
     try:
-        for batch in ProcessExecutor(2).run(groups, Fake()):
+        for done in ProcessExecutor(2).run(works, PointByPoint(Fake(), space)):
             pass
     except KeyboardInterrupt:
         print("left", [child.pid for child in multiprocessing.active_children() if not gone(child.pid)], flush=True)

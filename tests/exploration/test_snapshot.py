@@ -16,17 +16,19 @@ from explore_fakes import Fake
 import codesign
 from codesign.errors import StoreError
 from codesign.exploration import Progress, explore, load_study
-from codesign.exploration.store import Entry, EntryState, FileStore
+from codesign.exploration.file_store import FileStore
+from codesign.exploration.store import Batch, Entry, EntryState
 from codesign.inputs import Exploration
 
 COUNTS = [0, 1, 2500]
 WRITER = """
 import sys
-from codesign.exploration.store import Entry, FileStore, EntryState
+from codesign.exploration.file_store import FileStore
+from codesign.exploration.store import Batch, Entry, EntryState
 store = FileStore(sys.argv[1])
 store.begin("study", "definition")
 for index in range(int(sys.argv[2])):
-    store.put([Entry(f"{index:064x}", EntryState.DONE, f"{index} " * 50)])
+    store.put(Batch([Entry(f"{index:064x}", EntryState.DONE, f"{index} " * 50)]))
 print("written", flush=True)
 sys.stdin.read()
 store.close()
@@ -60,7 +62,7 @@ def writer(file: Path, count: int) -> Iterator[subprocess.Popen[str]]:
 def finished(file: Path, count: int) -> Iterator[None]:
     with FileStore(file) as store:
         store.begin("study", "definition")
-        store.put(entries(count).values())
+        store.put(Batch([*entries(count).values()]))
     yield
 
 

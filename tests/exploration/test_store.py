@@ -10,7 +10,8 @@ from pathlib import Path
 import pytest
 
 from codesign.errors import StoreError
-from codesign.exploration.store import SCHEMA, Entry, EntryState, FileStore, MemoryStore, Store
+from codesign.exploration.file_store import SCHEMA, FileStore
+from codesign.exploration.store import Batch, Entry, EntryState, MemoryStore, Store
 
 DONE = Entry("a" * 64, EntryState.DONE, '{"feasible": true}')
 FAILED = Entry("b" * 64, EntryState.FAILED, "ZeroDivisionError: µ\n\0")
@@ -24,19 +25,19 @@ class Contract:
         raise NotImplementedError
 
     def test_finds_what_was_put_and_nothing_else(self, store: Store) -> None:
-        store.put([DONE, FAILED])
+        store.put(Batch([DONE, FAILED]))
         assert store.find([DONE.key, "c" * 64]) == {DONE.key: DONE}
         assert store.find([]) == {}
         assert store.find([FAILED.key, DONE.key]) == {DONE.key: DONE, FAILED.key: FAILED}
 
     def test_finds_many(self, store: Store) -> None:
         entries = [Entry(f"{index:064x}", EntryState.DONE, str(index)) for index in range(2500)]
-        store.put(entries)
+        store.put(Batch(entries))
         assert store.find([entry.key for entry in entries]) == {entry.key: entry for entry in entries}
 
     def test_the_later_entry_counts(self, store: Store) -> None:
-        store.put([Entry(DONE.key, EntryState.FAILED, "once")])
-        store.put([DONE])
+        store.put(Batch([Entry(DONE.key, EntryState.FAILED, "once")]))
+        store.put(Batch([DONE]))
         assert store.find([DONE.key]) == {DONE.key: DONE}
 
     def test_all_or_nothing(self, store: Store) -> None:
@@ -45,16 +46,16 @@ class Contract:
             raise KeyboardInterrupt
 
         with pytest.raises(KeyboardInterrupt):
-            store.put(entries())
+            store.put(Batch(entries()))  # type: ignore[arg-type]
         assert store.find([DONE.key]) == {}
-        store.put([FAILED])
+        store.put(Batch([FAILED]))
         assert store.find([FAILED.key]) == {FAILED.key: FAILED}
 
     def test_the_study_noted_last(self, store: Store) -> None:
         assert store.latest() is None
         for key in ("one", "two", "one"):
             store.begin(key, f"definition of {key}")
-        assert store.latest() == "definition of one"
+        assert store.latest() == ("definition of one", b"")
 
     def test_closes_twice(self, store: Store) -> None:
         store.close()
@@ -79,7 +80,7 @@ def written(tmp_path_factory: pytest.TempPathFactory) -> bytes:
     path = tmp_path_factory.mktemp("store") / "points.sqlite"
     with FileStore(path) as store:
         store.begin("study", "definition")
-        store.put([DONE, FAILED])
+        store.put(Batch([DONE, FAILED]))
     return path.read_bytes()
 
 
@@ -94,18 +95,18 @@ def test_what_was_put_is_there_the_next_time(file: Path) -> None:
     for read_only in (False, True):
         with FileStore(file, read_only=read_only) as store:
             assert store.find([DONE.key, FAILED.key]) == {DONE.key: DONE, FAILED.key: FAILED}
-            assert store.latest() == "definition"
+            assert store.latest() == ("definition", b"")
 
 
 def test_one_file_is_left(tmp_path: Path) -> None:
     with FileStore(tmp_path / "points.sqlite") as store:
-        store.put([DONE])
+        store.put(Batch([DONE]))
     assert os.listdir(tmp_path) == ["points.sqlite"]
 
 
 def die_after_put(path: Path) -> None:
     store = FileStore(path)
-    store.put([DONE])
+    store.put(Batch([DONE]))
     os._exit(1)
 
 
@@ -131,7 +132,7 @@ def test_reading_leaves_the_file_as_it_is(file: Path) -> None:
     with FileStore(file, read_only=True) as store:
         store.find([DONE.key])
         with pytest.raises(StoreError, match="cannot be written"):
-            store.put([DONE])
+            store.put(Batch([DONE]))
     assert file.read_bytes() == before
 
 
@@ -177,7 +178,7 @@ def test_an_empty_file_becomes_a_store(tmp_path: Path) -> None:
     path = tmp_path / "points.sqlite"
     path.touch()
     with FileStore(path) as store:
-        store.put([DONE])
+        store.put(Batch([DONE]))
         assert store.find([DONE.key]) == {DONE.key: DONE}
 
 
@@ -232,7 +233,7 @@ def test_whatever_happens_to_the_bytes_no_wrong_entry_comes_out(file: Path, seed
     except StoreError:
         return
     assert found.items() <= truth.items()
-    assert latest in (None, "definition")
+    assert latest in (None, ("definition", b"plan"))
 
 
 def test_what_is_no_regular_file_is_no_store(tmp_path: Path) -> None:

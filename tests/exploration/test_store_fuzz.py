@@ -22,8 +22,8 @@ from small_maps import put_map
 import codesign
 from codesign.errors import EXIT_FAILED, CodesignError, StoreError
 from codesign.exploration import Entry, EntryState, FileStore, Space, explore, load_study
+from codesign.exploration.file_store import _checksum as checksum
 from codesign.exploration.identity import canonical_digest
-from codesign.exploration.store import _checksum as checksum
 
 Hwsw = Callable[..., Invoked]
 Specs = tuple[Path, Path]

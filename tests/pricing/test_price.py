@@ -30,7 +30,8 @@ from codesign.scenarios import bind, simulate
 
 SMALL = {
     "harmonic": "  relax: {component: fabric, block: [6, 9], iterations: 6, schedule: {first: 7, step: 8, last: 31}}",
-    "decide elsewhere": "  relax: {component: fabric, block: [6, 9], iterations: 4, schedule: [15, 31]}\n  decide: {component: host}",
+    "decide elsewhere": "  relax: {component: fabric, block: [6, 9], iterations: 4, schedule: [15, 31]}\n"
+    "  decide: {component: host}",
     "host": "  relax: {component: host, block: [6, 9], iterations: 4, schedule: [15, 31]}",
     "breadth_first": "  search: {component: fabric}",
     "wavefront": "  propagate: {component: fabric, style: tiled, tile: [6, 9], paths: shortest}",

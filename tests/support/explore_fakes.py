@@ -124,6 +124,11 @@ class Fake:
                 os._exit(9)
             case "crash":
                 os.kill(os.getpid(), signal.SIGSEGV)
+            case "kill":
+                os.kill(os.getpid(), signal.SIGKILL)
+            case "kill once":
+                if computed(self.log).count(point.index) == 1:
+                    os.kill(os.getpid(), signal.SIGKILL)
             case "interrupt":
                 raise KeyboardInterrupt
             case "meet":
@@ -143,9 +148,9 @@ class Fake:
             time.sleep(0.1)
 
 
-def computed(log: Path) -> list[int]:
+def computed(log: Path | None) -> list[int]:
     """The indices of the points that were computed, in the order they were begun."""
-    if not log.exists():
+    if log is None or not log.exists():
         return []
     return [int(line.split()[0]) for line in log.read_text(encoding="utf-8").splitlines()]
 

@@ -22,9 +22,9 @@ from codesign.scenarios.drive.log import Log
 from codesign.scenarios.drive.request import Fate, PlanRequest, Sight
 from codesign.scenarios.drive.scene import Look, Scene
 from codesign.scenarios.records import tell_field
-from codesign.system.build import planner_code
 from codesign.system.chain import Answer, MisreadMapError, plan_chain
 from codesign.system.messages import LostMessageError
+from codesign.system.planner_code import planner_code
 from codesign.system.sent_map import SentMap
 from codesign.units import format_time
 
