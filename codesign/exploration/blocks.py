@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import TypeAdapter
 
+from codesign.exploration.definition import read_json
 from codesign.exploration.partition import Indices, Together, Work
 from codesign.pricing.price import PRICED, Priced
 from codesign.results.result import Reason, Result
@@ -53,7 +54,7 @@ def read_block(data: bytes) -> Priced:
         ValueError, KeyError, TypeError: the bytes are no block that this version can read.
     """
     text, _, rest = _inflated(data).partition(b"\n")
-    header = json.loads(text)
+    header = read_json(text.decode())
     count = int(header["count"])
     reader = _Reader(rest, count)
     which, reason = (reader.take(np.dtype(np.int32)).astype(np.intp) for _ in range(2))
@@ -68,6 +69,9 @@ def read_block(data: bytes) -> Priced:
         }
     templates = tuple(Result.model_validate(each) for each in header["templates"])
     reasons = _REASONS.validate_python(header["reasons"])
+    held = [column for kind in columns.values() for column in kind.values()]
+    if any(np.isinf(column).any() for column in held):
+        raise ValueError("a block has figures that are not finite")
     if reader.left or not _inside(which, 0, len(templates)) or not _inside(reason, -1, len(reasons)):
         raise ValueError("the arrays of a block do not belong to its header")
     return Priced(templates, which, columns["figures"], columns["lows"], columns["highs"], reasons, reason)
@@ -90,10 +94,12 @@ def read_plan(data: bytes, count: int) -> list[tuple[str, Indices]]:
     text, _, rest = _inflated(data).partition(b"\n")
     plan = []
     place = 0
-    for key, size in json.loads(text):
+    for key, size in read_json(text.decode()):
+        if size < 0:
+            raise ValueError(f"a block of {size} points")
         reader = _Reader(rest[place : place + 8 * size], size)
         numbers = np.cumsum(reader.take(np.dtype(np.int64)))
-        if not _inside(numbers, 0, count):
+        if not _inside(numbers, 0, count) or (np.diff(numbers) <= 0).any():
             raise ValueError("a block has points that the study has not")
         plan.append((str(key), numbers))
         place += 8 * size

@@ -40,7 +40,7 @@ class Kept:
             if block is not None:
                 alone[numbers] = False
                 work = Together(numbers, {}, Specs({}, {}, len(numbers)), key)
-                yield Done(work, self._read(block[1]))
+                yield Done(work, self._read(block[1], len(work.numbers)))
         if not self.store.has_entries():
             return
         rest = np.flatnonzero(alone)
@@ -60,7 +60,7 @@ class Kept:
             if isinstance(work, Together):
                 block = next(self.store.blocks([work.key]), None)
                 if block is not None:
-                    yield Done(work, self._read(block[1]))
+                    yield Done(work, self._read(block[1], len(work.numbers)))
                     continue
                 if not self.store.has_entries():
                     yield work
@@ -92,10 +92,13 @@ class Kept:
             blocks[done.work.key] = block_of(done.priced)
         self.store.put(Batch(done.entries, blocks, done.computations))
 
-    def _read(self, data: bytes) -> Priced:
+    def _read(self, data: bytes, count: int) -> Priced:
         try:
-            return read_block(data)
+            priced = read_block(data)
+            if len(priced.which) != count:
+                raise ValueError(f"a block of {len(priced.which)} points, not of {count}")
         except (ValueError, KeyError, TypeError, ArithmeticError, RecursionError) as wrong:
             raise StoreError(
                 "holds a block that this version cannot read", self.where, OTHER_VERSION
             ) from wrong
+        return priced

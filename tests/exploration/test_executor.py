@@ -174,7 +174,7 @@ def test_the_death_of_a_worker_costs_a_retry_alone(tmp_path: Path) -> None:
 
 
 def test_every_point_of_a_study_may_kill_its_worker() -> None:
-    axes = {"do": ["kill", "kill", "die", "crash"]}
+    axes = {"do": ["kill", "die"], "slices": [1, 2]}
     entries = run(ProcessExecutor(2), axes)
     assert [entry.state for entry in entries.values()] == [EntryState.FAILED] * 4
 

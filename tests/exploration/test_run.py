@@ -17,13 +17,16 @@ from small_maps import AXES_TEXT, Specs, put_map
 import codesign
 from codesign.errors import InputError, SpecError, StoreError
 from codesign.exploration import EntryState, FileStore, MemoryStore, Progress, Space, explore, load_study
+from codesign.exploration.evaluation import computation_digest
 from codesign.exploration.identity import _sources, canonical_digest, code_digest, fingerprint
 from codesign.exploration.space import canonical
-from codesign.exploration.store import Entry
+from codesign.exploration.store import Batch, Entry, Store
 from codesign.figures import FIGURES
-from codesign.inputs import Constraint, Platform, Workload, design_point
+from codesign.inputs import Constraint, Platform, Workload, design_point, pin
 from codesign.memo import Memo
+from codesign.pricing.computation import Computation, record
 from codesign.scenarios import simulate
+from codesign.system.bind import System
 
 
 @pytest.fixture(scope="module")
@@ -227,6 +230,12 @@ def test_a_file_without_a_study(tmp_path: Path) -> None:
         load_study(file)
 
 
+def latest(store: Store) -> tuple[str, bytes]:
+    study = store.latest()
+    assert study is not None
+    return study
+
+
 @pytest.mark.parametrize(
     "change", [{"objectives": ["beauty"]}, {"constraints": [{"beauty": 1}]}, {"axes": 7}]
 )
@@ -236,7 +245,8 @@ def test_a_study_of_another_version(
     file = tmp_path / "points.sqlite"
     explore(platform, workload, workers=1, store=file, evaluate=Fake())
     with FileStore(file) as store:
-        store.begin("changed", json.dumps(json.loads(str(store.latest())) | change))
+        text, plan = latest(store)
+        store.begin("changed", json.dumps(json.loads(text) | change), plan)
     with pytest.raises(StoreError, match="this version cannot read"):
         load_study(file)
 
@@ -245,9 +255,9 @@ def test_a_result_of_another_version(platform: Platform, workload: Workload, tmp
     file = tmp_path / "points.sqlite"
     explore(platform, workload, workers=1, store=file, evaluate=Fake())
     with FileStore(file) as store:
-        key = canonical_digest(json.loads(str(store.latest()))["identity"])
+        key = canonical_digest(json.loads(latest(store)[0])["identity"])
         point = Space(AXES, key).point(0)
-        store.put([Entry(point.key, EntryState.DONE, '{"schema_version": 99}')])
+        store.put(Batch([Entry(point.key, EntryState.DONE, '{"schema_version": 99}')]))
     with pytest.raises(StoreError, match="this version cannot read"):
         load_study(file)
     with pytest.raises(StoreError, match="this version cannot read"):
@@ -302,15 +312,24 @@ def test_simulated_points_do_not_depend_on_workers_memo_or_store(
 def test_points_that_share_their_functional_work_do_it_once(
     platform: Platform, small: Workload, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    made: list[Memo] = []
-    monkeypatch.setattr("codesign.exploration.simulator.Memo", lambda: made.append(Memo()) or made[0])
-    study = explore(platform, small, workers=1)
+    digests: list[str] = []
+
+    def recorded(system: System, memo: Memo) -> Computation:
+        digests.append(computation_digest(system))
+        return record(system, memo)
+
+    monkeypatch.setattr("codesign.exploration.evaluation.record", recorded)
+    store = MemoryStore()
+    study = explore(platform, small, workers=1, store=store)
     names = ("relax.block", "relax.schedule", "relax.termination")
-    functional = {canonical([point.axes[name] for name in names]) for point in study.points}
-    assert len(made) == 1
+    functional = {canonical([study.points[index].axes[name] for name in names]) for index in study.feasible}
     assert study.failed == ()
-    assert made[0].misses < 2 * len(study.points)
-    assert made[0].hits >= len(study.feasible) - len(functional)
+    assert len(digests) == len(set(digests)) <= len(functional) < len(study.feasible)
+    assert store.computations().keys() == set(digests)
+    slower = pin(platform, small, {"pci.clock": "16 MHz"}, "")
+    digests.clear()
+    assert explore(*slower, workers=1, store=store).failed == ()
+    assert digests == [], "another price asks for no other computation"
 
 
 def test_faults_of_axes_are_told_at_their_places(specs: Specs) -> None:
@@ -339,5 +358,6 @@ def test_where_every_point_failed_the_run_failed(
         raise ZeroDivisionError("broken")
 
     monkeypatch.setattr("codesign.exploration.simulator.simulate", fail)
+    monkeypatch.setattr("codesign.exploration.evaluation.record", fail)
     ran = hwsw("explore", *specs, "--workers", 1)
     assert ran.exit_code == 1

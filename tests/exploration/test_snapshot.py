@@ -154,7 +154,7 @@ def test_all_that_was_committed_is_read_and_nothing_is_changed(situation, count:
             with FileStore(file, read_only=True) as store:
                 assert state_of(folder) == before
                 assert store.find([*wanted, "f" * 64]) == wanted
-                assert store.latest() == "definition"
+                assert store.latest() == ("definition", b"")
         assert state_of(folder) == before
 
 
@@ -170,9 +170,8 @@ def write_for_ever(file: Path, committed) -> None:
     with FileStore(file) as store:
         for index in range(1_000_000):
             text = f"{index} " * 500
-            store.put(
-                [Entry(f"{number:064x}", EntryState.DONE, text) for number in (3 * index, 3 * index + 1)]
-            )
+            numbers = 3 * index, 3 * index + 1
+            store.put(Batch([Entry(f"{number:064x}", EntryState.DONE, text) for number in numbers]))
             committed.value = index + 1
 
 
@@ -206,7 +205,7 @@ def test_reading_holds_no_run_up_and_takes_none_of_its_locks(tmp_path: Path) -> 
     file = tmp_path / "points.sqlite"
     with finished(file, 3), FileStore(file, read_only=True) as reader:
         with FileStore(file) as store:
-            store.put([Entry("e" * 64, EntryState.DONE, "later")])
+            store.put(Batch([Entry("e" * 64, EntryState.DONE, "later")]))
             with FileStore(file, read_only=True) as second:
                 assert len(second.find(["e" * 64])) == 1
             # In the process that writes: closing a file there drops its locks, unless care is taken.

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from codesign.exploration.space import MAX_GROUP, Space, canonical, group, group_limit
+from codesign.exploration.space import MAX_GROUP, Space, canonical, group_limit
 
 AXES = {
     "relax.block": [[36, 66], [24, 44]],
@@ -145,40 +145,6 @@ def test_a_key_of_a_point_is_the_same_without_conditions() -> None:
     space = Space({"v": ["base", "host"], "a.b": [1, 2]}, "x", when={"a.b": {"v": ["base"]}})
     assert [space.point(index).key for index in (0, 1)] == [plain.point(index).key for index in (0, 1)]
     assert space.point(2).axes == {"v": "host"}
-
-
-def grouped(axes: dict[str, list[Any]], limit: int) -> list[list[int]]:
-    points = list(Space(axes, "").points())
-    groups = group(points, cheap=["fpga.part", "fpga.clock"], related=["relax.schedule"], limit=limit)
-    return [[point.index for point in members] for members in groups]
-
-
-@given(SPACES, st.integers(1, 20))
-def test_groups_hold_each_point_once_and_no_more_than_the_limit(
-    axes: dict[str, list[int]], limit: int
-) -> None:
-    groups = grouped(axes, limit)
-    everything = sorted(index for members in groups for index in members)
-    assert everything == list(range(len(Space(axes, ""))))
-    assert all(1 <= len(members) <= limit for members in groups)
-    assert [members[0] for members in groups] == sorted(members[0] for members in groups)
-
-
-@given(SPACES, st.integers(1, 40))
-def test_a_group_shares_all_but_the_cheap_and_the_related_axes(
-    axes: dict[str, list[int]], limit: int
-) -> None:
-    space = Space(axes, "")
-    dear = [name for name in axes if name not in ("fpga.part", "fpga.clock", "relax.schedule")]
-    for members in grouped(axes, limit):
-        assert len({canonical([space.point(index).axes[name] for name in dear]) for index in members}) == 1
-
-
-def test_parts_stay_together_while_schedules_are_parted() -> None:
-    axes = {"fpga.part": ["a", "b"], "relax.schedule": [1, 2, 3], "relax.iterations": [6]}
-    assert grouped(axes, limit=6) == [[0, 3, 1, 4, 2, 5]]
-    assert grouped(axes, limit=3) == [[0, 3], [1, 4], [2, 5]]
-    assert grouped(axes, limit=1) == [[0], [1], [2], [3], [4], [5]]
 
 
 @given(st.integers(0, 10**6), st.integers(1, 256))

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import contextlib
 import multiprocessing
 import os
 import random
@@ -15,6 +16,8 @@ from codesign.exploration.store import Batch, Entry, EntryState, MemoryStore, St
 
 DONE = Entry("a" * 64, EntryState.DONE, '{"feasible": true}')
 FAILED = Entry("b" * 64, EntryState.FAILED, "ZeroDivisionError: µ\n\0")
+BLOCKS = {"d" * 64: bytes(range(256)), "e" * 64: b""}
+COMPUTATIONS = {"f" * 64: '{"feasible": "µ"}'}
 
 
 class Contract:
@@ -29,6 +32,17 @@ class Contract:
         assert store.find([DONE.key, "c" * 64]) == {DONE.key: DONE}
         assert store.find([]) == {}
         assert store.find([FAILED.key, DONE.key]) == {DONE.key: DONE, FAILED.key: FAILED}
+
+    def test_blocks_and_computations(self, store: Store) -> None:
+        assert not store.has_entries()
+        assert store.computations() == {}
+        store.put(Batch(blocks=BLOCKS, computations=COMPUTATIONS))
+        assert not store.has_entries()
+        assert dict(store.blocks([*BLOCKS, "a" * 64])) == BLOCKS
+        assert store.computations() == COMPUTATIONS
+        store.put(Batch([DONE], {"d" * 64: b"other"}))
+        assert store.has_entries()
+        assert dict(store.blocks(["d" * 64])) == {"d" * 64: b"other"}
 
     def test_finds_many(self, store: Store) -> None:
         entries = [Entry(f"{index:064x}", EntryState.DONE, str(index)) for index in range(2500)]
@@ -79,8 +93,8 @@ class TestFileStore(Contract):
 def written(tmp_path_factory: pytest.TempPathFactory) -> bytes:
     path = tmp_path_factory.mktemp("store") / "points.sqlite"
     with FileStore(path) as store:
-        store.begin("study", "definition")
-        store.put(Batch([DONE, FAILED]))
+        store.begin("study", "definition", b"plan")
+        store.put(Batch([DONE, FAILED], BLOCKS, COMPUTATIONS))
     return path.read_bytes()
 
 
@@ -95,7 +109,7 @@ def test_what_was_put_is_there_the_next_time(file: Path) -> None:
     for read_only in (False, True):
         with FileStore(file, read_only=read_only) as store:
             assert store.find([DONE.key, FAILED.key]) == {DONE.key: DONE, FAILED.key: FAILED}
-            assert store.latest() == ("definition", b"")
+            assert store.latest() == ("definition", b"plan")
 
 
 def test_one_file_is_left(tmp_path: Path) -> None:
@@ -207,9 +221,34 @@ def test_a_row_that_was_tampered_with_is_refused(file: Path, change: str) -> Non
         store.find([DONE.key])
 
 
-def test_a_study_that_was_tampered_with_is_refused(file: Path) -> None:
+@pytest.mark.parametrize(
+    "change", ["data = x'00'", "data = 'text'", "data = NULL || data", "checksum = 7", "key = 'dd'"]
+)
+def test_a_block_that_was_tampered_with_is_refused(file: Path, change: str) -> None:
+    with sqlite3.connect(file) as connection, contextlib.suppress(sqlite3.IntegrityError):
+        connection.execute(f"UPDATE block SET {change} WHERE key LIKE 'd%'")
+    connection.close()
+    with FileStore(file) as store:
+        if "NULL" in change:
+            assert dict(store.blocks([*BLOCKS])) == BLOCKS, "NOT NULL refuses it"
+            return
+        with pytest.raises(StoreError, match="damaged"):
+            dict(store.blocks([*BLOCKS, "dd"]))
+
+
+@pytest.mark.parametrize("change", ["text = '{}'", "text = x'ff'", "checksum = 'none'", "key = 'other'"])
+def test_a_computation_that_was_tampered_with_is_refused(file: Path, change: str) -> None:
     with sqlite3.connect(file) as connection:
-        connection.execute("UPDATE study SET definition = 'other'")
+        connection.execute(f"UPDATE computation SET {change}")
+    connection.close()
+    with FileStore(file) as store, pytest.raises(StoreError, match="damaged"):
+        store.computations()
+
+
+@pytest.mark.parametrize("change", ["definition = 'other'", "plan = x'00'", "plan = 'plan'"])
+def test_a_study_that_was_tampered_with_is_refused(file: Path, change: str) -> None:
+    with sqlite3.connect(file) as connection:
+        connection.execute(f"UPDATE study SET {change}")
     connection.close()
     with FileStore(file, read_only=True) as store, pytest.raises(StoreError, match="damaged"):
         store.latest()
@@ -230,9 +269,13 @@ def test_whatever_happens_to_the_bytes_no_wrong_entry_comes_out(file: Path, seed
         with FileStore(file, read_only=seed % 2 == 0) as store:
             found = store.find([DONE.key, FAILED.key, "c" * 64])
             latest = store.latest()
+            blocks = dict(store.blocks(list(BLOCKS)))
+            computations = store.computations()
     except StoreError:
         return
     assert found.items() <= truth.items()
+    assert blocks.items() <= BLOCKS.items()
+    assert computations.items() <= COMPUTATIONS.items()
     assert latest in (None, ("definition", b"plan"))
 
 

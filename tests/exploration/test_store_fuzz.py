@@ -6,8 +6,9 @@ import json
 import re
 import shutil
 import sqlite3
+import zlib
 from collections.abc import Callable, Iterator
-from contextlib import closing
+from contextlib import closing, suppress
 from pathlib import Path
 from typing import Any
 
@@ -22,8 +23,13 @@ from small_maps import put_map
 import codesign
 from codesign.errors import EXIT_FAILED, CodesignError, StoreError
 from codesign.exploration import Entry, EntryState, FileStore, Space, explore, load_study
+from codesign.exploration.evaluation import EvaluatePoint
+from codesign.exploration.explored import Explored
 from codesign.exploration.file_store import _checksum as checksum
 from codesign.exploration.identity import canonical_digest
+from codesign.exploration.simulator import Simulator
+from codesign.exploration.store import Batch
+from codesign.inputs import Platform, Workload
 
 Hwsw = Callable[..., Invoked]
 Specs = tuple[Path, Path]
@@ -74,6 +80,11 @@ STATEMENTS = (
     "DROP TABLE study",
     "DELETE FROM point",
     "DELETE FROM study",
+    "DROP TABLE block",
+    "DROP TABLE computation",
+    "DELETE FROM block",
+    "INSERT INTO computation VALUES ('a', 'b', 0)",
+    "INSERT INTO computation VALUES ('a', x'ff', 0)",
     "PRAGMA user_version = 0",
     "PRAGMA user_version = 2147483647",
     "PRAGMA user_version = -1",
@@ -153,6 +164,12 @@ def rows(file: Path, table: str) -> list[tuple[Any, ...]]:
         return list(database.execute(f"SELECT * FROM {table}"))
 
 
+def checksum_of(row: dict[str, Any]) -> int:
+    """That of a row of ``point`` or ``study``."""
+    texts = [row[name] for name in ("key", "state", "text", "definition") if name in row]
+    return zlib.crc32(row.get("plan", b""), checksum(*texts))
+
+
 def forge(data: st.DataObject, file: Path) -> None:
     """Change one value of one result, or of the study's definition, and make the checksum right."""
     table = data.draw(st.sampled_from(["point", "study"]))
@@ -164,8 +181,7 @@ def forge(data: st.DataObject, file: Path) -> None:
         tree = json.loads(row[text])
         path = data.draw(st.sampled_from(list(leaves(tree))))
         row[text] = json.dumps(replaced(tree, path, data.draw(st.sampled_from(WILD))))
-        told = ("key", "state", "text") if table == "point" else ("key", "definition")
-        row["checksum"] = checksum(*(row[name] for name in told))
+        row["checksum"] = checksum_of(row)
         names = ", ".join(f"{name} = :{name}" for name in row)
         database.execute(f"UPDATE {table} SET {names} WHERE key = :key", row)
         database.commit()
@@ -181,9 +197,9 @@ def put(data: st.DataObject, file: Path) -> None:
         columns = [*row, *["state"] * (2 * len(row) if table == "point" else 0)]
         key, column = row["key"], data.draw(st.sampled_from(columns))
         row[column] = data.draw(st.sampled_from(COLUMNS))
-        told = [row[name] for name in ("key", "state", "text", "definition") if name in row]
-        if column != "checksum" and all(isinstance(one, str) for one in told):
-            row["checksum"] = checksum(*told)
+        if column != "checksum":
+            with suppress(TypeError, AttributeError):
+                row["checksum"] = checksum_of(row)
         names = ", ".join(f"{name} = :{name}" for name in row)
         try:
             database.execute(f"UPDATE {table} SET {names} WHERE key = :was", row | {"was": key})
@@ -255,15 +271,20 @@ def test_a_row_in_an_unknown_state_is_told(explored: tuple[Path, Specs], tmp_pat
         store.find(keys)
 
 
-def kept(specs: Specs, tmp_path: Path) -> tuple[Path, str, str]:
-    """A file of two points, the definition of its study, and the key of a point."""
+def loaded(specs: Specs) -> tuple[Platform, Workload]:
+    return codesign.load_platform(specs[0]), codesign.load_workload(specs[1])
+
+
+def kept(specs: Specs, tmp_path: Path, evaluate: EvaluatePoint | None = None) -> tuple[Path, str, str]:
+    """A file of two points, the definition of its study, and the key of a point. ``evaluate``: see ``explore``."""
     put_map(specs)
     file = tmp_path / "points.sqlite"
-    study = explore(codesign.load_platform(specs[0]), codesign.load_workload(specs[1]), workers=1, store=file)
+    study = explore(*loaded(specs), workers=1, store=file, evaluate=evaluate)
     assert len(study.feasible) == 2
     with FileStore(file, read_only=True) as store:
-        definition = store.latest()
-    assert definition is not None
+        latest = store.latest()
+    assert latest is not None
+    definition, _ = latest
     known = json.loads(definition)
     return file, definition, Space(known["axes"], canonical_digest(known["identity"])).point(0).key
 
@@ -297,11 +318,73 @@ def test_a_tampered_study_is_told(specs: Specs, tmp_path: Path, old: str, new: s
 
 @pytest.mark.parametrize("number", ["1e999", "Infinity", "NaN", "9" * 400, "[" * 100_000])
 def test_a_tampered_result_is_told(specs: Specs, tmp_path: Path, number: str) -> None:
-    file, _, key = kept(specs, tmp_path)
+    file, _, key = kept(specs, tmp_path, Simulator(Explored.of(*loaded(specs))))
     with FileStore(file) as store:
         text = store.find([key])[key].text
         changed = re.sub(r'"energy_j":[^,}]*', f'"energy_j":{number}', text)
         assert changed != text
-        store.put([Entry(key, EntryState.DONE, changed)])
+        store.put(Batch([Entry(key, EntryState.DONE, changed)]))
     with pytest.raises(StoreError):
         load_study(file)
+
+
+def tampered(header: dict[str, Any], arrays: bytes, change: str) -> bytes:
+    """A block with one change, as bytes."""
+    text = json.dumps(header)
+    match change:
+        case "cut off":
+            arrays = arrays[:-1]
+        case "too long":
+            arrays += b"0"
+        case "infinite":
+            arrays = arrays[:-2] + b"\x7f\xf0"
+        case "no template":
+            text = json.dumps(header | {"templates": []})
+        case "too many":
+            text = json.dumps(header | {"count": header["count"] + 1})
+        case "nested":
+            text = text.replace('"templates": [', '"templates": [' + "[" * 100_000, 1)
+        case "no header":
+            text = ""
+        case number:
+            text = re.sub(r'"power": [^,}]*', f'"power": {number}', text)
+            assert number in text
+    return zlib.compress(text.encode() + b"\n" + arrays)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        *("cut off", "too long", "no template", "too many", "nested", "no header"),
+        *("1e999", "Infinity", "NaN", "9" * 400, '"x"', "[]"),
+    ],
+)
+def test_a_tampered_block_is_told(specs: Specs, tmp_path: Path, change: str) -> None:
+    file, _, _ = kept(specs, tmp_path)
+    key, data, _ = rows(file, "block")[0]
+    text, _, arrays = zlib.decompress(data).partition(b"\n")
+    block = tampered(json.loads(text), arrays, change)
+    with FileStore(file) as store:
+        store.put(Batch(blocks={key: block}))
+    with pytest.raises(StoreError):
+        load_study(file)
+    with pytest.raises(StoreError):
+        explore(*loaded(specs), workers=1, store=file)
+
+
+@pytest.mark.parametrize(
+    "plan", [b"", b"no plan", zlib.compress(b"[]"), zlib.compress(b'[["a", 3]]\n'), b"far"]
+)
+def test_a_tampered_plan_is_told_or_gives_no_points(specs: Specs, tmp_path: Path, plan: bytes) -> None:
+    file, definition, _ = kept(specs, tmp_path)
+    key = rows(file, "block")[0][0]
+    if plan == b"far":
+        plan = zlib.compress(f'[["{key}", 2]]\n'.encode() + bytes([0, 9, *[0] * 14]))
+    with FileStore(file) as store:
+        store.begin("tampered", definition, plan)
+    try:
+        study = load_study(file)
+    except StoreError:
+        return
+    assert plan == zlib.compress(b"[]")
+    assert study.missing == (0, 1)
