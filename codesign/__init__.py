@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 
     from codesign.explanation import Explanation
     from codesign.exploration import Progress, Study
+    from codesign.exploration.budget import Budget
     from codesign.inputs import Platform, Workload
     from codesign.inputs.files import Source
     from codesign.records import Listener
@@ -178,6 +179,7 @@ def explore(
     workers: int = 1,
     progress: Callable[[Progress], None] | None = None,
     memory: int | None = None,
+    budget: Budget | None = None,
 ) -> Study:
     """Evaluate every point of the workload's exploration; finished points are kept in ``store`` and not done again.
 
@@ -185,6 +187,7 @@ def explore(
     of that axis; or None, where the workload has it. ``platform``, ``workload``: loaded, or what ``load_platform`` and
     ``load_workload`` take.
     ``memory``: bytes that all workers may take together; by default half of what the machine has free.
+    ``budget``: how many points to compute, or for how long (``codesign.exploration.budget``); by default all.
 
     Raises:
         SpecError: an axis does not fit the platform. StoreError: the store cannot be used.
@@ -197,7 +200,13 @@ def explore(
     elif platform is not None:
         platforms = _platform(cast("Platform | Source", platform))
     return run.explore(
-        platforms, _workload(workload), store=store, workers=workers, progress=progress, memory=memory
+        platforms,
+        _workload(workload),
+        store=store,
+        workers=workers,
+        progress=progress,
+        memory=memory,
+        budget=budget,
     )
 
 

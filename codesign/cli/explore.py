@@ -13,6 +13,7 @@ from codesign.cli.options import (
     SENTENCE,
     TABLES,
     axes_of,
+    budget_options,
     command_line,
     debug_step,
     memory_option,
@@ -25,6 +26,7 @@ from codesign.units import counted
 
 if TYPE_CHECKING:
     from codesign.exploration import Progress, Study
+    from codesign.exploration.budget import Budget
     from codesign.inputs import Platform, Workload
 
 _FILE = click.Path(dir_okay=False, path_type=Path)
@@ -71,6 +73,13 @@ def _cores() -> int:
     help="The number of worker processes.",
 )
 @memory_option
+@budget_options
+@click.option(
+    "--check",
+    type=click.IntRange(min=1),
+    metavar="N",
+    help="Run N random points alone too, and compare every figure with the study, to the last bit.",
+)
 @click.option("--csv", "csv_file", type=_FILE, help="Write every point as CSV.")
 @click.option("--html", "page", type=_FILE, help="Write a self-contained HTML page.")
 @output_options(
@@ -86,6 +95,9 @@ def explore(
     needs: tuple[str, ...],
     workers: int,
     memory: int | None,
+    points: int | None,
+    time_ms: int | None,
+    check: int | None,
     csv_file: Path | None,
     page: Path | None,
     detail: str,
@@ -103,6 +115,7 @@ def explore(
     from codesign import interrupts
     from codesign.cli.outputs import check_outputs
     from codesign.cli.progress import COMPILING, Advance, compiling_shown, progress_shown
+    from codesign.exploration.budget import Budget
     from codesign.kernel_cache import is_cold
 
     debug_step("modules loaded")
@@ -117,6 +130,7 @@ def explore(
     )
     interrupts.keep("finished points are kept")
     debug_step("files read and checked")
+    budget = Budget(points, None if time_ms is None else time_ms / 1000)
     cold = is_cold()
     with progress_shown(quiet=detail == SENTENCE) as show, compiling_shown(show):
 
@@ -129,15 +143,43 @@ def explore(
             show(Advance(state.done, state.total, _words(state), state.left_s))
 
         study = codesign.explore(
-            platform, workload_spec, store=file, workers=workers, progress=progress, memory=memory
+            platform,
+            workload_spec,
+            store=file,
+            workers=workers,
+            progress=progress,
+            memory=memory,
+            budget=budget,
         )
     debug_step("explored")
     _deliver(study, csv_file, page, detail, as_json)
     if not as_json and detail != SENTENCE:
-        click.echo(f"points kept in {printable(str(file), None)}")
+        click.echo(f"points kept in {printable(str(file), None)}{_how(study, budget)}")
+    if check is not None and not _checked(study, check):
+        raise click.exceptions.Exit(EXIT_FAILED)
     if len(study.feasible) == len(study.unreached):
         # A design that fits and never reaches its goals is as useless as a design that does not fit.
         raise click.exceptions.Exit(EXIT_FAILED if study.broken else EXIT_INFEASIBLE)
+
+
+def _how(study: Study, budget: Budget) -> str:
+    """How many simulations the points took, and why they are not all."""
+    count = study.simulations
+    took = (
+        "" if count is None else f" ({counted(len(study.points), 'point')}, {counted(count, 'simulation')})"
+    )
+    hint = f"; {budget.ended}: the same command goes on from there" if budget.ended else ""
+    return f"{took}{hint}"
+
+
+def _checked(study: Study, count: int) -> bool:
+    """Whether random points that are run alone have the figures of the study; says so on standard error."""
+    from codesign.exploration.check import check_points
+
+    check = check_points(study, count)
+    for line in (check.sentence, *check.differences):
+        click.echo(printable(line), err=True)
+    return not check.differences
 
 
 def _explored(

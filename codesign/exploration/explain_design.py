@@ -13,6 +13,7 @@ from codesign.exploration.designs import Design, Out, StudyPoint, checked_index
 from codesign.exploration.moves import Bench, gains_of, levers_for, ranked, steps_of
 from codesign.figures import ResultFigure, label
 from codesign.inputs import Platform, Workload
+from codesign.inputs.boxes import value_text
 from codesign.memo import Memo
 from codesign.results.result import Result
 from codesign.results.terms import priced
@@ -202,15 +203,15 @@ def neighbours_of(study: Study, design: Design) -> tuple[Moved, ...]:
     """
     own = {figure: design.figure(figure) for figure in study.objectives}
     neighbours = []
-    step = len(study.designs)
-    for name, values in study.axes.items():
-        step //= len(values)
-        place = design.index // step % len(values)
-        for other_place, value in enumerate(values):
-            other = study.designs[design.index + (other_place - place) * step]
-            if other_place == place or other.state != "done":
+    for name, mine in design.axes.items():
+        for value in study.axes[name]:
+            try:
+                other = study.designs[study.decisions.index({**design.axes, name: value})]
+            except KeyError:
+                # Other axes exist with that value.
                 continue
-            neighbours.append(_neighbour(study, design, own, other, name, value))
+            if value_text(value) != value_text(mine) and other.state == "done":
+                neighbours.append(_neighbour(study, design, own, other, name, value))
     return ranked(neighbours)
 
 

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from codesign.exploration.constraints import figure_of
 from codesign.figures import FIGURES, ResultFigure
-from codesign.inputs.derived import DerivedFigure, derived_column
+from codesign.inputs.derived import DerivedFigure, derived_column, derived_ends
 from codesign.pricing.price import PRICED, Priced
 from codesign.results.result import Reason, Result
 
@@ -217,6 +217,9 @@ class Outcomes:
 
     def ends(self, figure: ResultFigure, index: int) -> tuple[float, float] | None:
         """The least and the greatest value of a figure of a point inside all intervals; None where it has none."""
+        if isinstance(figure, DerivedFigure):
+            low, high = (float(ends[0]) for ends in self.chosen(np.array([index])).bounds(figure))
+            return None if math.isnan(low) else (low, high)
         if figure.name not in PRICED:
             template = self.template(index)
             return None if template is None else template.interval(figure)
@@ -225,11 +228,26 @@ class Outcomes:
 
     def bounds(self, figure: ResultFigure) -> tuple[Column, Column]:
         """``ends`` of each point: the least values, and the greatest; NaN: none."""
+        if isinstance(figure, DerivedFigure):
+            return self._derived_bounds(figure)
         if figure.name in PRICED:
             return self.lows[figure.name], self.highs[figure.name]
         none = math.nan, math.nan
         table = self.each(lambda template: template.interval(figure) or none, none)
         return table[:, 0], table[:, 1]
+
+    def _derived_bounds(self, figure: DerivedFigure) -> tuple[Column, Column]:
+        """Those of a derived figure; none where no figure that it is made of rests on an interval."""
+        unsure = np.zeros(len(self), np.bool_)
+
+        def ends(name: str) -> tuple[Column, Column]:
+            low, high = self.bounds(FIGURES[name])
+            value, given = self.column(FIGURES[name]), ~np.isnan(low)
+            unsure[given] = True
+            return np.where(given, low, value), np.where(given, high, value)
+
+        low, high = derived_ends(figure, ends)
+        return np.where(unsure, low, math.nan), np.where(unsure, high, math.nan)
 
     def used(self) -> list[int]:
         """The numbers of the templates that points have, in the order of their first points."""

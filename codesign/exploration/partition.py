@@ -7,7 +7,7 @@ processor. Points that differ in these alone compute the same. All other axes mo
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from codesign.errors import CodesignError
 from codesign.exploration.explored import Explored
+from codesign.exploration.order import Order
 from codesign.exploration.space import MAX_GROUP, DesignPoint, Space, canonical
 from codesign.inputs import Platform
 from codesign.inputs.components import FpgaComponent, ProcessorComponent
@@ -48,6 +49,9 @@ class Alone:
         """Their places in the enumeration."""
         return tuple(point.index for point in self.points)
 
+    def __len__(self) -> int:
+        return len(self.points)
+
 
 @dataclass(frozen=True, eq=False)
 class Together:
@@ -68,9 +72,19 @@ class Together:
         """Their places in the enumeration."""
         return tuple(self.numbers.tolist())
 
+    def __len__(self) -> int:
+        return len(self.numbers)
+
 
 Work = Alone | Together
 """What one worker computes in a row."""
+
+
+def in_order(works: Iterable[Work], space: Space) -> list[Work]:
+    """The works by the turns of their first points, so that they show the whole space early: see ``Order``."""
+    turns = np.empty(len(space), np.int64)
+    turns[Order.of(space).indices(0, len(space))] = np.arange(len(space))
+    return sorted(works, key=lambda work: int(turns[work.indices[0]]))
 
 
 def parted(explored: Explored, space: Space, pending: Indices) -> Iterator[Work]:

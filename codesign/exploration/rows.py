@@ -54,7 +54,7 @@ def study_columns(study: Study, points: range | None = None) -> dict[str, list[S
         # The number -1 of an axis that does not exist takes the last one.
         entries.append(None)
         columns[name] = [entries[level] for level in levels[axis].tolist()]
-    for figure in dict.fromkeys((*study.objectives, *FIGURES.values())):
+    for figure in dict.fromkeys((*study.objectives, *study.figures.values(), *FIGURES.values())):
         column = outcomes.column(figure)
         if not np.isnan(column).all():
             columns[figure.column] = _entries(column[within], whole=figure.counted == "count")

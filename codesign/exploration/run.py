@@ -6,6 +6,7 @@ import contextlib
 import hashlib
 import os
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -13,6 +14,7 @@ import numpy as np
 
 from codesign.errors import InputError, RunError, StoreError
 from codesign.exploration.blocks import plan_of, read_plan
+from codesign.exploration.budget import Budget
 from codesign.exploration.definition import (
     MAX_STUDY_POINTS,
     OTHER_VERSION,
@@ -26,7 +28,7 @@ from codesign.exploration.explored import Explored
 from codesign.exploration.file_store import FileStore
 from codesign.exploration.identity import canonical_digest, contents_of, files_read, identity_of
 from codesign.exploration.kept import Kept
-from codesign.exploration.partition import Alone, Work, parted
+from codesign.exploration.partition import Alone, Work, in_order, parted
 from codesign.exploration.simulator import check_some_point
 from codesign.exploration.space import Space
 from codesign.exploration.specs import Specs
@@ -53,6 +55,7 @@ def explore(
     progress: Callable[[Progress], None] | None = None,
     evaluate: EvaluatePoint | None = None,
     memory: int | None = None,
+    budget: Budget | None = None,
 ) -> Study:
     """Compute every point of the workload's exploration on the platform or platforms.
 
@@ -69,6 +72,8 @@ def explore(
             store for each.
         memory: bytes that all workers may take together; by default half of what the machine has free. A point that
             would take more than a worker's share, by an estimate, is not begun: it counts as failed.
+        budget: how many points to compute, or for how long; by default all. The rest is missing. ``budget.ended`` then
+            says why.
 
     Raises:
         InputError: the workload has no ``explore`` section, or more than ``MAX_STUDY_POINTS`` points.
@@ -97,11 +102,12 @@ def explore(
         definition = definition_text(explored, section, specs, provenance)
         every = list(_works(explored, space, alone=evaluate is not None))
         opened.begin(hashlib.sha256(definition.encode()).hexdigest(), definition, plan_of(every))
-        works = _pending(kept, tally, every)
+        works = in_order(_pending(kept, tally, every), space)
         several = workers > 1 and len(works) > 1
         executor: Executor = ProcessExecutor(workers) if several else SerialExecutor()
         # Closed by name: after Ctrl-C the traceback would keep the generator, and with it the workers, alive.
-        with contextlib.closing(executor.run(works, evaluator)) as coming:
+        begun = works if budget is None else budget.within(works, partial(_cut, space))
+        with contextlib.closing(executor.run(begun, evaluator)) as coming:
             for done in coming:
                 _refuse_changes(files, files_read(explored))
                 kept.put(done)
@@ -131,6 +137,11 @@ def _works(explored: Explored, space: Space, *, alone: bool) -> Iterator[Work]:
         yield from parted(explored, space, np.arange(len(space)))
         return
     yield from (Alone((point,)) for point in space.points())
+
+
+def _cut(space: Space, work: Work, count: int) -> Work:
+    """The first points of work."""
+    return Alone(tuple(map(space.point, work.indices[:count])))
 
 
 def _pending(kept: Kept, tally: Tally, works: Iterable[Work]) -> list[Work]:

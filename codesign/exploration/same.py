@@ -36,8 +36,9 @@ def first_of_same(study: Study) -> Indices:
     held = np.flatnonzero(idle.any(axis=1))
     # By the axes that are idle, and by the values of the others.
     keys = [np.unique(idle[held], axis=0, return_inverse=True)[1].reshape(-1)] if len(held) else []
-    for number, (name, levels) in enumerate(study.decisions.levels(held).items()):
-        keys.append(np.where(idle[held, number], -1, first_of_equals(study.axes[name])[levels]))
+    levels = study.decisions.levels(held)
+    for number, name in enumerate(study.axes):
+        keys.append(np.where(idle[held, number], -1, first_of_equals(study.axes[name])[levels[name]]))
     held, keys = _several(held, keys)
     if not len(held):
         return first

@@ -30,7 +30,9 @@ from codesign.exploration.space import Space
 from codesign.exploration.specs import Specs
 from codesign.figures import ResultFigure
 from codesign.inputs.aggregate import Rule
+from codesign.inputs.boxes import When
 from codesign.inputs.constraint import Constraint, needs_of
+from codesign.inputs.derived import DerivedFigure
 from codesign.inputs.exploration import not_kept
 from codesign.results.provenance import Provenance
 from codesign.results.result import Result
@@ -54,6 +56,8 @@ class Study:
             number of conditions on.
         aggregate: how a figure of a design is made of its values in all conditions.
         provenance: version, digests and seeds; without a date, which only what is written has.
+        when: for which values of other decisions a decision exists. figures: those that it derives, by name.
+        simulations: how many were made for its points when it was computed; None where it was read.
 
     Designs are named by their index in ``designs``. Of designs that differ only in what changes nothing for them
     (``same``), the first one alone counts.
@@ -69,6 +73,9 @@ class Study:
     aggregate: Mapping[str, Rule] = field(default_factory=dict)
     provenance: Provenance | None = None
     specs: Specs | None = field(default=None, compare=False)
+    when: When = field(default_factory=dict)
+    figures: Mapping[str, DerivedFigure] = field(default_factory=dict)
+    simulations: int | None = field(default=None, compare=False)
 
     def __post_init__(self) -> None:
         assert len(self.space) == len(self.outcomes), (
@@ -91,12 +98,12 @@ class Study:
     @cached_property
     def space(self) -> Space:
         """The axes of the points by their index."""
-        return Space(self.every_axis, "")
+        return Space(self.every_axis, "", when=self.when)
 
     @cached_property
     def decisions(self) -> Space:
         """The axes of the designs by their index."""
-        return Space(self.axes, "")
+        return Space(self.axes, "", when=self.when)
 
     @cached_property
     def judged(self) -> Judged:
@@ -273,7 +280,7 @@ class Study:
         Raises:
             SpecError: a text that is no constraint, or one that contradicts another.
         """
-        constraints = (*self.constraints, *needs_of(needs))
+        constraints = (*self.constraints, *needs_of(needs, figures=self.figures))
         faults = [
             Fault(
                 f"--need {show(needs[index - len(self.constraints)])}", 0, 0, "", refusal.what, refusal.hint

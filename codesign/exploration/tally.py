@@ -91,6 +91,9 @@ class Tally:
             dict(section.aggregate),
             provenance,
             self.specs,
+            section.when,
+            dict(section.figures),
+            self.simulated if self._computed else None,
         )
 
     def _take(self, done: Done) -> None:
