@@ -80,11 +80,19 @@ Work = Alone | Together
 """What one worker computes in a row."""
 
 
-def in_order(works: Iterable[Work], space: Space) -> list[Work]:
-    """The works by the turns of their first points, so that they show the whole space early: see ``Order``."""
-    turns = np.empty(len(space), np.int64)
-    turns[Order.of(space).indices(0, len(space))] = np.arange(len(space))
-    return sorted(works, key=lambda work: int(turns[work.indices[0]]))
+def in_order(works: Iterable[Work], decisions: Space, conditions: int) -> list[Work]:
+    """The works in an order that shows the whole space early: by the turns of the designs of their first points.
+
+    ``conditions``: how many each design meets; a design is done before the next one is begun. See ``Order``.
+    """
+    turns = np.empty(len(decisions), np.int64)
+    turns[Order.of(decisions).indices(0, len(decisions))] = np.arange(len(decisions))
+
+    def turn(work: Work) -> tuple[int, int]:
+        design, condition = divmod(work.indices[0], conditions)
+        return int(turns[design]), condition
+
+    return sorted(works, key=turn)
 
 
 def parted(explored: Explored, space: Space, pending: Indices) -> Iterator[Work]:

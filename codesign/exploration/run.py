@@ -102,7 +102,8 @@ def explore(
         definition = definition_text(explored, section, specs, provenance)
         every = list(_works(explored, space, alone=evaluate is not None))
         opened.begin(hashlib.sha256(definition.encode()).hexdigest(), definition, plan_of(every))
-        works = in_order(_pending(kept, tally, every), space)
+        decisions = Space(section.axes, "", when=section.when)
+        works = in_order(_pending(kept, tally, every), decisions, len(space) // len(decisions))
         several = workers > 1 and len(works) > 1
         executor: Executor = ProcessExecutor(workers) if several else SerialExecutor()
         # Closed by name: after Ctrl-C the traceback would keep the generator, and with it the workers, alive.
