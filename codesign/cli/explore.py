@@ -164,10 +164,11 @@ def explore(
 
 def _how(study: Study, budget: Budget) -> str:
     """How many simulations the points took, and why they are not all."""
+    from codesign.exploration.outcomes import State
+
     count = study.simulations
-    took = (
-        "" if count is None else f" ({counted(len(study.points), 'point')}, {counted(count, 'simulation')})"
-    )
+    points = counted(int((study.outcomes.state != State.MISSING).sum()), "point")
+    took = "" if count is None else f" ({points}, {counted(count, 'simulation')})"
     hint = f"; {budget.ended}: the same command goes on from there" if budget.ended else ""
     return f"{took}{hint}"
 

@@ -155,7 +155,7 @@ def test_a_change_in_one_variant_costs_only_its_own_points(file: Path, tmp_path:
     assert load_study(store).to_json() == study.to_json()
     log.unlink()
     explored(changed(file, three, ("method: sor", "method: sor, omega: 1.5")), store, log)
-    assert computed(log) == [4, 5]
+    assert sorted(computed(log)) == [4, 5]
     log.unlink()
     # Prose changes no point, and a variant that is not explored none at all.
     explored(
