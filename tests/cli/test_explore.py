@@ -14,6 +14,8 @@ from pathlib import Path
 import pytest
 from click.testing import Result
 
+from codesign.exploration import load_study
+
 Run = Callable[..., Result]
 
 
