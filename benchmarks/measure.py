@@ -4,14 +4,15 @@ python -m benchmarks.measure resources ROOM [FAMILY ...]
 python -m benchmarks.measure clocks ROOM [PART ...]
 
 Rows go to ``codesign/planners/ROOM/measured``; each is written as soon as it is there, and a later one of the same
-design takes its place. The designs stand in ``codesign/fidelity/designs/ROOM.py``.
+design takes its place. In the end the rows of circuits that are no longer among the designs are removed, in the
+families or parts that were measured. The designs stand in ``codesign/fidelity/designs/ROOM.py``.
 """
 
 from __future__ import annotations
 
 import sys
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from importlib import import_module
 from pathlib import Path
 
@@ -39,11 +40,24 @@ def read(room: str, kind: str, styles: Sequence[CircuitStyle]) -> list[Row]:
 
 def put(room: str, kind: str, styles: Sequence[CircuitStyle], row: Row) -> None:
     """Write a row into the file of its room, in the place of one of the same key."""
-    rows = [other for other in read(room, kind, styles) if other.key != row.key]
+    write(room, kind, [*(other for other in read(room, kind, styles) if other.key != row.key), row])
+
+
+def write(room: str, kind: str, rows: Sequence[Row]) -> None:
     path = file_of(room, kind)
     path.parent.mkdir(exist_ok=True)
-    rows = sorted([*rows, row], key=lambda each: each.key)
-    write_atomically(path, rows_text(rows).encode())
+    write_atomically(path, rows_text(sorted(rows, key=lambda each: each.key)).encode())
+
+
+def drop_stale(
+    room: str, kind: str, styles: Sequence[CircuitStyle], measured: Callable[[Row], bool], digests: set[str]
+) -> None:
+    """Remove the ``measured`` rows of circuits that no design has."""
+    rows = read(room, kind, styles)
+    current = [row for row in rows if not measured(row) or row.digest in digests]
+    if len(current) < len(rows):
+        write(room, kind, current)
+        print(f"{room}: {len(rows) - len(current)} stale rows removed", flush=True)
 
 
 def circuits_of(room: str, designs: Sequence[Design]) -> Iterator[tuple[CircuitStyle, Circuit]]:
@@ -70,7 +84,9 @@ def resource_row(style: CircuitStyle, circuit: Circuit, synthesis: Synthesis) ->
 
 def measure_resources(room: str, families: Sequence[str]) -> None:
     styles = import_module(f"codesign.planners.{room}.plug_in").PLUG_IN.circuits
+    digests = set()
     for style, circuit in circuits_of(room, resources(room)):
+        digests.add(digest_of_circuit(circuit))
         for family in families:
             begun = time.monotonic()
             synthesis = synthesise(circuit, family)
@@ -80,6 +96,7 @@ def measure_resources(room: str, families: Sequence[str]) -> None:
                 f"{room} {style.style} {variables_of(circuit)} {family}: {synthesis.total}, {took:.1f} s",
                 flush=True,
             )
+    drop_stale(room, "resources", styles, lambda row: row.family in families, digests)
 
 
 def clock_row(
@@ -111,10 +128,12 @@ def clock_row(
 
 def measure_clocks(room: str, placements: Sequence[Placed], parts: Sequence[str]) -> None:
     styles = import_module(f"codesign.planners.{room}.plug_in").PLUG_IN.circuits
+    digests = set()
     for placed in placements:
         if parts and placed.part not in parts:
             continue
         [(style, circuit)] = circuits_of(room, [placed.design])
+        digests.add(digest_of_circuit(circuit))
         synthesis = synthesise(circuit, device_of(placed.part)[0].family)
         done: list[Placement] = []
         for seed in placed.seeds:
@@ -126,6 +145,13 @@ def measure_clocks(room: str, placements: Sequence[Placed], parts: Sequence[str]
                 f"seed {seed}: {clock:.1f} MHz, {took:.0f} s, {path}",
                 flush=True,
             )
+    drop_stale(
+        room,
+        "clocks",
+        styles,
+        lambda row: isinstance(row, ClockRow) and (not parts or row.part in parts),
+        digests,
+    )
 
 
 def main(words: list[str]) -> None:

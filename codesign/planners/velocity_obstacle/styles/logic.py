@@ -37,8 +37,9 @@ SIMILAR = "xc3se"
 """The family that stands for one without rows: LUT of four inputs with a carry chain."""
 STORE_DEPTH = 16
 """Words of a LUT used as memory: the states of 16 robots take no more LUTs than those of one."""
-LEAST_STORE_DEPTH = 8
-"""Words from which synthesis takes LUTs as memory in Xilinx parts; registers below. Elsewhere two are enough."""
+LEAST_STORE_DEPTH = 6
+"""Words from which synthesis takes LUTs as memory in Xilinx parts of four-input LUTs; registers below. Elsewhere two
+are enough."""
 DIRECTION_BOUNDS = 16
 """Words of the table of bounds between directions that one LUT a bit holds."""
 
@@ -98,7 +99,7 @@ def _detect_terms(circuit: Structure, family: str, resource: str) -> tuple[float
 
 def _state_terms(circuit: Structure, family: str, _resource: str) -> tuple[float, ...]:
     width, units, depth = circuit["WIDTH"], circuit["UPDATE_UNITS"], _rounds(circuit)
-    xilinx = family.startswith("xc")
+    xilinx = family.startswith("xc") and family != "xc7"
     if depth == 1 or (xilinx and depth < LEAST_STORE_DEPTH):
         # Registers, and multiplexers among them.
         return units * width * depth, units * width * (depth - 1), 0
