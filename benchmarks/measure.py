@@ -3,6 +3,9 @@
 python -m benchmarks.measure resources ROOM [FAMILY ...]
 python -m benchmarks.measure clocks ROOM [PART ...]
 
+A design with a row of the same Verilog by the same tools is not synthesised again: ``again`` in the place of
+``resources`` does so, after a change of the families in ``codesign/rtl/cells.py`` or of the pieces of a circuit.
+
 Rows go to ``codesign/planners/ROOM/measured``; each is written as soon as it is there, and a later one of the same
 design takes its place. In the end the rows of circuits that are no longer among the designs are removed, in the
 families or parts that were measured. The designs stand in ``codesign/fidelity/designs/ROOM.py``.
@@ -82,12 +85,20 @@ def resource_row(style: CircuitStyle, circuit: Circuit, synthesis: Synthesis) ->
     )
 
 
-def measure_resources(room: str, families: Sequence[str]) -> None:
+def measure_resources(room: str, families: Sequence[str], again: bool) -> None:
     styles = import_module(f"codesign.planners.{room}.plug_in").PLUG_IN.circuits
     digests = set()
+    tools = version_of("pyosys")
+    current = {
+        (row.family, row.digest)
+        for row in read(room, "resources", styles)
+        if row.tools == tools and not again
+    }
     for style, circuit in circuits_of(room, resources(room)):
         digests.add(digest_of_circuit(circuit))
         for family in families:
+            if (family, digest_of_circuit(circuit)) in current:
+                continue
             begun = time.monotonic()
             synthesis = synthesise(circuit, family)
             put(room, "resources", styles, resource_row(style, circuit, synthesis))
@@ -156,9 +167,10 @@ def measure_clocks(room: str, placements: Sequence[Placed], parts: Sequence[str]
 
 def main(words: list[str]) -> None:
     match words:
-        case ["resources", room, *families]:
+        case [("resources" | "again") as word, room, *families]:
             # No block RAM of the iCE40 has two ports that write.
-            measure_resources(room, families or [name for name in FAMILIES if FAMILIES[name].true_two_ports])
+            families = families or [name for name in FAMILIES if FAMILIES[name].true_two_ports]
+            measure_resources(room, families, word == "again")
         case ["clocks", room, *parts]:
             measure_clocks(room, clocks(room), parts)
         case _:

@@ -30,6 +30,8 @@ CLOCKS = [
     Placed(engine(30, 30, "pipelined"), "GW2A-18-7"),
     Placed(engine(60, 60, "pipelined"), "GW2A-18-7"),
     Placed(engine(30, 30, "pipelined", "linear"), "LFE5U-85F-8"),
+    Placed(engine(60, 60, "three_cycles"), "GW2A-18-7"),
+    Placed(engine(100, 100, "pipelined"), "GW2A-18-7"),
 ]
 
 RESOURCES = [

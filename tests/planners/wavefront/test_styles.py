@@ -303,10 +303,12 @@ def test_words_of_a_column_memory_fit_its_block_rams(side: int, paths: str) -> N
     assert memory.width == 12
     assert sum(memory.words.values()) <= 1024
     items = Tiled().demand(Job(problem, PropagateParameters(**raw), part=part)).items
-    (rams,) = [item.amount for item in items if item.name == "column memories"]
+    (rams,) = [
+        item.amount for item in items if (item.name, item.resource) == ("column memories", "block_rams")
+    ]
     words = math.ceil(256 / side) ** 2 * side
     # p^d of safe paths is in memories of its own.
-    assert rams == side * math.ceil(words / 1024) * (2 if paths == "safe" else 1)
+    assert rams == side * block_rams(words, 12, part) * (2 if paths == "safe" else 1)
     assert DelayLine().memory(Job(problem, PropagateParameters(**raw))) is None
 
 

@@ -113,21 +113,16 @@ module path_tracker #(
             assign better = allowed && potential < here && (!has_best || distance > best_distance
                 || distance == best_distance && potential < best);
         end else begin : shortest_path
-            // The potentials that a step leads to. One below 0 has its highest bit set, which no potential has.
-            reg [SUM_BITS-1:0] after_straight, after_diagonal;
-            wire [SUM_BITS-1:0] from;
+            wire [SUM_BITS-1:0] delay = side[2] ? DIAGONAL_STEP[SUM_BITS-1:0] : STRAIGHT_STEP[SUM_BITS-1:0];
+            wire [SUM_BITS-1:0] there = {{SUM_BITS-BITS{1'b0}}, potential} + delay;
+            wire [SUM_BITS-1:0] sum;
             if (EXTRA > 0) begin : with_penalty
                 localparam [31:0] LONGER = EXTRA;
-                assign from = {{SUM_BITS-BITS{1'b0}}, here} - (here_penalised ? LONGER[SUM_BITS-1:0] : {SUM_BITS{1'b0}});
+                assign sum = here_penalised ? there + LONGER[SUM_BITS-1:0] : there;
             end else begin : plain
-                assign from = {{SUM_BITS-BITS{1'b0}}, here};
+                assign sum = there;
             end
-            always @(posedge clk) begin
-                after_straight <= from - STRAIGHT_STEP[SUM_BITS-1:0];
-                after_diagonal <= from - DIAGONAL_STEP[SUM_BITS-1:0];
-            end
-            assign better = allowed && !has_best
-                && {{SUM_BITS-BITS{1'b0}}, potential} == (side[2] ? after_diagonal : after_straight);
+            assign better = allowed && !has_best && sum == {{SUM_BITS-BITS{1'b0}}, here};
         end
     endgenerate
     always @(posedge clk) begin
@@ -154,13 +149,12 @@ module path_tracker #(
 
     // The choice.
     wire [2:0] choice = better ? side : best_side;
+    wire [BITS-1:0] chosen = better ? potential : best;
     wire most;
-    reg best_is_goal;
-    wire at_goal = better ? ~|potential : best_is_goal;
     assign step = run && at_last && (better || has_best);
     assign step_row = row_of(row, choice);
     assign step_column = column_of(column, choice);
-    assign last = run && at_last && (!(better || has_best) || at_goal || most);
+    assign last = run && at_last && (!(better || has_best) || chosen == {BITS{1'b0}} || most);
     always @(posedge clk) begin
         if (place) begin
             row <= start_row;
@@ -170,8 +164,7 @@ module path_tracker #(
             row <= step_row;
             column <= step_column;
         end
-        if (better) best_is_goal <= ~|potential;
-        if (at_last) here <= better ? potential : best;
+        if (at_last) here <= chosen;
         else if (waiting && slot == 4'd0) begin
             here <= potential;
             waiting <= 1'b0;

@@ -15,11 +15,8 @@ Shape = tuple[int, int]
 
 DRIVEN_BITS = 16
 """Of the counters of load words and of tracked steps."""
-TRACKER_BITS = 12
-"""Of a tracker: the slot (4), the side of the best neighbour (3), whether there is one, whether it is a goal, on the
-map (2), the start."""
-LEAST_SUM_BITS = 7
-"""A sum of a potential and a delay has a bit more than the potential, and at least one more than these."""
+TRACKER_BITS = 11
+"""Of a tracker: the slot (4), the side of the best neighbour (3), whether there is one, on the map (2), the start."""
 STATE_BITS = 3
 
 
@@ -114,11 +111,6 @@ class ArrayLayout:
         return 0 if not self.safe else self.bits if self.chain else self.obstacle_bits
 
     @property
-    def sum_bits(self) -> int:
-        """Bits of a potential and a delay added."""
-        return max(self.bits, LEAST_SUM_BITS) + 1
-
-    @property
     def memories(self) -> tuple[int, tuple[tuple[int, int], ...]]:
         """How many equal sets of memories there are, and (words, bits a word) of each memory of a set.
 
@@ -153,14 +145,13 @@ class ArrayLayout:
     def tracker_flip_flops(self) -> int:
         """Flip-flops of the tracker: two potentials, a cell, the state; p^d, F of four neighbours, P of two cells.
 
-        A safe path does not ask for P. Any other one has the potentials after a straight and a diagonal step.
+        A safe path does not ask for P.
         """
         if not self.tracked:
             return 0
         return (
             2 * self.bits
             + self.distance_bits
-            + (0 if self.safe else 2 * self.sum_bits)
             + self.address
             + TRACKER_BITS
             + (DRIVEN_BITS if self.local else 0)

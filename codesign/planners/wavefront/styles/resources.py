@@ -18,30 +18,33 @@ from codesign.planners.measured import Fit, ResourceRow, family_of, fit_rows, re
 from codesign.planners.wavefront.published import PAPER
 from codesign.planners.wavefront.styles.layout import ArrayLayout, side_bits
 
-HELD_OUT = {
-    *((10, 9), (6, 9), (16, 9), (16, 16), (6, 5), (5, 4), (5, 5)),
-    *((48, 48), (20, 36), (28, 28), (100, 60)),
-}
-"""Sizes (rows, columns) that no LUT are fitted to; the last four of maps in tiles."""
+HELD_OUT = {(10, 9), (6, 9), (16, 9), (16, 16), (6, 5), (5, 4), (5, 5)}
+"""Sizes (rows, columns) of arrays that no LUT are fitted to."""
+HELD_OUT_IN_TILES = {(48, 48), (20, 36), (28, 28), (100, 60)}
+"""Sizes of maps in tiles that no LUT are fitted to."""
 SIMILAR = "ecp5"
 """The family that stands for one without rows: LUT of four inputs with a carry chain."""
 LUT_INPUTS = {"xc7": 6}
 """Inputs of a LUT, where they are not four."""
 WIDE_NUMBER = 5
 """Bits of a row or column from which on a line that selects it takes more than a LUT of four inputs."""
+ADDER_BITS = 7
+"""An adder node adds at least as many bits: a delay fits them."""
 NODES, MEMORIES, READ_OUT, TRACKER, CONTROL = "nodes", "memories", "read-out", "tracker", "control"
 
 
 def held_out(variables: Mapping[str, int]) -> bool:
     """Whether a row with these parameters of the top module is left out of the fits."""
-    return (variables["ROWS"], variables["COLUMNS"]) in HELD_OUT
+    sizes = HELD_OUT_IN_TILES if "TILE_ROWS" in variables else HELD_OUT
+    return (variables["ROWS"], variables["COLUMNS"]) in sizes
 
 
 def _node_terms(layout: ArrayLayout) -> tuple[float, ...]:
     """The terms of a node: the options that it has, and the bits that each of them handles."""
     corners, silence, extra = not layout.corner_cutting, not layout.waits, bool(layout.extra)
     if layout.adders:
-        return 1, layout.sum_bits, corners, layout.safe, layout.chain, layout.chain * layout.bits, extra
+        sums = max(layout.bits, ADDER_BITS) + 1
+        return 1, sums, corners, layout.safe, layout.chain, layout.chain * layout.bits, extra
     if layout.shared:
         registers = layout.bits + layout.obstacle_bits
         return 1, registers, layout.element_cells, corners, silence, layout.safe, extra
@@ -112,11 +115,11 @@ def law(piece: str, kind: tuple[bool, bool], family: str) -> Fit:
 
     All arrays have the same tracker, those of a tile among them.
     """
-    rows = [
-        row
-        for row, layout in _rows()
-        if piece == TRACKER or (row.style != "tiled" and (piece != NODES or _kind(layout) == kind))
-    ]
+    if piece == TRACKER:
+        rows = [row for row, layout in _rows() if layout.tracked]
+    else:
+        whole = [(row, layout) for row, layout in _rows() if row.style != "tiled"]
+        rows = [row for row, layout in whole if piece != NODES or _kind(layout) == kind]
 
     def terms(variables: Mapping[str, int]) -> tuple[float, ...]:
         return _terms(piece, ArrayLayout.of_row(variables), family)
