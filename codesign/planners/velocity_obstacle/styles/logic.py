@@ -153,6 +153,6 @@ def counted(piece: str, resource: str, circuit: Structure, part: Part) -> tuple[
     amount = max(0, round(law.value(TERMS[piece](circuit, family, resource))))
     off = f"{law.mean:.1%} off on circuits held out" if law.held_out else f"{law.mean:.1%} off"
     source = f"synthesis of the RTL of this package for {family}; {off}"
-    # Rows of parallel units are few: their update units miss by up to a third.
+    # Rows of parallel units are few: the LUT of their update units miss by up to a fifth.
     known = own and not (circuit["PARALLEL"] and piece == UPDATES)
     return amount, Status.CALIBRATED if known else Status.ASSUMED, source
