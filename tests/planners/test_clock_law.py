@@ -129,19 +129,16 @@ def test_a_size_far_from_all_placements_grows_no_faster_than_its_form() -> None:
 ROOMS: dict[str, Callable[[], tuple[Placement, ...]]] = {
     "harmonic": harmonic.placements,
     "breadth_first": breadth_first.placements,
+    "velocity_obstacle": robots.placements,
 }
 
 
-@pytest.mark.parametrize("placements", [wave.placements, robots.placements])
-def test_a_room_without_placements_has_the_published_law_with_a_wide_interval(
-    placements: Callable[[], tuple[Placement, ...]],
-) -> None:
-    assert placements() == ()
-    part = load_part("LFE5U-85F-8")
-    for found in (wave.clock_limit(64, part), robots.clock_limit(part, 16)):
-        assert found.status is Status.ASSUMED
-        assert "no circuit of it was placed" in found.source
-        assert found.interval[0] <= found.value / 3
+def test_a_room_without_placements_has_the_published_law_with_a_wide_interval() -> None:
+    assert wave.placements() == ()
+    found = wave.clock_limit(64, load_part("LFE5U-85F-8"))
+    assert found.status is Status.ASSUMED
+    assert "no circuit of it was placed" in found.source
+    assert found.interval[0] <= found.value / 3
 
 
 @pytest.mark.parametrize("room", ROOMS)
@@ -149,6 +146,11 @@ def test_the_law_of_a_room_holds_what_it_was_not_fitted_to(room: str) -> None:
     placements = ROOMS[room]()
     law = clock_law(placements)
     assert law is not None
-    assert {each.row.family for each in placements} == {"ecp5", "gowin"}
+    # Products of robots have no delay in the open timing of Gowin.
+    families = {"ecp5"} if room == "velocity_obstacle" else {"ecp5", "gowin"}
+    assert {each.row.family for each in placements} == families
     assert law.errors
-    assert max(law.errors) * MARGIN <= law.width <= 0.15
+    for family in {each.row.family for each in placements}:
+        assert max(law.errors_of(family)) * MARGIN <= law.width(family)
+    # On Gowin the open timing misses the memories, and medians of equal designs lie a third apart.
+    assert law.width("ecp5") <= 0.15
