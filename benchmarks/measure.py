@@ -18,6 +18,7 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from importlib import import_module
 from pathlib import Path
+from typing import Any
 
 import codesign
 from codesign.fidelity.designs import Design, Placed, circuit_of, clocks, job_of, resources, variables_of
@@ -52,12 +53,10 @@ def write(room: str, kind: str, rows: Sequence[Row]) -> None:
     write_atomically(path, rows_text(sorted(rows, key=lambda each: each.key)).encode())
 
 
-def drop_stale(
-    room: str, kind: str, styles: Sequence[CircuitStyle], measured: Callable[[Row], bool], digests: set[str]
-) -> None:
-    """Remove the ``measured`` rows of circuits that no design has."""
+def drop(room: str, kind: str, styles: Sequence[CircuitStyle], stale: Callable[[Any], bool]) -> None:
+    """Remove the rows of circuits that no design has."""
     rows = read(room, kind, styles)
-    current = [row for row in rows if not measured(row) or row.digest in digests]
+    current = [row for row in rows if not stale(row)]
     if len(current) < len(rows):
         write(room, kind, current)
         print(f"{room}: {len(rows) - len(current)} stale rows removed", flush=True)
@@ -107,7 +106,7 @@ def measure_resources(room: str, families: Sequence[str], again: bool) -> None:
                 f"{room} {style.style} {variables_of(circuit)} {family}: {synthesis.total}, {took:.1f} s",
                 flush=True,
             )
-    drop_stale(room, "resources", styles, lambda row: row.family in families, digests)
+    drop(room, "resources", styles, lambda row: row.family in families and row.digest not in digests)
 
 
 def clock_row(
@@ -139,12 +138,12 @@ def clock_row(
 
 def measure_clocks(room: str, placements: Sequence[Placed], parts: Sequence[str]) -> None:
     styles = import_module(f"codesign.planners.{room}.plug_in").PLUG_IN.circuits
-    digests = set()
+    designs = set()
     for placed in placements:
         if parts and placed.part not in parts:
             continue
         [(style, circuit)] = circuits_of(room, [placed.design])
-        digests.add(digest_of_circuit(circuit))
+        designs.add((placed.part, digest_of_circuit(circuit)))
         synthesis = synthesise(circuit, device_of(placed.part)[0].family)
         done: list[Placement] = []
         for seed in placed.seeds:
@@ -156,12 +155,11 @@ def measure_clocks(room: str, placements: Sequence[Placed], parts: Sequence[str]
                 f"seed {seed}: {clock:.1f} MHz, {took:.0f} s, {path}",
                 flush=True,
             )
-    drop_stale(
+    drop(
         room,
         "clocks",
         styles,
-        lambda row: isinstance(row, ClockRow) and (not parts or row.part in parts),
-        digests,
+        lambda row: (not parts or row.part in parts) and (row.part, row.digest) not in designs,
     )
 
 

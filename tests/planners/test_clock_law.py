@@ -133,12 +133,13 @@ ROOMS: dict[str, Callable[[], tuple[Placement, ...]]] = {
 }
 
 
-def test_a_room_without_placements_has_the_published_law_with_a_wide_interval() -> None:
-    assert wave.placements() == ()
-    found = wave.clock_limit(64, load_part("LFE5U-85F-8"))
-    assert found.status is Status.ASSUMED
-    assert "no circuit of it was placed" in found.source
-    assert found.interval[0] <= found.value / 3
+def test_arrays_of_the_wave_have_a_placed_clock_with_an_interval_of_its_own() -> None:
+    part = load_part("LFE5U-85F-8")
+    nodes, elements = wave.clock_limit(64, part), wave.clock_limit(16, part, element_cells=4)
+    for found in (nodes, elements):
+        assert found.status is Status.MEASURED
+        assert "path_tracker" in found.source
+    assert elements.value < nodes.value
 
 
 @pytest.mark.parametrize("room", ROOMS)
@@ -146,11 +147,11 @@ def test_the_law_of_a_room_holds_what_it_was_not_fitted_to(room: str) -> None:
     placements = ROOMS[room]()
     law = clock_law(placements)
     assert law is not None
-    # Products of robots have no delay in the open timing of Gowin.
-    families = {"ecp5"} if room == "velocity_obstacle" else {"ecp5", "gowin"}
+    # Products of robots and memories of engines have no delay in the open timing of Gowin.
+    families = {"ecp5", "gowin"} if room == "harmonic" else {"ecp5"}
     assert {each.row.family for each in placements} == families
     assert law.errors
-    for family in {each.row.family for each in placements}:
+    for family in families:
         assert max(law.errors_of(family)) * MARGIN <= law.width(family)
-    # On Gowin the open timing misses the memories, and medians of equal designs lie a third apart.
-    assert law.width("ecp5") <= 0.15
+    # Engines of 100 × 100 cells are slower by up to 14 % than smaller ones let expect.
+    assert law.width("ecp5") <= (0.18 if room == "breadth_first" else 0.15)

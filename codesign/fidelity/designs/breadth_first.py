@@ -26,12 +26,7 @@ ENGINES = "three_cycles", "two_cycles", "pipelined"
 CLOCKS = [
     *(Placed(engine(side, side, each), "LFE5U-85F-8") for side in (30, 60, 100) for each in ENGINES),
     Placed(engine(100, 100, "pipelined"), "LFE5U-85F-6"),
-    Placed(engine(30, 30, "three_cycles"), "GW2A-18-7"),
-    Placed(engine(30, 30, "pipelined"), "GW2A-18-7"),
-    Placed(engine(60, 60, "pipelined"), "GW2A-18-7"),
     Placed(engine(30, 30, "pipelined", "linear"), "LFE5U-85F-8"),
-    Placed(engine(60, 60, "three_cycles"), "GW2A-18-7"),
-    Placed(engine(100, 100, "pipelined"), "GW2A-18-7"),
 ]
 
 RESOURCES = [
