@@ -114,7 +114,7 @@ def test_flip_flops_and_memories_of_every_tiled_array_are_exact() -> None:
     part = load_part("XC4VLX160-12")
     for row in resource_rows("wavefront", "tiled"):
         layout = TileLayout.of_row(row.variables)
-        flip_flops, rams = layout.flip_flops, layout.rams(part)
+        flip_flops, rams = layout.flip_flops(row.family), layout.rams(part)
         for piece in PIECES:
             if piece != resources.TRACKER or layout.array.tracked:
                 assert flip_flops.get(piece, 0) == row.count(piece, "flip_flops"), (piece, layout)

@@ -28,6 +28,8 @@ SCAN_BITS = 14
 """Of a scan: settling (4), walked, its stages (5), and which edges of the map the visited tile lies at (4)."""
 SIDES = 8
 """Tiles around a tile, each with the earliest change that it sees."""
+LEAST_SHIFT = 3
+"""Flip-flops in a row that a Xilinx part has as a shift register of a LUT."""
 STATES = 10
 """Of the machine, a flip-flop each. Only an array that tracks paths has that of the tracking."""
 MACHINE_BITS = 31
@@ -128,15 +130,18 @@ class TileLayout:
         scheduler = rams.pop(SCHEDULER)
         return {COLUMNS: sum(rams.values()), SCHEDULER: scheduler}
 
-    @property
-    def flip_flops(self) -> dict[str, int]:
-        """Flip-flops of every piece that has some, exact."""
+    def flip_flops(self, family: str) -> dict[str, int]:
+        """Flip-flops of every piece that has some, exact, in a family of rows.
+
+        On Xilinx parts two lines of the tree become shift registers of LUT where they are long enough.
+        """
         array, (rows, columns) = self.array, self.array.shape
         # A node keeps no p^d: it goes to the memories too.
         node = replace(array, obstacle_bits=0).node_flip_flops
         scan = 4 * (self.grid + self.address) + self._grid_place + SCAN_BITS + 4 * array.bits
         levels = len(self.minima)
-        changes = (columns + sum(self.minima) + SIDES) * array.bits + 1 + 2 * (levels + 1)
+        shifted = levels if family.startswith("xc") and levels >= LEAST_SHIFT else 0
+        changes = (columns + sum(self.minima) + SIDES) * array.bits + 1 + 2 * (levels + 1 - shifted)
         return {
             NODES: rows * columns * node,
             HALO: self.halo * (array.bits + HALO_BITS),
@@ -225,7 +230,7 @@ def tiled_items(array: ArrayLayout, map_shape: Shape, tile: Shape, part: Part) -
     )
     family, own = family_with_rows(part.family)
     status = Status.CALIBRATED if own else Status.ASSUMED
-    flip_flops, rams = layout.flip_flops, layout.rams(part)
+    flip_flops, rams = layout.flip_flops(family), layout.rams(part)
     # Nodes and cells around them share no slice.
     apart = {NODES: layout.array.nodes, HALO: layout.halo}
     lines = []
