@@ -59,7 +59,12 @@ def placed(platform: Platform, workload: Workload) -> Placed:
     task, style, _ = candidates[0]
     text = f"style {style!r} of task {task or planning} has no circuit in Verilog"
     with_circuit = [name for owner, name, of in circuits if (owner, of) == (system.planner.name, task)]
-    hint = choose_hint(style, with_circuit) if with_circuit else "no style of this planner has one"
+    if with_circuit:
+        hint = choose_hint(style, with_circuit)
+    elif any((owner, of) == (system.planner.name, "") for owner, _, of in circuits):
+        hint = f"task {task} alone is not built: place {planning} on the FPGA too, whose circuit does both"
+    else:
+        hint = "no style of this planner has one"
     raise UnsuitedError([fault(workload, ("mapping", task or planning, "style"), text, hint)])
 
 
