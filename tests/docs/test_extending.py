@@ -40,7 +40,7 @@ def forget() -> None:
 
 @pytest.fixture
 def example(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
-    """The files of both pages in a folder, which is installed as pip would leave it: on the path, beside its dist-info."""
+    """The files of both pages in a folder, installed as pip would leave it: on the path, beside its dist-info."""
     blocks = [block for page in PAGES for block in BLOCK.findall(page.read_text(encoding="utf-8"))]
     files = dict(blocks)
     for name, text in files.items():
