@@ -13,6 +13,7 @@ from codesign.rtl import tools
 from codesign.rtl.bench import BENCH, bench_files
 from codesign.rtl.cache import digest_of, kept, scratch
 from codesign.rtl.design import sources_of, write_design
+from codesign.rtl.gates import write_gates
 from codesign.rtl.runs import Run, Waves, events_of, phases_of
 
 _BUILD_S = 1800.0
@@ -21,8 +22,8 @@ _UNKNOWN = 255
 """The kind of an event with bits that are unknown (x)."""
 
 
-def icarus(circuit: Circuit, expected: Expected, waves: Waves | None = None) -> Run:
-    """Run a circuit in Icarus.
+def icarus(circuit: Circuit, expected: Expected, waves: Waves | None = None, *, gates: bool = False) -> Run:
+    """Run a circuit in Icarus. ``gates``: as the netlist that ``rtl.gates`` makes of it.
 
     Raises:
         MissingToolError: it is not installed.
@@ -31,6 +32,8 @@ def icarus(circuit: Circuit, expected: Expected, waves: Waves | None = None) -> 
     compile_, vvp = tools.require("iverilog"), tools.require("vvp")
     with scratch() as folder:
         files = _write(circuit, expected, folder)
+        if gates:
+            files = [write_gates(circuit, folder), f"{BENCH}.v"]
         command = (*compile_, "-g2005", "-s", BENCH, "-o", "run.vvp", *files)
         tools.checked(command, folder, f"Icarus, of {circuit.top},", seconds=_BUILD_S)
         return _run(circuit, (*vvp, "-n", "run.vvp"), folder, waves)

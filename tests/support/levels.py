@@ -23,7 +23,7 @@ LEVELS: list[list[str]] = [
     ["planners.task_graph", "planners.external_memory", "planners.flood"],
     ["planners.measured"],
     ["planners.job", "planners.quality", "planners.demand"],
-    ["planners.clock_law", "planners.interface", "planners.reproduction"],
+    ["planners.clock_law", "planners.power_law", "planners.interface", "planners.reproduction"],
     ["planners.paths", "planners.styles", "planners.circuits"],
     ["planners.host", "planners.plug_in"],
     ["plugin"],

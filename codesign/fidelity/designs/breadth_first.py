@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from functools import partial
 
-from codesign.fidelity.designs import FEW, Design, Placed, free_map
+from codesign.fidelity.designs import FEW, Design, Placed, free_map, scattered_map
 
 
 def engine(
@@ -47,4 +47,15 @@ RESOURCES = [
     engine(130, 130, "two_cycles", "linear"),
     engine(150, 90, "three_cycles"),
     engine(250, 130, "pipelined"),
+]
+
+ACTIVITIES = [
+    Design(
+        "state_machine",
+        {"micro_architecture": each, "display": "none"},
+        partial(scattered_map, side, side, seed),
+        seed=seed,
+    )
+    for each in ("three_cycles", "two_cycles", "pipelined")
+    for side, seed in ((30, 1), (60, 2), (60, 3))
 ]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import partial
 from typing import Any
 
-from codesign.fidelity.designs import FEW, Design, Placed, free_map
+from codesign.fidelity.designs import FEW, Design, Placed, free_map, scattered_map
 
 
 def array(rows: int, columns: int, pipeline: int, **parameters: Any) -> Design:
@@ -82,4 +82,15 @@ RESOURCES = [
     alone(24, 36, 63),
     alone(20, 50, 31),
     alone(50, 80, 63),
+]
+
+ACTIVITIES = [
+    Design(
+        "bit_serial",
+        {"block": (6, 12), "pipeline": pipeline, "iterations": 6, "schedule": (15, 31)},
+        partial(scattered_map, 6 * blocks, 12 * blocks, seed),
+        seed=seed,
+    )
+    for pipeline in (0, 1)
+    for blocks, seed in ((1, 1), (1, 2), (2, 3))
 ]

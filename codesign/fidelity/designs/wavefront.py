@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import partial
 from typing import Any
 
-from codesign.fidelity.designs import FEW, Design, Placed, free_map
+from codesign.fidelity.designs import FEW, Design, Placed, free_map, scattered_map
 
 
 def array(rows: int, columns: int, style: str = "delay_line", **parameters: Any) -> Design:
@@ -65,4 +65,16 @@ CLOCKS = [
     Placed(array(8, 8, "adder_comparator"), "LFE5U-85F-8", FEW),
     Placed(array(32, 32, element_cells=32), "LFE5U-85F-8", FEW),
     Placed(array(16, 16), "GW2A-18-7", FEW),
+]
+
+
+def scattered(side: int, seed: int, style: str, **parameters: Any) -> Design:
+    """A square map with obstacles."""
+    return Design(style, parameters, partial(scattered_map, side, side, seed), seed=seed)
+
+
+ACTIVITIES = [
+    *(scattered(side, seed, "delay_line") for side, seed in ((8, 1), (8, 2), (12, 3), (16, 4), (24, 5))),
+    *(scattered(side, seed, ADDERS) for side, seed in ((6, 1), (8, 2), (12, 3))),
+    *(scattered(side, seed, "tiled", tile=(8, 8)) for side, seed in ((16, 1), (16, 2), (24, 3))),
 ]
