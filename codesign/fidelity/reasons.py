@@ -163,7 +163,8 @@ REASONS: tuple[Reason, ...] = (
     ),
     Reason(
         "never measured/power",
-        "There is no board here: static power is that of data sheets and reports, and dynamic power is a rate a slice.",
+        "There is no board here: static power is that of data sheets and reports, and dynamic power is"
+        " a rate a slice times the toggles that were counted.",
         "A board with a current probe in its core supply, a design of hwsw rtl, and the toggles that hwsw verify"
         " --waves records of the same run. A logic analyser on phase and done shows the cycles at that clock too.",
         shown="docs/synthesis.md",
