@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -13,7 +14,7 @@ from codesign.errors import InputError
 from codesign.figures import RESOURCES, Figure, Status
 from codesign.part import Part
 from codesign.planners.harmonic import published
-from codesign.planners.harmonic.plan.parameters import RelaxParameters
+from codesign.planners.harmonic.plan.parameters import MAX_PRECISION, RelaxParameters
 from codesign.planners.harmonic.styles import ARCHITECTURES, geometry, levers, resources, timing
 from codesign.planners.harmonic.styles.resources import Machine
 from codesign.planners.interface import Problem
@@ -144,6 +145,38 @@ def test_every_node_and_border_node_has_a_place_in_some_block_ram(rows: int, col
 def test_largest_precision_is_the_edge_of_the_word_depth(blocks: int, last: int) -> None:
     edge = resources.largest_precision(blocks, 1024)
     assert (resources.words(blocks, last) <= 1024) is (last <= edge)
+
+
+@given(blocks=st.integers(1, 1024), digit_bits=st.sampled_from([1, 2, 4, 8]))
+def test_a_precision_that_fits_is_one_that_a_plan_can_have(blocks: int, digit_bits: int) -> None:
+    last = resources.largest_precision(blocks, 1024, digit_bits)
+    if last >= 1:
+        RelaxParameters(blocks=(1, 1), iterations=6, schedule=(last,), digit_bits=digit_bits)
+        assert resources.words(blocks, last, digit_bits) <= 1024
+        assert last == MAX_PRECISION or resources.words(blocks, last + 1, digit_bits) > 1024
+
+
+def test_a_lever_with_digits_names_no_precision_beyond_1023() -> None:
+    chosen = RelaxParameters(block=(30, 30), iterations=6, schedule=(63,), digit_bits=8)
+    demand = BIT_SERIAL.demand(Job(problem(30, 30), chosen, part=part("XC2V6000")))
+    advice = " ".join(lever.advice for remedies in demand.levers.values() for lever in remedies)
+    named = [int(number) for number in re.findall(r"precision up to (\d+)", advice)]
+    assert named
+    assert max(named) <= MAX_PRECISION
+
+
+@pytest.mark.parametrize("stages", [1, 4])
+def test_designs_that_are_worth_a_try_fit_their_part(stages: int) -> None:
+    """A part that is full with one stage of the precision has no room for the schedule that leads to it."""
+    chip = part("XC3S500E").model_copy(update={"family": "ECP5"})
+    full = resources.totals(Machine(12, 12, 63, down=1, across=1, stages=stages), "ECP5")
+    budget = {kind: replace(chip.resources[kind], value=amount) for kind, amount in full.items()}
+    chip = chip.model_copy(update={"resources": budget})
+    chains = BIT_SERIAL.designs(Job(problem(12, 12), None, part=chip))
+    designs = [RelaxParameters.model_validate(design) for chain in chains for design in chain]
+    whole = [design.precisions for design in designs if design.block == (12, 12)]
+    assert ((15, 31, 47, 63) in whole) is (stages == 4)
+    assert all(BIT_SERIAL.demand(Job(problem(12, 12), each, part=chip)).levers == {} for each in designs)
 
 
 def test_a_part_without_wide_block_ram_holds_no_word() -> None:
