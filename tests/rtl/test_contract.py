@@ -5,7 +5,6 @@
 
 from __future__ import annotations
 
-import subprocess
 from collections.abc import Callable
 from pathlib import Path
 
@@ -13,6 +12,7 @@ import numpy as np
 import pytest
 from click.testing import Result
 from rtl_tools import needs
+from verilog_tools import SIMULATORS, output_of
 
 from codesign.planners.circuits import Circuit, CircuitStyle, Expected
 from codesign.rtl.bench import bench_files
@@ -42,30 +42,6 @@ def bench(style: CircuitStyle, seed: int, folder: Path) -> tuple[Circuit, Expect
     for name, text in bench_files(circuit, expected).items():
         (folder / name).write_text(text, encoding="utf-8")
     return circuit, expected, [*sources_of(circuit), "hwsw_bench.v"]
-
-
-def output_of(folder: Path, *command: str) -> str:
-    """What a tool prints. It must succeed, and warn of nothing."""
-    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False, timeout=900)
-    output = done.stdout + done.stderr
-    assert done.returncode == 0, output
-    assert "warning" not in output.lower(), output
-    return done.stdout
-
-
-def in_icarus(folder: Path, files: list[str]) -> Callable[[], str]:
-    """Build the bench; the result runs it and returns what it prints."""
-    output_of(folder, "iverilog", "-g2005", "-Wall", "-s", "hwsw_bench", "-o", "bench.vvp", *files)
-    return lambda: output_of(folder, "vvp", "-n", "bench.vvp")
-
-
-def in_verilator(folder: Path, files: list[str]) -> Callable[[], str]:
-    command = ("verilator", "--binary", "-CFLAGS", "-O0", "-j", "1", "--top-module", "hwsw_bench")
-    output_of(folder, *command, *files)
-    return lambda: output_of(folder, "./obj_dir/Vhwsw_bench")
-
-
-SIMULATORS = {"icarus": in_icarus, "verilator": in_verilator}
 
 
 def check_bench(style: CircuitStyle, seed: int, folder: Path, simulator: str) -> None:
