@@ -22,7 +22,7 @@ from codesign.rtl.runs import HINT, Progress, Run, Waves, events_of, phases_of, 
 _BUILD_S = 1800.0
 _RUN_S = 3600.0
 _OPTIONS = ("--binary", "--top-module", BENCH, "-o", "run.exe")
-_LONG = 3 * 10**8
+LONG = 3 * 10**8
 """Above this number of elements times cycles, a program that runs fast is worth its compilation."""
 
 _UNKNOWN = 255
@@ -82,7 +82,7 @@ def verilator(
 
 def _levels(circuit: Circuit, expected: Expected) -> str:
     """What the parts of a program are compiled with. -O1 takes twice the time of -O0, and runs twice as fast."""
-    level = "-O1" if work_of(circuit, expected) > _LONG else "-O0"
+    level = "-O1" if work_of(circuit, expected) > LONG else "-O0"
     return f"OPT_FAST={level} OPT_SLOW=-O0 OPT_GLOBAL={level}"
 
 

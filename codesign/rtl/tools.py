@@ -132,14 +132,16 @@ def run(
     """
     name = Path(command[0]).name
     end = time.monotonic() + seconds
+    offered: bytes | None = stdin
     try:
         with child(command, cwd, subprocess.PIPE) as process:
             while True:
                 left = end - time.monotonic()
                 try:
-                    stdout, stderr = process.communicate(stdin, timeout=max(0.0, min(_WATCH_S, left)))
+                    stdout, stderr = process.communicate(offered, timeout=max(0.0, min(_WATCH_S, left)))
                     return Finished(process.returncode, stdout, stderr)
                 except subprocess.TimeoutExpired:
+                    offered = None
                     if left <= _WATCH_S:
                         raise RunError(f"{name} did not end within {seconds:g} s", None, hint) from None
                 watch()

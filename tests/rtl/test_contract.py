@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from click.testing import Result
-from rtl_tools import needs
+from rtl_tools import needs, quickest
 from verilog_tools import SIMULATORS, output_of
 
 from codesign.planners.circuits import Circuit, CircuitStyle, Expected
@@ -110,8 +110,7 @@ def test_benches_of_random_points_stand_alone(
 
 @pytest.mark.slow
 def test_the_model_holds_on_random_points_of_every_style(hwsw: Callable[..., Result]) -> None:
-    needs("cxxrtl")
     points = -(-LEAST_POINTS // len(CIRCUITS))
-    result = hwsw("verify", "--all", "--points", points, "--seed", 100)
+    result = hwsw("verify", "--all", "--points", points, "--seed", 100, "--backend", quickest())
     assert result.exit_code == 0, result.output
     assert f"{points * len(CIRCUITS)} design points: every event equals the model" in result.output
