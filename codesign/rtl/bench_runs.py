@@ -93,7 +93,9 @@ def _watch(folder: Path, expected: Expected, name: str, progress: Progress) -> C
     def watch() -> None:
         with suppress(OSError, ValueError, IndexError), log.open("rb") as file:
             file.seek(max(0, log.stat().st_size - 200))
-            done = int(file.read().splitlines()[-2].split()[1])
+            # The first line and the last one may be cut off.
+            events = [line for line in file.read().splitlines()[1:-1] if line.startswith(b"event ")]
+            done = int(events[-1].split()[1])
             progress(f"cycles simulated in {name}", min(done, cycles), cycles)
 
     return watch

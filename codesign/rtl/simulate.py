@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
-from codesign.errors import InputError, choose_hint
+from codesign.errors import InputError, RunError, choose_hint
 from codesign.planners.circuits import Circuit, Expected
 from codesign.rtl import tools
 from codesign.rtl.bench_runs import icarus, verilator
@@ -27,6 +27,9 @@ AUTO = "auto"
 _LARGE = 10**8
 """Above this number of elements times cycles Verilator is the faster one: measured, see docs/rtl.md."""
 
+MOST_ELEMENTS = 10_000
+"""A larger array would take hours to compile: the time grows faster than the number of its elements."""
+
 
 def simulate(
     circuit: Circuit,
@@ -39,7 +42,7 @@ def simulate(
 
     Raises:
         MissingToolError: the simulator or a compiler is not installed; the hint has the command that installs it.
-        RunError: the Verilog cannot be compiled, or a tool does not end in time.
+        RunError: the array is too large, the Verilog cannot be compiled, or a tool does not end in time.
         InputError: there is no such backend.
     """
     if backend == AUTO:
@@ -48,6 +51,12 @@ def simulate(
         if large and backend == "cxxrtl":
             install = tools.TOOLS["verilator"].install
             progress(f"a large array: Verilator simulates it several times as fast ({install})", 0, 0)
+    if circuit.elements > MOST_ELEMENTS:
+        raise RunError(
+            f"{circuit.top} has {circuit.elements:,} elements: simulators compile arrays of up to {MOST_ELEMENTS:,}",
+            None,
+            "verify a smaller design, such as one with a smaller map or smaller blocks",
+        )
     if backend not in BACKENDS:
         raise InputError(f"there is no simulator {backend!r}", "backend", choose_hint(backend, BACKENDS))
     return BACKENDS[backend](circuit, expected, waves, progress)

@@ -45,7 +45,8 @@ def test_a_large_array_is_simulated_by_verilator_where_it_is(monkeypatch: pytest
 
     monkeypatch.setattr("codesign.rtl.simulate.BACKENDS", {name: backend(name) for name in BACKENDS})
     monkeypatch.setattr(tools, "command_of", lambda _name: ("tool",))
-    large = replace(circuit, elements=10**7)
+    large = replace(circuit, elements=10_000)
+    expected = replace(expected, cycles={"load": 12, "sum": 10_000})
     simulate(circuit, expected, "auto")
     simulate(large, expected, "auto")
     simulate(large, expected, "icarus")
@@ -61,7 +62,7 @@ def test_a_large_array_is_simulated_by_verilator_where_it_is(monkeypatch: pytest
 @pytest.mark.parametrize("backend", NEEDS)
 def test_a_long_run_says_how_far_it_is(backend: str, monkeypatch: pytest.MonkeyPatch) -> None:
     needs(backend)
-    monkeypatch.setattr(tools, "_WATCH_S", 0.001)
+    monkeypatch.setattr(tools, "_WATCH_S", 0.02)
     job: Job[object, ToyParameters] = Job(np.arange(20_000), ToyParameters(width=32))
     seen: list[tuple[str, int, int]] = []
     assert verify(TOY, job, backend, None, lambda *report: seen.append(report)).differences == 0
@@ -70,6 +71,13 @@ def test_a_long_run_says_how_far_it_is(backend: str, monkeypatch: pytest.MonkeyP
     cycles = [done for _, done, _ in seen[2:]]
     assert cycles == sorted(cycles)
     assert {(words, expected) for words, _, expected in seen[2:]} <= {(f"cycles simulated in {name}", 40_002)}
+
+
+def test_an_array_that_no_simulator_compiles_is_refused_at_once() -> None:
+    circuit = replace(TOY.circuit(JOB), elements=65_536)
+    with pytest.raises(RunError, match=r"toy_sum has 65,536 elements.*up to 10,000") as caught:
+        simulate(circuit, TOY.expected(JOB))
+    assert "a smaller map" in str(caught.value)
 
 
 def test_every_backend_is_tested() -> None:
