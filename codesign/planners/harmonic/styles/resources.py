@@ -17,6 +17,7 @@ from codesign.figures import Status
 from codesign.part import Part
 from codesign.planners.demand import Line, sum_by_resource
 from codesign.planners.harmonic import published
+from codesign.planners.harmonic.plan.parameters import MAX_PRECISION
 from codesign.planners.harmonic.published import PAPER
 from codesign.planners.harmonic.styles.counted import ARRAY, counted, packed
 from codesign.planners.harmonic.styles.geometry import (
@@ -202,9 +203,9 @@ def words(blocks: int, precision: int, digit_bits: int = 1) -> int:
 
 
 def largest_precision(blocks: int, depth: int, digit_bits: int = 1) -> int:
-    """The highest p with blocks × (⌈p/d⌉ + 1) ≤ ``depth``; below 1 where no precision fits.
+    """The highest p with blocks × (⌈p/d⌉ + 1) ≤ ``depth``, of those that a plan can have; below 1 where none fits.
 
-    >>> largest_precision(16, 1024), largest_precision(4, 1024), largest_precision(1, 1024)
+    >>> largest_precision(16, 1024), largest_precision(4, 1024), largest_precision(4, 1024, 8)
     (63, 255, 1023)
     """
-    return digit_bits * (depth // blocks - 1)
+    return min(digit_bits * (depth // blocks - 1), MAX_PRECISION)
