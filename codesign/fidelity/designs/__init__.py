@@ -91,7 +91,7 @@ def laws_of(room: str, design: Design) -> Architecture | TaskStyle:
 
 def variables_of(circuit: Circuit) -> dict[str, int]:
     """The variables of a row: the whole numbers among the parameters of the top module."""
-    return {name: value for name, value in circuit.parameters.items() if isinstance(value, int)}
+    return {name: int(value) for name, value in circuit.parameters.items() if isinstance(value, int)}
 
 
 def words_of(job: Job[Any, Any], design: Design) -> str:
