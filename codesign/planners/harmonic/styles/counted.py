@@ -35,7 +35,7 @@ DIGITS = 1, 2, 4, 8
 """The bits of a digit."""
 
 SIMILAR = "xc4v"
-ALONE_SIMILAR = "ecp5"
+DIGITS_SIMILAR = ALONE_SIMILAR = "ecp5"
 """The families that stand for one without rows: LUT of four inputs with a carry chain."""
 SLICE_PACKING = 1.13
 """Slices over half of the LUT or flip-flops, in a part that is far from full. Assumed."""
@@ -213,15 +213,17 @@ def _rows(task: str, of_digits: bool) -> list[ResourceRow]:
 
 @cache
 def family_for(part_family: str, task: str = "", of_digits: bool = False) -> tuple[str, bool]:
-    """The family of rows for a family of parts, and whether it is its own: one with rows that are held out."""
+    """The family of rows for a family of parts, and whether it is its own: with rows of each digit held out."""
     family, own = family_of(part_family)
     held = alone_held_out if task else held_out
-    families = {
-        row.family
-        for row in _rows(task, of_digits)
-        if held(row.variables) and (_digit_bits(row.variables) > 1) is of_digits
-    }
-    return (family, own) if family in families else (ALONE_SIMILAR if task else SIMILAR, False)
+    rows = [row for row in _rows(task, of_digits) if held(row.variables)]
+    measured: dict[str, set[int]] = {}
+    for row in rows:
+        measured.setdefault(row.family, set()).add(_digit_bits(row.variables))
+    needed = set(DIGITS) if of_digits else {1}
+    if needed <= measured.get(family, set()):
+        return family, own
+    return ALONE_SIMILAR if task else DIGITS_SIMILAR if of_digits else SIMILAR, False
 
 
 @cache
