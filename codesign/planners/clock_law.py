@@ -12,7 +12,8 @@ circuit takes 2, 4 or 8 bits of a value a cycle, each doubling adds the same sha
 squares of the relative error over all families together, so a family with one size placed takes s and d from others.
 
 Each placement is predicted by the fit to all others, wherever its pipeline was placed at another size or on another
-part. The interval is the largest of these errors and a quarter more, at least 5 %.
+part. The interval is the largest of these errors on the family, or on all where it has few, and a quarter more, at
+least 5 %.
 
 A published clock stays what it is on its own families. On a family that was neither placed nor published, the interval
 reaches from the slowest to the fastest that the design is on the families that were, and half as far again. The value
@@ -23,7 +24,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 
 import numpy as np
@@ -40,6 +41,9 @@ GROWTHS: dict[str, Callable[[float], float]] = {
 }
 """The forms of the growth of a period with the size that are tried."""
 
+LEAST_ERRORS = 3
+"""Errors of a family from which on its interval is its own."""
+
 LEAST_WIDTH, MARGIN = 0.05, 1.25
 """The interval of a law: at least this share, and this much of its largest error on a placement that is held out."""
 
@@ -54,6 +58,10 @@ SLOW_FAMILIES = {"iCE40 UltraPlus": 3 / 8}
 
 LEAST_SHARE, MOST_SHARE = 1 / 3, 1.1
 """Of a published law's value, where no circuit of the style was placed anywhere: 0.34 to 1.08 of them were measured."""
+
+
+UNTIMED = {"gowin": "; the placer has no delays from a block RAM of the family, and none of its multipliers"}
+"""What the open timing of a family leaves out: a clock there is an upper bound."""
 
 
 @dataclass(frozen=True)
@@ -82,7 +90,7 @@ class ClockLaw:
     """The periods of a style over families, pipelines and sizes.
 
     ``columns``: the name of each factor's logarithm. ``held_out``: the errors of placements that were held out,
-    relative, by their places.
+    relative, by their places. ``families``: of the placements.
     """
 
     growth: str
@@ -90,16 +98,21 @@ class ClockLaw:
     factors: tuple[float, ...]
     middle: float
     held_out: Mapping[int, float]
+    families: tuple[str, ...]
 
     @property
     def errors(self) -> tuple[float, ...]:
         """The sizes of the errors."""
         return tuple(map(abs, self.held_out.values()))
 
-    @property
-    def width(self) -> float:
-        """Half of the interval, relative."""
-        return max(LEAST_WIDTH, MARGIN * max(self.errors, default=0.5))
+    def errors_of(self, family: str) -> tuple[float, ...]:
+        """The sizes of the errors on a family; of all where fewer than ``LEAST_ERRORS`` are known."""
+        own = tuple(abs(error) for place, error in self.held_out.items() if self.families[place] == family)
+        return own if len(own) >= LEAST_ERRORS else self.errors
+
+    def width(self, family: str = "") -> float:
+        """Half of the interval on a family, relative."""
+        return max(LEAST_WIDTH, MARGIN * max(self.errors_of(family), default=0.5))
 
     def period(self, part: str, family: str, registers: Registers) -> float | None:
         """The period on a part, ns; None where the pipeline was not placed on the family, or none was doubled."""
@@ -156,6 +169,10 @@ def _terms(
     return [present.get(column, 0.0) for column in columns]
 
 
+def _families(placements: Sequence[Placement]) -> tuple[str, ...]:
+    return tuple(each.row.family for each in placements)
+
+
 def _fitted(placements: Sequence[Placement], growth: str, middle: float) -> ClockLaw:
     columns = _columns(placements)
     terms = [
@@ -163,7 +180,9 @@ def _fitted(placements: Sequence[Placement], growth: str, middle: float) -> Cloc
     ]
     periods = [math.log(each.row.period_ns) for each in placements]
     factors = np.linalg.lstsq(np.array(terms), np.array(periods), rcond=None)[0]
-    return ClockLaw(growth, columns, tuple(float(factor) for factor in factors), middle, {})
+    return ClockLaw(
+        growth, columns, tuple(float(factor) for factor in factors), middle, {}, _families(placements)
+    )
 
 
 def _held_out(placements: Sequence[Placement], growth: str, middle: float) -> dict[int, float]:
@@ -196,7 +215,7 @@ def clock_law(placements: tuple[Placement, ...]) -> ClockLaw | None:
 
     growth = min(GROWTHS, key=worst)
     law = _fitted(placements, growth, middle)
-    return ClockLaw(law.growth, law.columns, law.factors, middle, _held_out(placements, growth, middle))
+    return replace(law, held_out=_held_out(placements, growth, middle))
 
 
 def held_out(placements: tuple[Placement, ...]) -> Mapping[tuple[str, ...], float]:
@@ -259,7 +278,7 @@ def _placed(
         return None
     own = periods.get(part.full_name)
     near = _same_grade(part, parts) if own is None else part.full_name
-    width = law.width
+    width = law.width(family)
     if near is None:
         apart = GRADES_APART if len(times) == 1 else 1.0
         slowest, fastest = 1e9 / max(times) / apart, 1e9 / min(times) * apart
@@ -272,7 +291,7 @@ def _placed(
     path = _path(near or parts[0], family, registers, placements)
     source = (
         f"placed and routed on {where}: {path}; growth with the size: {law.growth}; ±{width:.0%}, from"
-        f" {len(law.errors)} placements that were held out"
+        f" {len(law.errors_of(family))} placements that were held out{UNTIMED.get(family, '')}"
     )
     return _below_ram(Figure(value, "Hz", Status.MEASURED, source, low, high), part)
 
@@ -322,8 +341,8 @@ def _between(
         value = published.value
         what = f"{published.source}; of {' and '.join(families)}, not of {part.family}: no circuit of it was placed"
     else:
-        low = min(low, 1e9 / max(periods) * (1 - law.width))
-        high = max(high, 1e9 / min(periods) * (1 + law.width))
+        low = min(low, 1e9 / max(periods) * (1 - law.width()))
+        high = max(high, 1e9 / min(periods) * (1 + law.width()))
         value = min(math.sqrt(low * high), published.value)
         beyond = (high / low) ** (BEYOND / 2)
         low, high = min(low / beyond * slow, value), high * beyond

@@ -159,19 +159,17 @@ def test_a_size_far_from_all_placements_grows_no_faster_than_its_form() -> None:
 ROOMS: dict[str, Callable[[], tuple[Placement, ...]]] = {
     "harmonic": harmonic.placements,
     "breadth_first": breadth_first.placements,
+    "velocity_obstacle": robots.placements,
 }
 
 
-@pytest.mark.parametrize("placements", [wave.placements, robots.placements])
-def test_a_room_without_placements_has_the_published_law_with_a_wide_interval(
-    placements: Callable[[], tuple[Placement, ...]],
-) -> None:
-    assert placements() == ()
+def test_arrays_of_the_wave_have_a_placed_clock_with_an_interval_of_its_own() -> None:
     part = load_part("LFE5U-85F-8")
-    for found in (wave.clock_limit(64, part), robots.clock_limit(part, 16)):
-        assert found.status is Status.ASSUMED
-        assert "no circuit of it was placed" in found.source
-        assert found.interval[0] <= found.value / 3
+    nodes, elements = wave.clock_limit(64, part), wave.clock_limit(16, part, element_cells=4)
+    for found in (nodes, elements):
+        assert found.status is Status.MEASURED
+        assert "path_tracker" in found.source
+    assert elements.value < nodes.value
 
 
 @pytest.mark.parametrize("room", ROOMS)
@@ -179,6 +177,11 @@ def test_the_law_of_a_room_holds_what_it_was_not_fitted_to(room: str) -> None:
     placements = ROOMS[room]()
     law = clock_law(placements)
     assert law is not None
-    assert {each.row.family for each in placements} == {"ecp5", "gowin"}
+    # Products of robots and memories of engines have no delay in the open timing of Gowin.
+    families = {"ecp5", "gowin"} if room == "harmonic" else {"ecp5"}
+    assert {each.row.family for each in placements} == families
     assert law.errors
-    assert max(law.errors) * MARGIN <= law.width <= 0.15
+    for family in families:
+        assert max(law.errors_of(family)) * MARGIN <= law.width(family)
+    # Engines of 100 × 100 cells are slower by up to 14 % than smaller ones let expect.
+    assert law.width("ecp5") <= (0.18 if room == "breadth_first" else 0.15)

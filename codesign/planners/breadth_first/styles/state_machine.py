@@ -114,7 +114,7 @@ class StateMachine(Architecture):
             ram if ram.value < published.CLOCK_LIMIT else limit,
             part,
             published.FAMILY,
-            registers=timing.registers(*job.problem.shape),
+            registers=timing.registers(job.problem.shape, job.parameters.address),
             placements=timing.placements(),
         )
 

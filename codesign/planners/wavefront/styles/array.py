@@ -22,6 +22,7 @@ from codesign.planners.wavefront.styles import levers, resources, timing
 from codesign.planners.wavefront.styles.designs import DESIGNS
 from codesign.planners.wavefront.styles.layout import ArrayLayout
 from codesign.planners.wavefront.styles.steps import LOAD, TRACK, planned, tracked_steps
+from codesign.planners.wavefront.styles.tile import tiled_items
 
 QUIET_ACTIVITY = 0.1
 """Dynamic power may be this much of a typical design's: only the nodes of the wave front switch. Assumed."""
@@ -106,7 +107,7 @@ class ArrayStyle(Architecture):
         delay_line = resources.array_items(replace(layout, shape=map_shape, adders=False), part)
 
         def in_tiles(tile: tuple[int, int]) -> tuple[Line, ...]:
-            return resources.tiled_items(layout, map_shape, tile, part)
+            return tiled_items(layout, map_shape, tile, part)
 
         other = levers.Alternatives({"delay_line": delay_line}, in_tiles, map_shape, spare)
         return Demand(items, bounds, levers.resource_levers(items, part, other))
