@@ -225,9 +225,8 @@ def clock_miss() -> float:
 
 
 def registers(rows: int, columns: int, pipeline: int, digit_bits: int = 1) -> Registers:
-    """What the clock of a block depends on: its pipeline and the bits of its digits, and its nodes."""
-    digit = f", relax.digit_bits {digit_bits}" if digit_bits > 1 else ""
-    return Registers(f"relax.pipeline {pipeline}{digit}", rows * columns)
+    """What the clock of a block depends on: its pipeline, its nodes, and the bits of its digits."""
+    return Registers(f"relax.pipeline {pipeline}", rows * columns, math.log2(digit_bits))
 
 
 @cache
