@@ -3,7 +3,8 @@
 A style gives its placements (``measured.clock_rows``), each with what its clock depends on besides the part: its
 ``Registers``. On a family with placements the period is
 
-    period = T(family, pipeline) · r(grade) · exp(s(family, pipeline) · (g(size) - g(middle size)) + d(pipeline) · doublings)
+    period = T(family, pipeline) · r(grade)
+             · exp(s(family, pipeline) · (g(size) - g(middle size)) + d(pipeline) · doublings)
 
 T is what the critical path takes on that family: the time of its memory or flip-flop from the clock to the output, its
 LUT, and its routing at a middle size. Only the routing grows with the size. The growth g is the form that predicts
