@@ -2,6 +2,7 @@
 
 python -m benchmarks.measure resources ROOM [FAMILY ...]
 python -m benchmarks.measure clocks ROOM [PART ...]
+python -m benchmarks.measure activity ROOM
 
 A design with a row of the same Verilog by the same tools is not synthesised again: ``again`` in the place of
 ``resources`` does so, after a change of the families in ``codesign/rtl/cells.py`` or of the pieces of a circuit.
@@ -21,15 +22,37 @@ from pathlib import Path
 from typing import Any
 
 import codesign
-from codesign.fidelity.designs import Design, Placed, circuit_of, clocks, job_of, resources, variables_of
+from codesign.fidelity.designs import (
+    Design,
+    Placed,
+    activities,
+    circuit_of,
+    clocks,
+    job_of,
+    resources,
+    variables_of,
+    words_of,
+)
 from codesign.files import write_atomically
 from codesign.planners.circuits import Circuit, CircuitStyle
-from codesign.planners.measured import ClockRow, ResourceRow, Row, clock_rows, resource_rows, rows_text
+from codesign.planners.measured import (
+    ActivityRow,
+    ClockRow,
+    ResourceRow,
+    Row,
+    activity_rows,
+    clock_rows,
+    resource_rows,
+    rows_text,
+)
+from codesign.rtl.activity import activity
 from codesign.rtl.cells import FAMILIES
 from codesign.rtl.design import digest_of_circuit
 from codesign.rtl.place import Placement, device_of, place
 from codesign.rtl.synthesis import Synthesis, synthesise
 from codesign.rtl.tools import version_of
+
+READERS = {"resources": resource_rows, "clocks": clock_rows, "activity": activity_rows}
 
 
 def file_of(room: str, kind: str) -> Path:
@@ -37,7 +60,7 @@ def file_of(room: str, kind: str) -> Path:
 
 
 def read(room: str, kind: str, styles: Sequence[CircuitStyle]) -> list[Row]:
-    reader = resource_rows if kind == "resources" else clock_rows
+    reader = READERS[kind]
     reader.cache_clear()
     return [row for each in styles for row in reader(room, each.style, each.task)]
 
@@ -163,6 +186,30 @@ def measure_clocks(room: str, placements: Sequence[Placed], parts: Sequence[str]
     )
 
 
+def measure_activity(room: str) -> None:
+    styles = import_module(f"codesign.planners.{room}.plug_in").PLUG_IN.circuits
+    for design in activities(room):
+        [(style, circuit)] = circuits_of(room, [design])
+        job = job_of(room, design)
+        begun = time.monotonic()
+        counted = activity(circuit, style.expected(job))
+        row = ActivityRow(
+            style=style.style,
+            task=style.task,
+            digest=digest_of_circuit(circuit),
+            variables=variables_of(circuit),
+            design=words_of(job, design),
+            seed=design.seed,
+            toggles=counted.toggles,
+            nets=counted.bits,
+            cycles=counted.cycles,
+            tools=f"{version_of('pyosys')}, {version_of('iverilog')}",
+        )
+        put(room, "activity", styles, row)
+        took = time.monotonic() - begun
+        print(f"{room} {row.style} {row.design} seed {row.seed}: {row.rate:.4f}, {took:.0f} s", flush=True)
+
+
 def main(words: list[str]) -> None:
     match words:
         case [("resources" | "again") as word, room, *families]:
@@ -171,6 +218,8 @@ def main(words: list[str]) -> None:
             measure_resources(room, families, word == "again")
         case ["clocks", room, *parts]:
             measure_clocks(room, clocks(room), parts)
+        case ["activity", room]:
+            measure_activity(room)
         case _:
             raise SystemExit(__doc__)
 

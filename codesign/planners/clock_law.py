@@ -3,12 +3,15 @@
 A style gives its placements (``measured.clock_rows``), each with what its clock depends on besides the part: its
 ``Registers``. On a family with placements the period is
 
-    period = T(family, pipeline) · r(grade) · exp(s(pipeline) · (g(size) - g(middle size)))
+    period = T(family, pipeline) · r(grade)
+             · exp(s(family, pipeline) · (g(size) - g(middle size)) + d(pipeline) · doublings)
 
 T is what the critical path takes on that family: the time of its memory or flip-flop from the clock to the output, its
 LUT, and its routing at a middle size. Only the routing grows with the size. The growth g is the form that predicts
-placements best that it was not fitted to: none, log2, the fourth or the square root. The factors are fitted by least
-squares of the relative error over all families together, so a family with one size placed takes s from the others.
+placements best that it was not fitted to: none, log2, the fourth or the square root. Where a
+circuit takes 2, 4 or 8 bits of a value a cycle, each doubling adds the same share d. The factors are fitted by least
+squares of the relative error over all families together, so a family with one size placed takes s (the mean) and d
+from the others.
 
 Each placement is predicted by the fit to all others, wherever its pipeline was placed at another size or on another
 part. The interval is the largest of these errors on the family, or on all where it has few, and a quarter more, at
@@ -65,10 +68,15 @@ UNTIMED = {"gowin": "; the placer has no delays from a block RAM of the family, 
 
 @dataclass(frozen=True)
 class Registers:
-    """What a clock depends on besides the part: the ``pipeline`` in words, and the ``size`` that routing grows with."""
+    """What a clock depends on besides the part.
+
+    The ``pipeline`` in words, the ``size`` that routing grows with, and how often the bits that pass in a cycle were
+    doubled, ``doublings``.
+    """
 
     pipeline: str
     size: float
+    doublings: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,15 +117,18 @@ class ClockLaw:
         return max(LEAST_WIDTH, MARGIN * max(self.errors_of(family), default=0.5))
 
     def period(self, part: str, family: str, registers: Registers) -> float | None:
-        """The period on a part, ns; None where the pipeline was not placed on the family."""
-        if ("T", family, registers.pipeline) not in self.columns:
+        """The period on a part, ns; None where the pipeline was not placed on the family, or none was doubled."""
+        needed: set[tuple[str, ...]] = {("T", family, registers.pipeline)}
+        if registers.doublings:
+            needed.add(("d", registers.pipeline))
+        if not needed <= set(self.columns):
             return None
         terms = _terms(self.columns, part, family, registers, self.growth, self.middle)
         return math.exp(float(np.dot(self.factors, terms)))
 
 
 def _columns(placements: Sequence[Placement]) -> tuple[tuple[str, ...], ...]:
-    """The factors of a fit: T of each family and pipeline, r of each part but the most placed of its family, s."""
+    """The factors of a fit: T of each family and pipeline, r of each part but the most placed of its family, s, d."""
     rows = [each.row for each in placements]
     families = {row.family for row in rows}
     parts = {family: sorted(row.part for row in rows if row.family == family) for family in families}
@@ -127,17 +138,19 @@ def _columns(placements: Sequence[Placement]) -> tuple[tuple[str, ...], ...]:
     times = {("T", each.row.family, each.registers.pipeline) for each in placements}
     grades = {("r", row.part) for row in rows if row.part != first[row.family]}
     slopes = {
-        ("s", each.registers.pipeline) for each in placements if _grows(placements, each.registers.pipeline)
+        ("s", family, pipeline) for _, family, pipeline in times if _grows(placements, pipeline, family)
     }
-    return (*sorted(times), *sorted(grades), *sorted(slopes))
+    doubled = {("d", each.registers.pipeline) for each in placements if each.registers.doublings}
+    return (*sorted(times), *sorted(grades), *sorted(slopes), *sorted(doubled))
 
 
-def _grows(placements: Sequence[Placement], pipeline: str) -> bool:
-    """Whether the pipeline was placed in two sizes at least on one family, so that its growth is known."""
-    sizes = {
-        (each.row.family, each.registers.size) for each in placements if each.registers.pipeline == pipeline
-    }
-    return len(sizes) > len({family for family, _ in sizes})
+def _grows(placements: Sequence[Placement], pipeline: str, family: str = "") -> bool:
+    """Whether the pipeline was placed in two sizes at least, on the family or on any one."""
+    sizes: dict[str, set[float]] = {}
+    for each in placements:
+        if each.registers.pipeline == pipeline and family in ("", each.row.family):
+            sizes.setdefault(each.row.family, set()).add(each.registers.size)
+    return any(len(of_family) > 1 for of_family in sizes.values())
 
 
 def _terms(
@@ -150,11 +163,15 @@ def _terms(
 ) -> list[float]:
     grow = GROWTHS[growth]
     growing = grow(registers.size) - grow(middle)
-    present = {
+    present: dict[tuple[str, ...], float] = {
         ("T", family, registers.pipeline): 1.0,
         ("r", part): 1.0,
-        ("s", registers.pipeline): growing,
+        ("d", registers.pipeline): registers.doublings,
     }
+    # A family with one size takes the mean of the growth of the others.
+    slopes = [column for column in columns if column[0] == "s" and column[2] == registers.pipeline]
+    own = [column for column in slopes if column[1] == family]
+    present |= {column: growing / len(own or slopes) for column in own or slopes}
     return [present.get(column, 0.0) for column in columns]
 
 
@@ -298,7 +315,12 @@ def _path(part: str, family: str, registers: Registers, placements: Sequence[Pla
         if each.row.family == family and each.registers.pipeline == registers.pipeline
     ]
     nearest = min(
-        near, key=lambda each: (each.row.part != part, abs(math.log(each.registers.size / registers.size)))
+        near,
+        key=lambda each: (
+            each.row.part != part,
+            abs(each.registers.doublings - registers.doublings),
+            abs(math.log(each.registers.size / registers.size)),
+        ),
     )
     return f"{registers.pipeline}, {nearest.row.path}"
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 
 import pytest
 
@@ -76,6 +77,35 @@ def test_a_slower_grade_and_a_family_with_one_size_take_the_growth_of_the_others
     assert slow.value == pytest.approx(1e9 / period(1, 288, 1.3), rel=0.02)
     gowin = limit(of_family("GW2A", grade="-7"), 1, 288)
     assert gowin.value == pytest.approx(1e9 / (3.5 * 4**0.12), rel=0.02)
+
+
+def test_each_doubling_of_the_bits_that_pass_in_a_cycle_adds_the_same_share() -> None:
+    base = placement("LFE5U-85F-8", "ecp5", 1, 72, period(1, 72))
+    wider = [
+        Placement(
+            replace(base.row, clocks=[int(1e9 / (1.2**doublings * period(1, 72)))]),
+            replace(base.registers, doublings=doublings),
+        )
+        for doublings in (1, 2)
+    ]
+    placements = (*PLACED, *wider)
+    found = on_family(
+        PUBLISHED,
+        of_family("GW2A", grade="-7"),
+        "Virtex-4",
+        registers=Registers("pipeline 1", 72, 3),
+        placements=placements,
+    )
+    assert found.value == pytest.approx(1e9 / (3.5 * 1.2**3), rel=0.01)
+    # No plain circuit with digits was placed.
+    plain = on_family(
+        PUBLISHED,
+        of_family("ECP5", grade="-8"),
+        "Virtex-4",
+        registers=Registers("pipeline 0", 72, 1),
+        placements=placements,
+    )
+    assert plain.status is Status.ASSUMED
 
 
 def test_a_grade_that_was_not_placed_lies_between_its_neighbours() -> None:

@@ -5,14 +5,14 @@
 
 from __future__ import annotations
 
-import subprocess
 from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
 from click.testing import Result
-from rtl_tools import needs
+from rtl_tools import needs, quickest
+from verilog_tools import SIMULATORS, output_of
 
 from codesign.planners.circuits import Circuit, CircuitStyle, Expected
 from codesign.rtl.bench import bench_files
@@ -42,30 +42,6 @@ def bench(style: CircuitStyle, seed: int, folder: Path) -> tuple[Circuit, Expect
     for name, text in bench_files(circuit, expected).items():
         (folder / name).write_text(text, encoding="utf-8")
     return circuit, expected, [*sources_of(circuit), "hwsw_bench.v"]
-
-
-def output_of(folder: Path, *command: str) -> str:
-    """What a tool prints. It must succeed, and warn of nothing."""
-    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False, timeout=900)
-    output = done.stdout + done.stderr
-    assert done.returncode == 0, output
-    assert "warning" not in output.lower(), output
-    return done.stdout
-
-
-def in_icarus(folder: Path, files: list[str]) -> Callable[[], str]:
-    """Build the bench; the result runs it and returns what it prints."""
-    output_of(folder, "iverilog", "-g2005", "-Wall", "-s", "hwsw_bench", "-o", "bench.vvp", *files)
-    return lambda: output_of(folder, "vvp", "-n", "bench.vvp")
-
-
-def in_verilator(folder: Path, files: list[str]) -> Callable[[], str]:
-    command = ("verilator", "--binary", "-CFLAGS", "-O0", "-j", "1", "--top-module", "hwsw_bench")
-    output_of(folder, *command, *files)
-    return lambda: output_of(folder, "./obj_dir/Vhwsw_bench")
-
-
-SIMULATORS = {"icarus": in_icarus, "verilator": in_verilator}
 
 
 def check_bench(style: CircuitStyle, seed: int, folder: Path, simulator: str) -> None:
@@ -134,8 +110,7 @@ def test_benches_of_random_points_stand_alone(
 
 @pytest.mark.slow
 def test_the_model_holds_on_random_points_of_every_style(hwsw: Callable[..., Result]) -> None:
-    needs("cxxrtl")
     points = -(-LEAST_POINTS // len(CIRCUITS))
-    result = hwsw("verify", "--all", "--points", points, "--seed", 100)
+    result = hwsw("verify", "--all", "--points", points, "--seed", 100, "--backend", quickest())
     assert result.exit_code == 0, result.output
     assert f"{points * len(CIRCUITS)} design points: every event equals the model" in result.output

@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import partial
 from typing import Any
 
-from codesign.fidelity.designs import Design, Placed, free_map
+from codesign.fidelity.designs import Design, Placed, free_map, scattered_map
 
 
 def engine(
@@ -55,4 +55,15 @@ RESOURCES = [
     engine(30, 30, "pipelined", queue_words=100),
     engine(90, 40, "two_cycles", queue_words=500),
     engine(120, 80, "three_cycles", queue_words=2048),
+]
+
+ACTIVITIES = [
+    Design(
+        "state_machine",
+        {"micro_architecture": each, "display": "none"},
+        partial(scattered_map, side, side, seed),
+        seed=seed,
+    )
+    for each in ("three_cycles", "two_cycles", "pipelined")
+    for side, seed in ((30, 1), (60, 2), (60, 3))
 ]

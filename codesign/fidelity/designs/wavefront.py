@@ -6,7 +6,7 @@ from dataclasses import replace
 from functools import partial
 from typing import Any
 
-from codesign.fidelity.designs import Design, Placed, free_map
+from codesign.fidelity.designs import Design, Placed, free_map, scattered_map
 
 
 def array(rows: int, columns: int, style: str = "delay_line", **parameters: Any) -> Design:
@@ -84,4 +84,16 @@ CLOCKS = [
     Placed(array(16, 16, **CHAIN), "LFE5U-85F-8"),
     *(Placed(array(side, side, ADDERS), "LFE5U-85F-8") for side in (4, 6, 8)),
     *(Placed(array(side, side, element_cells=side // 2), "LFE5U-85F-8") for side in (8, 16, 32)),
+]
+
+
+def scattered(side: int, seed: int, style: str, **parameters: Any) -> Design:
+    """A square map with obstacles."""
+    return Design(style, parameters, partial(scattered_map, side, side, seed), seed=seed)
+
+
+ACTIVITIES = [
+    *(scattered(side, seed, "delay_line") for side, seed in ((8, 1), (8, 2), (12, 3), (16, 4), (24, 5))),
+    *(scattered(side, seed, ADDERS) for side, seed in ((6, 1), (8, 2), (12, 3))),
+    *(scattered(side, seed, "tiled", tile=(8, 8)) for side, seed in ((16, 1), (16, 2), (24, 3))),
 ]

@@ -16,6 +16,7 @@ from codesign.planners.breadth_first.styles import resources, timing
 from codesign.planners.breadth_first.styles.state_machine import StateMachine
 from codesign.planners.breadth_first.styles.steps import PATH, TRACK, step
 from codesign.planners.demand import Demand, Line
+from codesign.planners.flood import CELL_KERNEL
 from codesign.planners.host import HostTask
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
@@ -74,7 +75,7 @@ class HostTracking(HostTask):
     planner = "breadth_first"
     task = TRACK
     description = "from the goal back along the directions of discovery"
-    kernel = "breadth_first_cell"
+    kernel = CELL_KERNEL
 
     def outcome(self, job: Job[Problem, SearchParameters]) -> tuple[int, Path]:
         """The path from the position."""

@@ -122,6 +122,7 @@ class ArrayCircuit(CircuitStyle):
             phases=PHASES,
             kinds=KINDS,
             event_bits=event_bits,
+            elements=words.elements[0] * words.elements[1],
             pieces={
                 "nodes": (node,),
                 "memories": ("ram_1w1r",),
@@ -222,6 +223,7 @@ class TiledCircuit(CircuitStyle):
             phases=TILED_PHASES,
             kinds=KINDS,
             event_bits=event_bits,
+            elements=tiles.tile[0] * tiles.tile[1],
             pieces=TILED_PIECES,
             notes=(TRACKER_NOTE,),
         )

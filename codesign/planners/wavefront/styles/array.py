@@ -14,7 +14,8 @@ from codesign.planners.demand import Demand, Line
 from codesign.planners.host import one_step
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
-from codesign.planners.styles import Architecture, Designs, Step, slice_power
+from codesign.planners.power_law import counted_activity, slice_power
+from codesign.planners.styles import Architecture, Designs, Step
 from codesign.planners.wavefront.plan.parameters import Course, Paths, PropagateParameters, ReadOut
 from codesign.planners.wavefront.plan.plan import WavefrontPlan, waits
 from codesign.planners.wavefront.plan.wave import longest_distance, register_bits
@@ -25,7 +26,7 @@ from codesign.planners.wavefront.styles.steps import LOAD, TRACK, planned, track
 from codesign.planners.wavefront.styles.tile import tiled_items
 
 QUIET_ACTIVITY = 0.1
-"""Dynamic power may be this much of a typical design's: only the nodes of the wave front switch. Assumed."""
+"""A larger array may switch this much of a typical design: only the nodes of the wave front do. Assumed."""
 
 
 class ArrayStyle(Architecture):
@@ -140,6 +141,8 @@ class ArrayStyle(Architecture):
         return one_step(TRACK, timing.track_cycles(tracked_steps(job, plan)))
 
     def power(self, demand: Demand, clock: int, part: Part) -> tuple[Figure, Figure]:
-        """Static power of the part, and slices × clock × the part's power a slice and Hz, W."""
-        remark = "; down to a tenth of the lower bound, as only nodes of the wave front switch"
-        return slice_power(demand, clock, part, Status.ASSUMED, remark, QUIET_ACTIVITY)
+        """Static power of the part, and slices × clock × the part's power a slice and Hz × the counted activity, W."""
+        activity = counted_activity(self.planner, self.style)
+        if activity is not None:
+            activity = replace(activity, low=min(activity.interval[0], QUIET_ACTIVITY))
+        return slice_power(demand, clock, part, activity, Status.ASSUMED)
