@@ -79,11 +79,11 @@ RESOURCES = [
 ]
 
 CLOCKS = [
-    *(Placed(array(side, side), "LFE5U-85F-8") for side in (8, 16, 32)),
-    *(Placed(array(side, side), "GW2A-18-7") for side in (8, 16)),
-    Placed(array(16, 16, **CHAIN), "LFE5U-85F-8"),
-    *(Placed(array(side, side, ADDERS), "LFE5U-85F-8") for side in (4, 6, 8)),
-    *(Placed(array(side, side, element_cells=side // 2), "LFE5U-85F-8") for side in (8, 16, 32)),
+    *(Placed(array(side, side), "LFE5U-85F-8") for side in (8, 12, 16, 24)),
+    Placed(array(8, 8), "GW2A-18-7"),
+    *(Placed(array(side, side, **CHAIN), "LFE5U-85F-8") for side in (8, 12, 16)),
+    *(Placed(array(side, side, ADDERS), "LFE5U-85F-8") for side in (4, 5, 6)),
+    *(Placed(array(side, side, element_cells=k), "LFE5U-85F-8") for side, k in ((8, 4), (16, 4), (16, 8))),
 ]
 
 

@@ -116,8 +116,9 @@ class ArrayStyle(Architecture):
     def clock_limit(self, job: Job[Problem, PropagateParameters]) -> Figure:
         """The fastest clock for an array of this size on the part, Hz."""
         rows, columns = self.array_shape(job)
-        cells = self.settled(job.parameters).element_cells
-        return timing.clock_limit(-(-rows // cells) * columns, job.chip, element_cells=cells)
+        parameters = self.settled(job.parameters)
+        cells, chain = parameters.element_cells, parameters.read_out is ReadOut.CHAIN
+        return timing.clock_limit(-(-rows // cells) * columns, job.chip, element_cells=cells, chain=chain)
 
     def work(self, job: Job[Problem, PropagateParameters]) -> Generator[Step, None, WavefrontPlan]:
         """Phases ``load``, ``propagate_obstacles`` (safe paths), ``propagate`` (``exchange``), ``read_out`` of a chain,
