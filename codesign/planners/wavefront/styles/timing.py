@@ -14,6 +14,7 @@ chained operations over R bits in addition.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -21,9 +22,9 @@ from numpy.typing import NDArray
 
 from codesign.figures import Figure, Status
 from codesign.part import Part
-from codesign.planners.clock_law import LEAST_SHARE, MOST_SHARE, Placement, Registers, on_family
+from codesign.planners.clock_law import LEAST_SHARE, MOST_SHARE, Placement, Registers, clock_law, on_family
 from codesign.planners.harmonic.styles import timing as harmonic_timing
-from codesign.planners.measured import clock_rows
+from codesign.planners.measured import clock_rows, family_of
 from codesign.planners.wavefront import published
 from codesign.planners.wavefront.plan.wave import stop_cycle
 
@@ -41,6 +42,9 @@ TRACK_CLOCK = 185_000_000
 
 TRACK_FITTED = "Virtex-II Pro"
 """The family of that machine."""
+
+UNTRIED = 0.25
+"""Half of the interval of a kind of array that a family has fewer than three sizes of, relative. Assumed."""
 
 ADDER_LEVELS = 5
 LEVEL_NS, CARRY_NS = 1.2, 0.05
@@ -201,10 +205,25 @@ def clock_limit(
         low=value * LEAST_SHARE,
         high=min(law * MOST_SHARE, part.block_ram_clock.interval[1]),
     )
-    return on_family(
-        limit,
-        part,
-        *harmonic_timing.FITTED,
-        registers=registers(nodes, adder_bits, element_cells, chain=chain),
-        placements=placements(),
+    kind = registers(nodes, adder_bits, element_cells, chain=chain)
+    figure = on_family(limit, part, *harmonic_timing.FITTED, registers=kind, placements=placements())
+    tried = (family_of(part.family)[0], kind.pipeline) in _tried()
+    return figure if tried or figure.status is not Status.MEASURED else _untried(figure, part)
+
+
+@cache
+def _tried() -> frozenset[tuple[str, str]]:
+    """Families, and the kinds of arrays with a placement there that the law of all others was held against."""
+    law, rows = clock_law(placements()), placements()
+    places = () if law is None else law.held_out
+    return frozenset((rows[place].row.family, rows[place].registers.pipeline) for place in places)
+
+
+def _untried(figure: Figure, part: Part) -> Figure:
+    """A clock of a kind that too few sizes were placed of to hold one out."""
+    return replace(
+        figure,
+        source=f"{figure.source}, none of them of this kind on this family: so ±{UNTRIED:.0%}, assumed",
+        low=min(figure.interval[0], figure.value * (1 - UNTRIED)),
+        high=max(figure.interval[1], min(figure.value * (1 + UNTRIED), part.block_ram_clock.interval[1])),
     )
