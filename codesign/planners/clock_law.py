@@ -55,8 +55,8 @@ GRADES_APART = 1.15
 BEYOND = 0.5
 """What is added to the spread (its logarithm) between the families that are known, for one that is not."""
 
-SLOW_FAMILIES = {"iCE40 UltraPlus": 3 / 8}
-"""Families made for low power, over the slowest that was placed: their LUT take about three times as long. Assumed."""
+SLOW_FAMILIES = {"iCE40 UltraPlus": 3 / 8, "GW1N": 1 / 2}
+"""Families made for low power, over the slowest that was placed: their LUT take two to three times as long. Assumed."""
 
 LEAST_SHARE, MOST_SHARE = 1 / 3, 1.1
 """Of a published law's value, where no circuit of the style was placed anywhere: 0.34 to 1.08 of them were measured."""

@@ -20,7 +20,7 @@ LEVELS: list[list[str]] = [
     ["records"],
     ["maps", "trace"],
     ["inputs"],
-    ["planners.task_graph", "planners.external_memory", "planners.flood"],
+    ["planners.task_graph", "planners.external_memory", "planners.map_flood"],
     ["planners.measured"],
     ["planners.job", "planners.quality", "planners.demand"],
     ["planners.clock_law", "planners.power_law", "planners.interface", "planners.reproduction"],

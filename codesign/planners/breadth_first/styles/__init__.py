@@ -8,7 +8,7 @@
 from codesign.planners.breadth_first.styles.software import Software
 from codesign.planners.breadth_first.styles.state_machine import StateMachine
 from codesign.planners.breadth_first.styles.tasks import TASK_STYLES
-from codesign.planners.flood import CELL_KERNEL
+from codesign.planners.map_flood import CELL_KERNEL
 
 ARCHITECTURES = (
     StateMachine(),

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Mapping
 
 from codesign.planners.breadth_first.styles.software import wall_cells
-from codesign.planners.flood import CELL_KERNEL, MAP_KERNEL, WALL_KERNEL
+from codesign.planners.map_flood import CELL_KERNEL, MAP_KERNEL, WALL_KERNEL
 from codesign.planners.plug_in import Probe
 
 _SIDE = 500

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from codesign.planners.flood import CELL_KERNEL, MAP_KERNEL, WALL_KERNEL, beside_walls
+from codesign.planners.map_flood import CELL_KERNEL, MAP_KERNEL, WALL_KERNEL, beside_walls
 from codesign.planners.harmonic.plan.parameters import Pockets, RelaxParameters
 from codesign.planners.interface import MapWork, Problem
 
