@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from codesign.planners.map_flood import CELL_KERNEL, MAP_KERNEL, WALL_KERNEL, beside_walls
 from codesign.planners.harmonic.plan.parameters import Pockets, RelaxParameters
 from codesign.planners.interface import MapWork, Problem
+from codesign.planners.map_flood import CELL_KERNEL, MAP_KERNEL, WALL_KERNEL, beside_walls
 
 FILL = "fill pockets"
 """The work of the sender, in records and terms."""
