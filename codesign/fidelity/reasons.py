@@ -63,15 +63,33 @@ REASONS: tuple[Reason, ...] = (
         "More sizes of this line: python -m benchmarks.measure resources ROOM.",
     ),
     Reason(
-        "resources/harmonic/bit_serial/control/flip_flops",
+        "resources/harmonic/bit_serial/control/*",
         "the widths of the counters step at powers of two, of precision, stages and blocks. The law is a straight"
         " line.",
         "More sizes of this line: python -m benchmarks.measure resources ROOM.",
     ),
     Reason(
+        "resources/harmonic/bit_serial/border addresses/lut4",
+        "the addresses are a few tens of LUT. Their widths step at powers of two of blocks and precision, and the law is"
+        " a straight line.",
+        "More sizes of this line: python -m benchmarks.measure resources harmonic.",
+    ),
+    Reason(
+        "resources/harmonic/decide bit_serial/decision/lut4",
+        "a decision by itself is some thirty LUT beside its counters, and synthesis merges the two in other ways on"
+        " each size of map.",
+        "More sizes of this line: python -m benchmarks.measure resources harmonic.",
+    ),
+    Reason(
         "resources/harmonic/decide bit_serial/others/*",
         "a large map takes several memories. The logic that selects one of them has no line in the demand.",
         "A line of the demand for it, fitted to the rows of codesign/planners/harmonic/measured/.",
+    ),
+    Reason(
+        "resources/wavefront/tiled/*",
+        "these lines are a few tens of LUT each, and synthesis moves logic between them: their sum is within 3.5 % on"
+        " the sizes that were held out.",
+        "More sizes of tiles: python -m benchmarks.measure resources wavefront.",
     ),
     Reason(
         "resources/wavefront/*/read-out/lut4",
@@ -123,6 +141,24 @@ REASONS: tuple[Reason, ...] = (
         "other work is counted. The figure here counts the load of the map, the wave and the path to the start; the"
         " paper's covers its transform of an image alone, and its elements are not described in full.",
         "The same image through both circuits, with the same cycles counted.",
+    ),
+    Reason(
+        "clock/wide/harmonic/*",
+        "one size is faster than the others by a fifth, and the median of five placements does not level that. The law"
+        " of the family knows no more than its three sizes.",
+        "More sizes on this part: python -m benchmarks.measure clocks harmonic GW2A-18-7.",
+    ),
+    Reason(
+        "clock/wide/wavefront/*",
+        "Fewer than three sizes of this style and read-out were placed on the family. The interval is then assumed.",
+        "More sizes: python -m benchmarks.measure clocks wavefront.",
+        shown="codesign/planners/wavefront/styles/timing.py",
+    ),
+    Reason(
+        "clock/wide/breadth_first/*",
+        "the path goes through one memory, wherever its block RAMs lie. So a placement moves it by more than the size"
+        " of the map does, and three seeds do not level that.",
+        "Five and more seeds of each size: python -m benchmarks.measure clocks breadth_first.",
     ),
     Reason(
         "clock/alone/*",

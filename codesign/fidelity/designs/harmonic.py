@@ -26,6 +26,7 @@ CLOCKS = [
         Placed(array(6, 12, 1, digit_bits=digit_bits, schedule=(47, 63)), "LFE5U-85F-8", FEW)
         for digit_bits in (2, 4, 8)
     ),
+    Placed(array(6, 12, 0, digit_bits=2, schedule=(47, 63)), "LFE5U-85F-8", FEW),
 ]
 
 
