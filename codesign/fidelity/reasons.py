@@ -70,8 +70,8 @@ REASONS: tuple[Reason, ...] = (
     ),
     Reason(
         "resources/harmonic/bit_serial/border addresses/lut4",
-        "the addresses are a few tens of LUT. Their widths step at powers of two of blocks and precision, and the law is"
-        " a straight line.",
+        "the addresses are a few tens of LUT. Their widths step at powers of two of blocks and precision, and the law"
+        " is a straight line.",
         "More sizes of this line: python -m benchmarks.measure resources harmonic.",
     ),
     Reason(
