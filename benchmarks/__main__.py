@@ -35,7 +35,10 @@ def main(names: list[str]) -> None:
     console = Console(width=150)
     console.print(machine(), highlight=False)
     for name in chosen:
-        rows = importlib.import_module(f"benchmarks.{name}").run()
+        rows = []
+        for row in importlib.import_module(f"benchmarks.{name}").run():
+            rows.append(row)
+            print(", ".join(map(str, row.values())), file=sys.stderr, flush=True)
         table = Table(title=name.removeprefix("bench_"), title_justify="left")
         for column in rows[0]:
             table.add_column(column)

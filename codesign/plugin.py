@@ -3,11 +3,12 @@
 A package registers one ``PlugIn`` under the entry-point group ``codesign.planners``. ``docs/extending.md`` shows how.
 """
 
+from codesign.errors import Fault, UnsuitedError
 from codesign.figures import RESOURCES, Figure, Status
 from codesign.memo import Memo
 from codesign.models import RefusalError, SpecModel, TaskParameters
 from codesign.part import Part
-from codesign.planners.circuits import Circuit, CircuitStyle, Events, Expected, Image
+from codesign.planners.circuits import Circuit, CircuitStyle, Events, Expected, Image, phase_cycles
 from codesign.planners.clock_law import on_family
 from codesign.planners.demand import Demand, Lever, Line
 from codesign.planners.external_memory import ExternalMemoryLaw, Traffic
@@ -18,6 +19,7 @@ from codesign.planners.interface import (
     LOWER_BOUND,
     POSE,
     LoadParameters,
+    MapWork,
     Planner,
     Policy,
     Problem,
@@ -56,6 +58,7 @@ __all__ = [
     "Exchange",
     "Expected",
     "ExternalMemoryLaw",
+    "Fault",
     "FieldRecord",
     "Figure",
     "Finding",
@@ -68,6 +71,7 @@ __all__ = [
     "Lever",
     "Line",
     "LoadParameters",
+    "MapWork",
     "Memo",
     "Memory",
     "MemoryStep",
@@ -94,6 +98,7 @@ __all__ = [
     "TaskRecord",
     "TaskStyle",
     "Traffic",
+    "UnsuitedError",
     "by_sides",
     "cell_of",
     "from_position",
@@ -101,5 +106,6 @@ __all__ = [
     "judge_paths",
     "on_family",
     "one_step",
+    "phase_cycles",
     "row",
 ]

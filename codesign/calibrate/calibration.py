@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -23,13 +23,17 @@ from codesign.inputs.yaml_tree import parse_document
 
 @dataclass(frozen=True)
 class Compared:
-    """One number of a report beside that of the law. ``report``: tool, file and line."""
+    """One number of a report beside that of the law.
+
+    ``report``: tool, file and line. ``line``: of the demand; "" for the design as a whole.
+    """
 
     term: str
     design: str
     predicted: Figure
     reported: float
     report: str
+    line: str = ""
 
     @property
     def ratio(self) -> float | None:
@@ -51,12 +55,12 @@ def fit_calibration(
         InputError: a factor is of another design or part, ``added_to`` is of another style, or the part cannot be so.
     """
     point = reports[0][1]
-    style = point.system.architecture
+    style = point.style
     if added_to is not None:
-        of = (added_to.planner, added_to.style, added_to.family)
-        here = (style.planner, style.style, point.part.family)
+        of = (added_to.planner, added_to.style, added_to.task, added_to.family)
+        here = (style.planner, style.style, point.task, point.part.family)
         if of != here:
-            what = f"{added_to.name} is of {' '.join(of)}, and the reports are of {' '.join(here)}"
+            what = f"{added_to.name} is of {_words(of)}, and the reports are of {_words(here)}"
             raise InputError(what, "--with", "name a calibration of the same style and family")
     samples: dict[str, list[Sample]] = {
         term: list(fitted.samples) for term, fitted in (added_to.terms if added_to else {}).items()
@@ -86,6 +90,7 @@ def fit_calibration(
         "name": name,
         "planner": style.planner,
         "style": style.style,
+        **({"task": point.task} if point.task else {}),
         "family": point.part.family,
         "part": point.part.full_name,
         "tools": list(tools),
@@ -100,6 +105,10 @@ def fit_calibration(
             f"the calibration {contradiction}", None, "leave that report out, or correct the part file"
         )
     return calibration
+
+
+def _words(of: Iterable[str]) -> str:
+    return " ".join(filter(None, of))
 
 
 def _fitted(

@@ -17,10 +17,13 @@ from codesign.inputs.calibration_file import CLOCK, STATIC
 from codesign.inputs.components import FpgaComponent
 from codesign.inputs.part_file import PARTS
 from codesign.part import Part
+from codesign.planners.circuits import Circuit
 from codesign.planners.demand import Demand
+from codesign.planners.job import Job
+from codesign.planners.styles import Architecture, TaskStyle
 from codesign.rtl.design import PREFIX, top_name
 from codesign.rtl.export import MANIFEST
-from codesign.rtl.placed import placed
+from codesign.rtl.placed import job_of, on_fpgas
 from codesign.scenarios import bind
 from codesign.system import System, catalog, point_of
 from codesign.system.calibrated import Laws
@@ -33,26 +36,40 @@ MOST_MANIFEST = 2**20
 
 @dataclass(frozen=True)
 class DesignPoint:
-    """A design point on an FPGA, with what the laws of its style say. ``name``: as samples name it."""
+    """A design point on an FPGA, with what the laws of its style say.
+
+    ``name``: as samples name it. ``task``: that is placed by itself on ``component``; "" for the planning task.
+    """
 
     name: str
     system: System
     component: FpgaComponent
+    task: str = ""
 
     @property
     def part(self) -> Part:
         """The chip."""
         return self.component.chip
 
+    @property
+    def style(self) -> Architecture | TaskStyle:
+        """The style of the task."""
+        return self.system.placement.styles[self.task] if self.task else self.system.architecture
+
+    @cached_property
+    def job(self) -> Job[Any, Any]:
+        """What the laws of the task, and its circuit, are asked about."""
+        return job_of(self.system, self.task, self.component)
+
     @cached_property
     def laws(self) -> Laws:
         """The laws, without a calibration."""
-        return Laws(self.system.architecture, self.part)
+        return Laws(self.style, self.part)
 
     @cached_property
     def demand(self) -> Demand:
         """The demand by the laws."""
-        return self.laws.demand(self.system.job)
+        return self.laws.demand(self.job)
 
     @cached_property
     def counted_a_slice(self) -> int:
@@ -61,28 +78,32 @@ class DesignPoint:
         return PARTS.find(self.part.name, folders).resources.counted_a_slice
 
     @cached_property
-    def top(self) -> str | None:
-        """The name of the top module of its circuit; None where its style has no circuit."""
+    def circuit(self) -> Circuit | None:
+        """Its circuit; None where the style has none for these parameters."""
+        style = catalog.circuits().get((self.system.planner.name, self.style.style, self.task))
         try:
-            circuit = placed(self.system.platform, self.system.workload)
-            return None if circuit.style.task else top_name(circuit.style.circuit(circuit.job))
+            return None if style is None else style.circuit(self.job)
         except UnsuitedError:
             return None
+
+    @property
+    def top(self) -> str | None:
+        """The name of the top module of its circuit; None where it has none."""
+        return None if self.circuit is None else top_name(self.circuit)
 
     def predicted(self, term: str) -> Figure:
         """A resource, the clock limit (Hz) or the static power (W), by the law."""
         if term == CLOCK:
-            return self.laws.clock_limit(self.system.job)
+            return self.laws.clock_limit(self.job)
         if term == STATIC:
-            return self._power(self.system.clock)[0]
+            return self._power(int(self.component.clock.value))[0]
         lines = [line.figure for line in self.demand.items if line.resource == term]
         low, high = (sum(figure.interval[end] for figure in lines) for end in (0, 1))
         value = self.demand.total(term)
         return Figure(value, "1", Status.CALIBRATED, "sum of its lines", min(low, value), max(high, value))
 
     def _power(self, clock: int) -> tuple[Figure, Figure]:
-        job = self.system.job
-        return self.laws.power(self.laws.power_demand(job, self.demand), clock)
+        return self.laws.power(self.laws.power_demand(self.job, self.demand), clock)
 
     def dynamic_power(self, clock: float) -> Figure:
         """The dynamic power at a clock in Hz, W, by the law."""
@@ -90,19 +111,24 @@ class DesignPoint:
 
 
 def design_point(
-    platform: Platform, workload: Workload, settings: Mapping[str, Any], name: str
+    platform: Platform, workload: Workload, settings: Mapping[str, Any], name: str, task: str | None = None
 ) -> DesignPoint:
     """The design point of a platform and a workload with settings of axes.
 
+    ``task``: that is placed by itself, "" for the planning task; by default the first one that is on an FPGA.
+
     Raises:
-        SpecError: they do not belong together. InputError: the planning task is on no FPGA.
+        SpecError: they do not belong together. InputError: no task, or not this one, is on an FPGA.
     """
     system = bind(*point_of(platform, workload, settings))
-    component = system.platform.components[system.component]
-    if not isinstance(component, FpgaComponent):
-        what = f"{system.planner.planning_task} runs on {system.component}, which is no FPGA"
-        raise InputError(what, None, "name a design on an FPGA")
-    return DesignPoint(name, system, component)
+    for on_task, _, place in on_fpgas(system):
+        component = system.platform.components[place]
+        if task in (None, on_task) and isinstance(component, FpgaComponent):
+            return DesignPoint(name, system, component, on_task)
+    what = f"{system.planner.planning_task} runs on {system.component}, which is no FPGA"
+    if task:
+        what = f"task {task} is not placed by itself on an FPGA"
+    raise InputError(what, None, "name a design on an FPGA")
 
 
 def find_manifest(report: Path) -> Path | None:
@@ -149,17 +175,14 @@ def exported_point(path: Path) -> DesignPoint:
 
     Raises:
         SpecError: the manifest, or its platform or workload, is faulty, or these have changed.
-        InputError: it is of a study or of a task that is placed by itself, or its specs are not there any more.
+        InputError: it is of a study, or its specs are not there any more.
     """
     manifest = read_manifest(path)
     if manifest.get("study") is not None:
         what = f"the design is a point of study {clip(str(manifest['study']), 60)}"
         raise InputError(what, str(path), "name PLATFORM WORKLOAD and its settings before --report")
-    if manifest["task"]:
-        what = f"the design is of task {clip(manifest['task'], 40)}, which is placed by itself"
-        raise InputError(what, str(path), "calibrate the design of the planning task")
     platform, workload = load_platform(manifest["platform"]), catalog.load_workload(manifest["workload"])
-    point = design_point(platform, workload, manifest["settings"], manifest["top"])
+    point = design_point(platform, workload, manifest["settings"], manifest["top"], manifest["task"])
     if point.top is not None and point.top != manifest["top"]:
         what = f"the design point now makes {point.top}, and the manifest has {clip(manifest['top'], 40)}"
         hint = "platform, workload or Verilog have changed since: export the design again with hwsw rtl"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -9,6 +10,7 @@ from pathlib import Path
 from codesign.calibrate.calibration import Compared, fit_calibration
 from codesign.calibrate.design import DesignPoint, check_design, exported_point, find_manifest
 from codesign.calibrate.fit import Errors, errors_of
+from codesign.calibrate.lines import compared_lines
 from codesign.calibrate.reports import ClockReading, Reading, Report, Stage, read_report
 from codesign.errors import InputError, choose_hint
 from codesign.figures import label
@@ -21,11 +23,13 @@ MOST_REPORTS = 1000
 class Comparison:
     """What reports say of the laws of one style.
 
-    - ``rows``: every number that both have. ``errors``: of each term that was fitted.
+    - ``rows``: every number that both have. ``lines``: the same for each line of the demand, where a report has the
+      hierarchy of a design that is recognised. ``errors``: of each term that was fitted.
     - ``calibration``: the factors; None where no term could be fitted. ``notes``: what a reader must know.
     """
 
     rows: tuple[Compared, ...]
+    lines: tuple[Compared, ...]
     errors: Mapping[str, Errors]
     calibration: CalibrationFile | None
     notes: tuple[str, ...]
@@ -46,7 +50,7 @@ class _Told:
         of_clock = self.term == DYNAMIC
         law = self.point.dynamic_power(self.clock) if of_clock else self.point.predicted(self.term)
         scale = self.point.counted_a_slice if self.term == "slices" else 1
-        cited = f"{self.report.made_by}, {self.report.file}:{self.reading.line}"
+        cited = self.report.cited(self.reading)
         return Compared(self.term, self.point.name, law, self.reading.value * scale, cited)
 
 
@@ -97,7 +101,8 @@ def compare_reports(
     notes += [
         _no_help(term, error) for term, error in errors.items() if (error.held_out or 0.0) > error.before
     ]
-    return Comparison(rows, errors, calibration, tuple(dict.fromkeys(notes)))
+    lines = tuple(itertools.chain.from_iterable(compared_lines(report, of) for report, of in reports))
+    return Comparison(rows, lines, errors, calibration, tuple(dict.fromkeys(notes)))
 
 
 def _point_of(
@@ -117,10 +122,9 @@ def _point_of(
 
 def _check_one_style(reports: Iterable[tuple[Report, DesignPoint]]) -> None:
     """A calibration is of one style on one family."""
-    first: tuple[str, str, str] | None = None
+    first: tuple[str, ...] | None = None
     for report, point in reports:
-        style = point.system.architecture
-        of = (style.planner, style.style, point.part.family)
+        of = (point.style.planner, point.style.style, *filter(None, (point.task,)), point.part.family)
         first = first or of
         if of != first:
             what = f"is of {' '.join(of)}, and the first report is of {' '.join(first)}"

@@ -133,10 +133,10 @@ _PRINTED_ONLY = frozenset({"as_json", "detail", "debug"})
 
 backend_option = click.option(
     "--backend",
-    type=click.Choice(("cxxrtl", "icarus", "verilator")),
-    default="cxxrtl",
+    type=click.Choice(("auto", "cxxrtl", "icarus", "verilator")),
+    default="auto",
     show_default=True,
-    help="The simulator.",
+    help="The simulator. auto: CXXRTL, and Verilator for a large array where it is installed.",
 )
 """What runs circuits."""
 

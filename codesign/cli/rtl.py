@@ -91,7 +91,14 @@ def verify(
             left = (time.monotonic() - begun) / done * (len(asked) - done)
             show(Advance(done, len(asked), f"points verified, {checked.planner} {checked.style}", left))
 
-        styles = verify_all(asked, backend, jobs, progress if every else None, waves)
+        def within(words: str, cycles: int, expected: int) -> None:
+            nonlocal begun
+            if not expected:
+                begun = time.monotonic()
+            left = (time.monotonic() - begun) / cycles * (expected - cycles) if cycles else None
+            show(Advance(cycles, expected or None, words, left))
+
+        styles = verify_all(asked, backend, jobs, progress if every else None, waves, within)
     debug_step("verified")
     _print(styles, waves, as_json)
     if not all(each.equal for each in styles):

@@ -14,11 +14,11 @@ from codesign.fidelity.points import TOTAL, Point
 from codesign.inputs.part_file import load_part
 from codesign.planners.breadth_first import published as breadth_first
 from codesign.planners.harmonic import published as harmonic
+from codesign.planners.power_law import REPORTS
 from codesign.planners.reproduction import Row
 from codesign.planners.velocity_obstacle import published as velocity_obstacle
 from codesign.planners.velocity_obstacle.paper.tables import table_rows
 from codesign.planners.wavefront import published as wavefront
-from codesign.rtl.activity import REPORTS
 
 PRECISION = harmonic.WHOLE_DESIGN_PRECISION
 """Bits that the slices of the published decision are taken at."""

@@ -79,6 +79,7 @@ class Circuit:
       stands in none is counted with the module that contains it.
     - ``notes``: what a reader of the exported folder must know, sentences.
     - ``pins``: further outputs of the top, width by name, such as those of a display. A bench does not look at them.
+    - ``elements``: how many elements an array has. A simulator is chosen by it.
     """
 
     top: str
@@ -92,6 +93,7 @@ class Circuit:
     pieces: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
     pins: Mapping[str, int] = field(default_factory=dict)
+    elements: int = 1
 
 
 @dataclass(frozen=True, eq=False)

@@ -3,15 +3,19 @@
 A style gives its placements (``measured.clock_rows``), each with what its clock depends on besides the part: its
 ``Registers``. On a family with placements the period is
 
-    period = T(family, pipeline) · r(grade) · exp(s(pipeline) · (g(size) - g(middle size)))
+    period = T(family, pipeline) · r(grade)
+             · exp(s(family, pipeline) · (g(size) - g(middle size)) + d(pipeline) · doublings)
 
 T is what the critical path takes on that family: the time of its memory or flip-flop from the clock to the output, its
 LUT, and its routing at a middle size. Only the routing grows with the size. The growth g is the form that predicts
-placements best that it was not fitted to: none, log2, the fourth or the square root. The factors are fitted by least
-squares of the relative error over all families together, so a family with one size placed takes s from the others.
+placements best that it was not fitted to: none, log2, the fourth or the square root. Where a
+circuit takes 2, 4 or 8 bits of a value a cycle, each doubling adds the same share d. The factors are fitted by least
+squares of the relative error over all families together, so a family with one size placed takes s (the mean) and d
+from the others.
 
 Each placement is predicted by the fit to all others, wherever its pipeline was placed at another size or on another
-part. The interval is the largest of these errors and a quarter more, at least 5 %.
+part. The interval is the largest of these errors on the family, or on all where it has few, and a quarter more, at
+least 5 %.
 
 A published clock stays what it is on its own families. On a family that was neither placed nor published, the interval
 reaches from the slowest to the fastest that the design is on the families that were, and half as far again. The value
@@ -22,7 +26,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 
 import numpy as np
@@ -39,6 +43,9 @@ GROWTHS: dict[str, Callable[[float], float]] = {
 }
 """The forms of the growth of a period with the size that are tried."""
 
+LEAST_ERRORS = 3
+"""Errors of a family from which on its interval is its own."""
+
 LEAST_WIDTH, MARGIN = 0.05, 1.25
 """The interval of a law: at least this share, and this much of its largest error on a placement that is held out."""
 
@@ -48,19 +55,28 @@ GRADES_APART = 1.15
 BEYOND = 0.5
 """What is added to the spread (its logarithm) between the families that are known, for one that is not."""
 
-SLOW_FAMILIES = {"iCE40 UltraPlus": 3 / 8}
-"""Families made for low power, over the slowest that was placed: their LUT take about three times as long. Assumed."""
+SLOW_FAMILIES = {"iCE40 UltraPlus": 3 / 8, "GW1N": 1 / 2}
+"""Families made for low power, over the slowest that was placed: their LUT take two to three times as long. Assumed."""
 
 LEAST_SHARE, MOST_SHARE = 1 / 3, 1.1
 """Of a published law's value, where no circuit of the style was placed anywhere: 0.34 to 1.08 of them were measured."""
 
 
+UNTIMED = {"gowin": "; the placer has no delays from a block RAM of the family, and none of its multipliers"}
+"""What the open timing of a family leaves out: a clock there is an upper bound."""
+
+
 @dataclass(frozen=True)
 class Registers:
-    """What a clock depends on besides the part: the ``pipeline`` in words, and the ``size`` that routing grows with."""
+    """What a clock depends on besides the part.
+
+    The ``pipeline`` in words, the ``size`` that routing grows with, and how often the bits that pass in a cycle were
+    doubled, ``doublings``.
+    """
 
     pipeline: str
     size: float
+    doublings: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,7 +92,7 @@ class ClockLaw:
     """The periods of a style over families, pipelines and sizes.
 
     ``columns``: the name of each factor's logarithm. ``held_out``: the errors of placements that were held out,
-    relative, by their places.
+    relative, by their places. ``families``: of the placements.
     """
 
     growth: str
@@ -84,27 +100,35 @@ class ClockLaw:
     factors: tuple[float, ...]
     middle: float
     held_out: Mapping[int, float]
+    families: tuple[str, ...]
 
     @property
     def errors(self) -> tuple[float, ...]:
         """The sizes of the errors."""
         return tuple(map(abs, self.held_out.values()))
 
-    @property
-    def width(self) -> float:
-        """Half of the interval, relative."""
-        return max(LEAST_WIDTH, MARGIN * max(self.errors, default=0.5))
+    def errors_of(self, family: str) -> tuple[float, ...]:
+        """The sizes of the errors on a family; of all where fewer than ``LEAST_ERRORS`` are known."""
+        own = tuple(abs(error) for place, error in self.held_out.items() if self.families[place] == family)
+        return own if len(own) >= LEAST_ERRORS else self.errors
+
+    def width(self, family: str = "") -> float:
+        """Half of the interval on a family, relative."""
+        return max(LEAST_WIDTH, MARGIN * max(self.errors_of(family), default=0.5))
 
     def period(self, part: str, family: str, registers: Registers) -> float | None:
-        """The period on a part, ns; None where the pipeline was not placed on the family."""
-        if ("T", family, registers.pipeline) not in self.columns:
+        """The period on a part, ns; None where the pipeline was not placed on the family, or none was doubled."""
+        needed: set[tuple[str, ...]] = {("T", family, registers.pipeline)}
+        if registers.doublings:
+            needed.add(("d", registers.pipeline))
+        if not needed <= set(self.columns):
             return None
         terms = _terms(self.columns, part, family, registers, self.growth, self.middle)
         return math.exp(float(np.dot(self.factors, terms)))
 
 
 def _columns(placements: Sequence[Placement]) -> tuple[tuple[str, ...], ...]:
-    """The factors of a fit: T of each family and pipeline, r of each part but the most placed of its family, s."""
+    """The factors of a fit: T of each family and pipeline, r of each part but the most placed of its family, s, d."""
     rows = [each.row for each in placements]
     families = {row.family for row in rows}
     parts = {family: sorted(row.part for row in rows if row.family == family) for family in families}
@@ -114,17 +138,19 @@ def _columns(placements: Sequence[Placement]) -> tuple[tuple[str, ...], ...]:
     times = {("T", each.row.family, each.registers.pipeline) for each in placements}
     grades = {("r", row.part) for row in rows if row.part != first[row.family]}
     slopes = {
-        ("s", each.registers.pipeline) for each in placements if _grows(placements, each.registers.pipeline)
+        ("s", family, pipeline) for _, family, pipeline in times if _grows(placements, pipeline, family)
     }
-    return (*sorted(times), *sorted(grades), *sorted(slopes))
+    doubled = {("d", each.registers.pipeline) for each in placements if each.registers.doublings}
+    return (*sorted(times), *sorted(grades), *sorted(slopes), *sorted(doubled))
 
 
-def _grows(placements: Sequence[Placement], pipeline: str) -> bool:
-    """Whether the pipeline was placed in two sizes at least on one family, so that its growth is known."""
-    sizes = {
-        (each.row.family, each.registers.size) for each in placements if each.registers.pipeline == pipeline
-    }
-    return len(sizes) > len({family for family, _ in sizes})
+def _grows(placements: Sequence[Placement], pipeline: str, family: str = "") -> bool:
+    """Whether the pipeline was placed in two sizes at least, on the family or on any one."""
+    sizes: dict[str, set[float]] = {}
+    for each in placements:
+        if each.registers.pipeline == pipeline and family in ("", each.row.family):
+            sizes.setdefault(each.row.family, set()).add(each.registers.size)
+    return any(len(of_family) > 1 for of_family in sizes.values())
 
 
 def _terms(
@@ -137,12 +163,20 @@ def _terms(
 ) -> list[float]:
     grow = GROWTHS[growth]
     growing = grow(registers.size) - grow(middle)
-    present = {
+    present: dict[tuple[str, ...], float] = {
         ("T", family, registers.pipeline): 1.0,
         ("r", part): 1.0,
-        ("s", registers.pipeline): growing,
+        ("d", registers.pipeline): registers.doublings,
     }
+    # A family with one size takes the mean of the growth of the others.
+    slopes = [column for column in columns if column[0] == "s" and column[2] == registers.pipeline]
+    own = [column for column in slopes if column[1] == family]
+    present |= {column: growing / len(own or slopes) for column in own or slopes}
     return [present.get(column, 0.0) for column in columns]
+
+
+def _families(placements: Sequence[Placement]) -> tuple[str, ...]:
+    return tuple(each.row.family for each in placements)
 
 
 def _fitted(placements: Sequence[Placement], growth: str, middle: float) -> ClockLaw:
@@ -152,7 +186,9 @@ def _fitted(placements: Sequence[Placement], growth: str, middle: float) -> Cloc
     ]
     periods = [math.log(each.row.period_ns) for each in placements]
     factors = np.linalg.lstsq(np.array(terms), np.array(periods), rcond=None)[0]
-    return ClockLaw(growth, columns, tuple(float(factor) for factor in factors), middle, {})
+    return ClockLaw(
+        growth, columns, tuple(float(factor) for factor in factors), middle, {}, _families(placements)
+    )
 
 
 def _held_out(placements: Sequence[Placement], growth: str, middle: float) -> dict[int, float]:
@@ -185,7 +221,7 @@ def clock_law(placements: tuple[Placement, ...]) -> ClockLaw | None:
 
     growth = min(GROWTHS, key=worst)
     law = _fitted(placements, growth, middle)
-    return ClockLaw(law.growth, law.columns, law.factors, middle, _held_out(placements, growth, middle))
+    return replace(law, held_out=_held_out(placements, growth, middle))
 
 
 def held_out(placements: tuple[Placement, ...]) -> Mapping[tuple[str, ...], float]:
@@ -248,7 +284,7 @@ def _placed(
         return None
     own = periods.get(part.full_name)
     near = _same_grade(part, parts) if own is None else part.full_name
-    width = law.width
+    width = law.width(family)
     if near is None:
         apart = GRADES_APART if len(times) == 1 else 1.0
         slowest, fastest = 1e9 / max(times) / apart, 1e9 / min(times) * apart
@@ -261,7 +297,7 @@ def _placed(
     path = _path(near or parts[0], family, registers, placements)
     source = (
         f"placed and routed on {where}: {path}; growth with the size: {law.growth}; ±{width:.0%}, from"
-        f" {len(law.errors)} placements that were held out"
+        f" {len(law.errors_of(family))} placements that were held out{UNTIMED.get(family, '')}"
     )
     return _below_ram(Figure(value, "Hz", Status.MEASURED, source, low, high), part)
 
@@ -279,7 +315,12 @@ def _path(part: str, family: str, registers: Registers, placements: Sequence[Pla
         if each.row.family == family and each.registers.pipeline == registers.pipeline
     ]
     nearest = min(
-        near, key=lambda each: (each.row.part != part, abs(math.log(each.registers.size / registers.size)))
+        near,
+        key=lambda each: (
+            each.row.part != part,
+            abs(each.registers.doublings - registers.doublings),
+            abs(math.log(each.registers.size / registers.size)),
+        ),
     )
     return f"{registers.pipeline}, {nearest.row.path}"
 
@@ -306,8 +347,8 @@ def _between(
         value = published.value
         what = f"{published.source}; of {' and '.join(families)}, not of {part.family}: no circuit of it was placed"
     else:
-        low = min(low, 1e9 / max(periods) * (1 - law.width))
-        high = max(high, 1e9 / min(periods) * (1 + law.width))
+        low = min(low, 1e9 / max(periods) * (1 - law.width()))
+        high = max(high, 1e9 / min(periods) * (1 + law.width()))
         value = min(math.sqrt(low * high), published.value)
         beyond = (high / low) ** (BEYOND / 2)
         low, high = min(low / beyond * slow, value), high * beyond

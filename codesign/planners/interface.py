@@ -10,7 +10,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Hashable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, Literal, Self
+from typing import Any, Literal, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -143,6 +143,19 @@ _TASK_TEXTS = {
 }
 
 
+class MapWork(NamedTuple):
+    """Work on the map before it is sent: ``what`` it is, in ``units`` of a ``kernel`` of the processor that sends it.
+
+    ``instead``: as of ``Step``: None where a platform has to give a cost of the kernel for the work to be counted, and
+    0 where the cost of another kernel may hold it already.
+    """
+
+    what: str
+    kernel: str
+    units: int
+    instead: int | None = None
+
+
 class LoadParameters(TaskParameters):
     """The task ``load``, which brings the map to the planner, has nothing to choose."""
 
@@ -226,6 +239,13 @@ class Planner(ABC):
     def memory_levers(self, _job: Job[Any, Any], /) -> list[str]:
         """Changes that take less memory, besides a smaller map, such as "smaller blocks". By default none."""
         return []
+
+    def map_work(self, _job: Job[Any, Any], /) -> tuple[MapWork, ...]:
+        """The work of the component that sends the map, done before each plan. By default none.
+
+        A component without the cost of a kernel takes no time for it; a note of the result says so.
+        """
+        return ()
 
     @abstractmethod
     def plan(self, job: Job[Any, Any]) -> Any:

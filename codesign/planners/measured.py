@@ -1,6 +1,7 @@
 """What was synthesised, placed and routed of the circuits of this package: the one record that laws are fitted to.
 
-Each room keeps its rows in ``planners/ROOM/measured``: ``resources.json`` and ``clocks.json``, one row a line. Only
+Each room keeps its rows in ``planners/ROOM/measured``, one a line: ``resources.json``, ``clocks.json`` and, of toggles
+in simulation, ``activity.json``. Only
 ``python -m benchmarks.measure`` writes them. The variables of a row are the parameters of its top module, whole numbers
 by their names in the Verilog. A law is a sum of terms of these variables, fitted to some rows and held against others.
 """
@@ -101,7 +102,36 @@ class ClockRow:
         return 1e9 / self.clock
 
 
-Row = ResourceRow | ClockRow
+@dataclass(frozen=True)
+class ActivityRow:
+    """Toggles that were counted in ``cycles`` cycles of a run, on ``nets`` nets of the circuit as LUT and flip-flops.
+
+    ``design``: map and parameters, in words. ``seed``: of the map.
+    """
+
+    style: str
+    task: str
+    digest: str
+    variables: Mapping[str, int]
+    design: str
+    seed: int
+    toggles: int
+    nets: int
+    cycles: int
+    tools: str
+
+    @property
+    def key(self) -> tuple[str, ...]:
+        """What it is a row of: a second one takes its place."""
+        return self.style, self.task, self.design, str(self.seed)
+
+    @property
+    def rate(self) -> float:
+        """Toggles a net and cycle."""
+        return self.toggles / max(1, self.nets * self.cycles)
+
+
+Row = ResourceRow | ClockRow | ActivityRow
 
 
 def family_of(part_family: str) -> tuple[str, bool]:
@@ -124,6 +154,13 @@ def resource_rows(room: str, style: str, task: str = "") -> tuple[ResourceRow, .
 def clock_rows(room: str, style: str, task: str = "") -> tuple[ClockRow, ...]:
     """The placements of a style of a room, in the order of the file; none where the room has no file."""
     rows = (ClockRow(**row) for row in _read(room, "clocks"))
+    return tuple(row for row in rows if (row.style, row.task) == (style, task))
+
+
+@cache
+def activity_rows(room: str, style: str, task: str = "") -> tuple[ActivityRow, ...]:
+    """The counted toggles of a style of a room, in the order of the file; none where the room has no file."""
+    rows = (ActivityRow(**row) for row in _read(room, "activity"))
     return tuple(row for row in rows if (row.style, row.task) == (style, task))
 
 

@@ -15,38 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codesign.errors import InputError
-from codesign.figures import Figure, Status, weakest
+from codesign.figures import Figure
 from codesign.part import Part
 from codesign.planners.demand import Demand
 from codesign.planners.external_memory import Traffic
 from codesign.planners.job import Job
-
-
-def slice_power(
-    demand: Demand,
-    clock: int,
-    part: Part,
-    status: Status = Status.CALIBRATED,
-    remark: str = "",
-    least_activity: float = 1.0,
-) -> tuple[Figure, Figure]:
-    """Static power of ``part``, and slices × ``clock`` (Hz) × the part's power a slice and Hz, W.
-
-    Block RAMs and the clock tree are in the figure for a slice of a typical design; pins are not counted.
-    ``least_activity``: the low end of the dynamic power over that of a typical design. ``remark`` ends the source.
-    """
-    scale = demand.total("slices") * clock
-    rate = part.dynamic_power
-    low, high = rate.interval
-    dynamic = Figure(
-        value=rate.value * scale,
-        unit="W",
-        status=weakest(status, rate.status),
-        source=f"slices × clock × {rate.value * 1e12:.3g} µW a slice and MHz ({rate.source}){remark}",
-        low=low * scale * least_activity,
-        high=high * scale,
-    )
-    return part.static_power, dynamic
 
 
 @dataclass(frozen=True)

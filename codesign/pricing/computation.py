@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 from pydantic import TypeAdapter
 
-from codesign.inputs.components import FpgaComponent
+from codesign.inputs.components import FpgaComponent, ProcessorComponent
 from codesign.memo import Memo
 from codesign.planners.quality import Quality, RobotsQuality
 from codesign.planners.styles import Exchange, Step
@@ -34,7 +34,8 @@ class Act(NamedTuple):
 
     - ``where``: the component or link. ``what``: the message, or the phase of a processor's task.
     - ``unit``: what is counted: ``bits`` of a message, a kernel of a processor, ``cycles`` of an FPGA.
-    - ``amount``: of it. ``phases``: of an FPGA, the cycles of each phase in their order; together ``amount``.
+    - ``amount``: of it. ``phases``: of a style's work, the amount of each phase in their order; together ``amount``.
+      Messages, and what is done to the map before it is sent, have none.
     """
 
     where: str
@@ -217,6 +218,24 @@ class _Recorder:
         placement = self.system.placement
         return (yield from self._run(placement.places[task], steps, placement.styles[task].kernel))
 
+    def charge(
+        self,
+        task: str,
+        kernel: str,
+        units: int,
+        ledger: Ledger | None = None,  # noqa: ARG002 - see ``Machine.charge``
+        *,
+        what: str = "",
+        priority: int = 0,  # noqa: ARG002
+    ) -> Generator[Any, Any, None]:
+        """Process generator: units of a kernel on the component of a task, where that has a cost of it."""
+        name = self.system.placement.places[task]
+        spec = self.system.platform.components[name]
+        if units and isinstance(spec, ProcessorComponent) and kernel in spec.costs:
+            self.acts.append(Act(name, what or task, kernel, units))
+        return
+        yield
+
     def _run(self, name: str, steps: Generator[Step, None, Any], kernel: str) -> Generator[Any, Any, Any]:
         steps = planner_steps(self.system.planner, steps)
         spec = spec_of(self.system, name)
@@ -258,7 +277,7 @@ class _Recorder:
             if step.instead is not None and wanted not in costs:
                 units, wanted = step.instead, kernel
             if units:
-                self.acts.append(Act(name, step.phase, wanted, units))
+                self.acts.append(Act(name, step.phase, wanted, units, ((step.phase, units),)))
 
     def _exchange(self, step: Exchange) -> Generator[Any, Any, None]:
         """A question to another task, that task, and its answer."""

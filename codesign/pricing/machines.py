@@ -235,7 +235,7 @@ class Machines:
             processor.busy = processor.busy + spent
             self.now = self.now + spent
             ledger.count(act.where, act.what, act.unit, act.amount)
-            if act.where == self.system.component:
+            if act.phases and act.where == self.system.component:
                 self._spent[act.what] = self._spent.get(act.what, np.int64(0)) + spent
 
     def _work(self, fpga: _Fpga, act: Act, ledger: Ledger) -> None:

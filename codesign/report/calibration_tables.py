@@ -22,6 +22,9 @@ def calibration_tables(compared: Comparison) -> tuple[Table, ...]:
         *left("in law", "report"),
     )
     tables = [Table("Predicted against reported", columns, rows)]
+    if compared.lines:
+        by_line = tuple((word(each.line), *_row(each)) for each in compared.lines)
+        tables.append(Table("Lines of the demand", (Column("line"), *columns), by_line))
     calibration = compared.calibration
     if calibration is not None:
         fitted = []
@@ -76,25 +79,27 @@ def calibration_document(compared: Comparison) -> dict[str, Any]:
     """The comparison for programs: every row, the errors and the factors, in Hz, W and counts."""
     calibration = compared.calibration
     return {
-        "rows": [
-            {
-                "term": each.term,
-                "design": each.design,
-                "predicted": each.predicted.value,
-                "low": each.predicted.interval[0],
-                "high": each.predicted.interval[1],
-                "reported": each.reported,
-                "ratio": each.ratio,
-                "unit": UNITS.get(each.term, ""),
-                "report": each.report,
-                "law": each.predicted.source,
-            }
-            for each in compared.rows
-        ],
+        "rows": [_row_document(each) for each in compared.rows],
+        "lines": [{"line": each.line, **_row_document(each)} for each in compared.lines],
         "terms": {
             term: {"before": errors.before, "after": errors.after, "held_out": errors.held_out}
             for term, errors in compared.errors.items()
         },
         "calibration": None if calibration is None else calibration.model_dump(mode="json"),
         "notes": list(compared.notes),
+    }
+
+
+def _row_document(each: Compared) -> dict[str, Any]:
+    return {
+        "term": each.term,
+        "design": each.design,
+        "predicted": each.predicted.value,
+        "low": each.predicted.interval[0],
+        "high": each.predicted.interval[1],
+        "reported": each.reported,
+        "ratio": each.ratio,
+        "unit": UNITS.get(each.term, ""),
+        "report": each.report,
+        "law": each.predicted.source,
     }

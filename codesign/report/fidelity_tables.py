@@ -171,7 +171,7 @@ def _open(result: Fidelity) -> Table:
     groups: dict[tuple[str, str], list[str]] = {}
     for mismatch in result.mismatches:
         reason = reason_of(mismatch)
-        key = (reason.why, reason.experiment) if reason else ("open", "open")
+        key = (reason.words, reason.experiment) if reason else ("open", "open")
         groups.setdefault(key, []).append(f"{mismatch.key}: {mismatch.words}")
     rows = tuple(words("; ".join(texts), why, experiment) for (why, experiment), texts in groups.items())
     columns = left("what does not match, or was never measured", "why", "the experiment that would settle it")

@@ -1,9 +1,7 @@
 """How often the nets of a circuit toggle, counted in a simulation: what dynamic power is proportional to.
 
-Dynamic power is the sum over all nets of toggles a second times the energy of one. Vivado's reports take 12.5 toggles
-in 100 edges of the clock where nobody says otherwise. Two of them, of an A* array on the XC7Z020-1 at 100 MHz (Mucha,
-Scechura 2023), give the energy of a toggle: dynamic power of the fabric over the outputs of LUT and flip-flops, at that
-rate.
+The nets are those of the circuit as LUT and flip-flops. In the Verilog of its source one net may have several names,
+and a name may have nets that no gate drives.
 """
 
 from __future__ import annotations
@@ -13,39 +11,17 @@ import tempfile
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
+import numpy as np
+
+from codesign.errors import RunError
 from codesign.files import passing
-from codesign.planners.circuits import CircuitStyle
-from codesign.planners.job import Job
+from codesign.planners.circuits import Circuit, Expected
+from codesign.rtl.bench_runs import icarus
 from codesign.rtl.runs import Waves
-from codesign.rtl.simulate import simulate
 
-TYPICAL = 0.125
-"""Toggles a net and edge of the clock that tools take by default."""
-
-
-@dataclass(frozen=True)
-class PowerReport:
-    """A public report: ``dynamic`` power of the fabric in W at ``clock`` Hz, on LUT, flip-flops and slices."""
-
-    dynamic: float
-    clock: float
-    luts: int
-    flip_flops: int
-    slices: int
-
-    @property
-    def toggle_energy(self) -> float:
-        """J a toggle of an output of a LUT or a flip-flop, wires and clock tree with it."""
-        return self.dynamic / (self.clock * TYPICAL * (self.luts + self.flip_flops))
-
-
-REPORTS = (
-    PowerReport(0.070, 100e6, 12_403, 18_391, 7_847),
-    PowerReport(0.084, 100e6, 17_372, 25_373, 9_709),
-)
-"""Mucha and Scechura 2023, two sizes of an A* array on the XC7Z020-1, by Vivado."""
+MOST_CYCLES = 4000
+"""Cycles of a run that toggles are counted in."""
 
 
 @dataclass(frozen=True)
@@ -62,21 +38,29 @@ class Activity:
         return self.toggles / max(1, self.bits * self.cycles)
 
 
-def activity(style: CircuitStyle, job: Job[Any, Any], first: int, last: int) -> Activity:
-    """The activity of a design point from cycle ``first`` to ``last`` of its run.
+def activity(circuit: Circuit, expected: Expected, most: int = MOST_CYCLES) -> Activity:
+    """The activity of a run of a circuit, on its netlist of LUT and flip-flops (``rtl.gates``).
+
+    Of a run of more than ``most`` cycles, those in its middle count.
 
     Raises:
-        MissingToolError: pyosys or a C++ compiler is not installed.
-        RunError: the Verilog cannot be compiled.
+        MissingToolError: pyosys or Icarus is not installed.
+        RunError: the Verilog cannot be compiled, or the netlist does not run.
     """
+    cycles = sum(expected.cycles.values())
+    first = max(0, (cycles - most) // 2)
     with passing(Path(tempfile.mkdtemp(prefix="hwsw-activity-"))) as folder:
         file = folder / "waves.vcd"
-        simulate(style.circuit(job), style.expected(job), waves=Waves(file, first, last))
+        last = min(cycles, first + most) - 1
+        events = icarus(circuit, expected, Waves(file, first, last), gates=True).events
+        if not np.array_equal(events.value, expected.events.value[: len(events.value)]):
+            raise RunError(f"the netlist of {circuit.top} reports other values than the model")
         with file.open(encoding="utf-8") as lines:
             return count_toggles(lines)
 
 
-_VARIABLE = re.compile(r"\$var \w+ (\d+) (\S+) (\S+)")
+_VARIABLE = re.compile(r"\$var (?:wire|reg) (\d+) (\S+) (\S+)")
+"""A net. Parameters and the counters of loops are none."""
 _SCALAR, _VECTOR = re.compile(r"([01])(\S+)"), re.compile(r"b([01xz]+) (\S+)")
 
 

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import shutil
+from collections.abc import Callable
+from contextlib import suppress
+from os import cpu_count
 from pathlib import Path
 
 import numpy as np
@@ -11,18 +14,31 @@ from codesign.errors import RunError
 from codesign.planners.circuits import Circuit, Expected
 from codesign.rtl import tools
 from codesign.rtl.bench import BENCH, bench_files
+from codesign.rtl.bounds import work_of
 from codesign.rtl.cache import digest_of, kept, scratch
 from codesign.rtl.design import sources_of, write_design
-from codesign.rtl.runs import Run, Waves, events_of, phases_of
+from codesign.rtl.gates import write_gates
+from codesign.rtl.runs import HINT, Progress, Run, Waves, events_of, phases_of, silent
 
 _BUILD_S = 1800.0
 _RUN_S = 3600.0
+_OPTIONS = ("--binary", "--top-module", BENCH, "-o", "run.exe")
+LONG = 3 * 10**8
+"""Above this number of elements times cycles, a program that runs fast is worth its compilation."""
+
 _UNKNOWN = 255
 """The kind of an event with bits that are unknown (x)."""
 
 
-def icarus(circuit: Circuit, expected: Expected, waves: Waves | None = None) -> Run:
-    """Run a circuit in Icarus.
+def icarus(
+    circuit: Circuit,
+    expected: Expected,
+    waves: Waves | None = None,
+    progress: Progress = silent,
+    *,
+    gates: bool = False,
+) -> Run:
+    """Run a circuit in Icarus. ``gates``: as the netlist that ``rtl.gates`` makes of it.
 
     Raises:
         MissingToolError: it is not installed.
@@ -31,34 +47,66 @@ def icarus(circuit: Circuit, expected: Expected, waves: Waves | None = None) -> 
     compile_, vvp = tools.require("iverilog"), tools.require("vvp")
     with scratch() as folder:
         files = _write(circuit, expected, folder)
+        if gates:
+            files = [write_gates(circuit, folder), f"{BENCH}.v"]
         command = (*compile_, "-g2005", "-s", BENCH, "-o", "run.vvp", *files)
-        tools.checked(command, folder, f"Icarus, of {circuit.top},", seconds=_BUILD_S)
-        return _run(circuit, (*vvp, "-n", "run.vvp"), folder, waves)
+        progress("Icarus compiles the circuit", 0, 0)
+        tools.checked(command, folder, f"Icarus, of {circuit.top},", seconds=_BUILD_S, hint=HINT)
+        progress("Icarus simulates the circuit", 0, 0)
+        watch = _watch(folder, expected, "Icarus", progress)
+        return _run(circuit, (*vvp, "-n", "run.vvp"), folder, waves, watch)
 
 
-def verilator(circuit: Circuit, expected: Expected, waves: Waves | None = None) -> Run:
+def verilator(
+    circuit: Circuit, expected: Expected, waves: Waves | None = None, progress: Progress = silent
+) -> Run:
     """Run a circuit in the program that Verilator makes of it; it is kept.
 
     Raises:
         MissingToolError: it is not installed.
         RunError: it refuses the Verilog.
     """
-    command = (*tools.require("verilator"), "--binary", "-j", "1", "--top-module", BENCH, "-o", "run.exe")
+    command = (*tools.require("verilator"), *_OPTIONS, "-MAKEFLAGS", _levels(circuit, expected))
     trace = ("--trace",) if waves else ()
 
     def build(folder: Path) -> None:
         files = _write(circuit, expected, folder)
         what = f"Verilator, of {circuit.top},"
-        tools.checked((*command, *trace, *files), folder, what, seconds=_BUILD_S)
+        progress("Verilator compiles the circuit", 0, 0)
+        cores = ("-j", str(cpu_count() or 1))
+        tools.checked((*command, *cores, *trace, *files), folder, what, seconds=_BUILD_S, hint=HINT)
         (folder / "obj_dir" / "run.exe").rename(folder / "run.exe")
         shutil.rmtree(folder / "obj_dir")
 
     with scratch() as folder:
         files = _write(circuit, expected, folder)
         texts = ((folder / name).read_text(encoding="utf-8") for name in files)
-        digest = digest_of(*texts, *trace, tools.version_of("verilator"))
+        digest = digest_of(*texts, *command[1:], *trace, tools.version_of("verilator"))
         with kept("verilator", digest, build) as program:
-            return _run(circuit, (str((program / "run.exe").absolute()),), folder, waves)
+            progress("Verilator simulates the circuit", 0, 0)
+            watch = _watch(folder, expected, "Verilator", progress)
+            return _run(circuit, (str((program / "run.exe").absolute()),), folder, waves, watch)
+
+
+def _levels(circuit: Circuit, expected: Expected) -> str:
+    """What the parts of a program are compiled with. -O1 takes twice the time of -O0, and runs twice as fast."""
+    level = "-O1" if work_of(circuit, expected) > LONG else "-O0"
+    return f"OPT_FAST={level} OPT_SLOW=-O0 OPT_GLOBAL={level}"
+
+
+def _watch(folder: Path, expected: Expected, name: str, progress: Progress) -> Callable[[], None]:
+    """Report the cycle of the last event in the log."""
+    cycles, log = sum(expected.cycles.values()), folder / "events.log"
+
+    def watch() -> None:
+        with suppress(OSError, ValueError, IndexError), log.open("rb") as file:
+            file.seek(max(0, log.stat().st_size - 200))
+            # The first line and the last one may be cut off.
+            events = [line for line in file.read().splitlines()[1:-1] if line.startswith(b"event ")]
+            done = int(events[-1].split()[1])
+            progress(f"cycles simulated in {name}", min(done, cycles), cycles)
+
+    return watch
 
 
 def _write(circuit: Circuit, expected: Expected, folder: Path) -> list[str]:
@@ -69,9 +117,15 @@ def _write(circuit: Circuit, expected: Expected, folder: Path) -> list[str]:
     return [*sources_of(circuit), f"{BENCH}.v"]
 
 
-def _run(circuit: Circuit, command: tuple[str, ...], folder: Path, waves: Waves | None) -> Run:
+def _run(
+    circuit: Circuit,
+    command: tuple[str, ...],
+    folder: Path,
+    waves: Waves | None,
+    watch: Callable[[], None],
+) -> Run:
     window = ("+waves", f"+first={waves.first}", f"+last={waves.last}") if waves else ()
-    finished = tools.run((*command, "+log", *window), folder, seconds=_RUN_S)
+    finished = tools.run((*command, "+log", *window), folder, seconds=_RUN_S, hint=HINT, watch=watch)
     log = folder / "events.log"
     lines = log.read_text(encoding="utf-8").splitlines() if log.exists() else []
     if finished.code or not lines or not lines[-1].startswith("end "):

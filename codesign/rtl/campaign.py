@@ -12,6 +12,7 @@ from codesign.errors import CodesignError
 from codesign.interrupts import end_children
 from codesign.planners.circuits import CircuitStyle
 from codesign.planners.job import Job
+from codesign.rtl.runs import Progress, silent
 from codesign.rtl.verify import MOST_DEVIATION, Verified, verify
 
 
@@ -81,17 +82,18 @@ def verify_all(
     jobs: int = 1,
     progress: Callable[[Checked], None] | None = None,
     waves: Path | None = None,
+    within: Progress = silent,
 ) -> tuple[StyleChecked, ...]:
     """Verify points, ``jobs`` at a time, and add them up by style.
 
-    ``progress`` is called after each point. ``waves``: the file of a waveform around the first difference of the first
-    point that has one.
+    ``progress`` is called after each point, ``within`` with what the simulator of a single point does. ``waves``: the
+    file of a waveform around the first difference of the first point that has one.
 
     Raises:
         MissingToolError: a tool is not installed.
     """
     results: dict[int, Checked] = {}
-    for index, checked in _checked(asked, backend, jobs):
+    for index, checked in _checked(asked, backend, jobs, within if len(asked) == 1 else silent):
         results[index] = checked
         if progress is not None:
             progress(checked)
@@ -107,16 +109,18 @@ def verify_all(
     return tuple(StyleChecked(*names, tuple(points)) for names, points in groups.items())
 
 
-def _checked(asked: Sequence[Asked], backend: str, jobs: int) -> Iterator[tuple[int, Checked]]:
+def _checked(
+    asked: Sequence[Asked], backend: str, jobs: int, within: Progress
+) -> Iterator[tuple[int, Checked]]:
     """Each point by its index, as it is done. The work is done by tools, so threads suffice."""
     if jobs == 1:
         for index, each in enumerate(asked):
-            yield index, _check(each, backend)
+            yield index, _check(each, backend, within)
         return
     pool = ThreadPoolExecutor(jobs)
     try:
         futures: dict[Future[Checked], int] = {
-            pool.submit(_check, each, backend): index for index, each in enumerate(asked)
+            pool.submit(_check, each, backend, within): index for index, each in enumerate(asked)
         }
         for future in as_completed(futures):
             yield futures[future], future.result()
@@ -125,13 +129,13 @@ def _checked(asked: Sequence[Asked], backend: str, jobs: int) -> Iterator[tuple[
         end_children()
 
 
-def _check(asked: Asked, backend: str) -> Checked:
+def _check(asked: Asked, backend: str, within: Progress) -> Checked:
     from codesign.rtl.tools import MissingToolError
 
     style = asked.style
     names = (style.planner, style.style, style.task, asked.name)
     try:
-        return Checked(*names, verify(style, asked.job(), backend))
+        return Checked(*names, verify(style, asked.job(), backend, None, within))
     except MissingToolError:
         raise
     except CodesignError as fault:

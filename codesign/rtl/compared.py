@@ -97,7 +97,7 @@ def compared(
         lines=tuple(_lines(synthesis, demand if name == own and exact else None)),
         law=law,
         placements=tuple(placements),
-        notes=tuple(_notes(design, name, own)),
+        notes=tuple(_notes(design, name, own, synthesis)),
     )
 
 
@@ -126,7 +126,7 @@ def _lines(synthesis: Synthesis, demand: Demand | None) -> list[LineCompared]:
     ]
 
 
-def _notes(design: Placed, family: str, own: str) -> list[str]:
+def _notes(design: Placed, family: str, own: str, synthesis: Synthesis) -> list[str]:
     notes = ["slices are a matter of packing, so they are not compared"]
     if family != own:
         notes.append(
@@ -137,6 +137,10 @@ def _notes(design: Placed, family: str, own: str) -> list[str]:
             "7 series: counts only, their open timing is not to be trusted; clocks come from reports"
         )
         notes.append("LUT of six inputs are counted one for one, as the budget of the part counts them")
+    elif family == "gowin" and synthesis.total.multipliers:
+        notes.append(
+            "a clock of a Gowin part holds no path through a multiplier: nextpnr has no delays of one"
+        )
     elif design.part.name not in DEVICES:
         notes.append(f"no clock: {design.part.full_name} has no open place and route that is to be trusted")
     return notes

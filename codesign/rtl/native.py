@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import platform
+from contextlib import suppress
 from functools import cache
 from importlib.resources import files
 from pathlib import Path
@@ -13,9 +14,9 @@ from codesign.errors import RunError
 from codesign.planners.circuits import Circuit, Expected
 from codesign.rtl import tools
 from codesign.rtl.bounds import bound_of
-from codesign.rtl.cache import digest_of, kept
+from codesign.rtl.cache import digest_of, kept, scratch
 from codesign.rtl.design import digest_of_circuit, sources_of, top_name, write_design
-from codesign.rtl.runs import Run, Waves, events_of, phases_of, stream_chunks
+from codesign.rtl.runs import HINT, Progress, Run, Waves, events_of, phases_of, silent, stream_chunks
 
 _COMPILE_S = 900.0
 _RUN_S = 3600.0
@@ -23,7 +24,9 @@ _OPTIONS = ("-std=c++14", "-O1", "-w", "-DCXXRTL_NDEBUG")
 """-O1 compiles twice as fast as -O2, and runs nearly as fast. An index that is too large reads zero: no abort."""
 
 
-def cxxrtl(circuit: Circuit, expected: Expected, waves: Waves | None = None) -> Run:
+def cxxrtl(
+    circuit: Circuit, expected: Expected, waves: Waves | None = None, progress: Progress = silent
+) -> Run:
     """Run a circuit in the program that CXXRTL makes of it.
 
     Raises:
@@ -38,10 +41,12 @@ def cxxrtl(circuit: Circuit, expected: Expected, waves: Waves | None = None) -> 
     digest = digest_of(digest_of_circuit(circuit), *images, what, driver, *toolchain, platform.machine())
 
     def build(folder: Path) -> None:
+        progress("CXXRTL compiles the circuit", 0, 0)
         _build(circuit, folder, driver, waves is not None)
 
-    with kept("cxxrtl", digest, build) as folder:
-        return _run(circuit, folder, bound_of(expected), waves)
+    with kept("cxxrtl", digest, build) as folder, scratch() as place:
+        progress("CXXRTL simulates the circuit", 0, 0)
+        return _run(circuit, folder / "run.exe", place, expected, waves, progress)
 
 
 @cache
@@ -69,12 +74,12 @@ def _build(circuit: Circuit, folder: Path, driver: str, waves: bool) -> None:
         "opt_clean -purge",
         f"write_cxxrtl -noflatten {'-g4' if waves else '-g0'} design.cc",
     ]
-    tools.yosys("\n".join(script) + "\n", folder, f"Yosys, of {circuit.top},", seconds=_COMPILE_S)
+    tools.yosys("\n".join(script) + "\n", folder, f"Yosys, of {circuit.top},", seconds=_COMPILE_S, hint=HINT)
     name = "p_" + top.replace("_", "__")
     defines = (f"-DTOP={name}", *(("-DWAVES",) if waves else ()))
     (folder / "driver.cc").write_text(driver, encoding="utf-8")
     command = (*_compiler(), *_OPTIONS, *defines, f"-I{_headers()}", "driver.cc", "-o", "run.exe")
-    tools.checked(command, folder, f"the compiler of C++, of {circuit.top},", seconds=_COMPILE_S)
+    tools.checked(command, folder, f"the compiler of C++, of {circuit.top},", seconds=_COMPILE_S, hint=HINT)
     for file in folder.iterdir():
         if file.name != "run.exe":
             file.unlink()
@@ -85,10 +90,21 @@ def _headers() -> str:
     return str(files("pyosys").joinpath("share/include/backends/cxxrtl/runtime"))
 
 
-def _run(circuit: Circuit, folder: Path, bound: int, waves: Waves | None) -> Run:
+def _run(
+    circuit: Circuit, program: Path, place: Path, expected: Expected, waves: Waves | None, progress: Progress
+) -> Run:
     window = (str(waves.file.absolute()), str(waves.first), str(waves.last)) if waves else ()
-    command = (str((folder / "run.exe").absolute()), str(len(circuit.stream.words)), str(bound), *window)
-    finished = tools.run(command, folder, seconds=_RUN_S, stdin=stream_chunks(circuit))
+    cycles = sum(expected.cycles.values())
+
+    def watch() -> None:
+        """The program writes the number of its cycle into a file."""
+        with suppress(OSError, ValueError):
+            done = int((place / "cycle").read_text(encoding="utf-8"))
+            progress("cycles simulated in CXXRTL", min(done, cycles), cycles)
+
+    command = (str(program.absolute()), str(len(circuit.stream.words)), str(bound_of(expected)), *window)
+    chunks = stream_chunks(circuit)
+    finished = tools.run(command, place, seconds=_RUN_S, stdin=chunks, hint=HINT, watch=watch)
     numbers = (
         np.frombuffer(finished.stdout, np.uint64) if len(finished.stdout) % 8 == 0 else np.empty(0, np.uint64)
     )

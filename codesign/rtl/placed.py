@@ -43,13 +43,13 @@ def placed(platform: Platform, workload: Workload) -> Placed:
             circuit.
     """
     system = bind(platform, workload)
-    candidates = _candidates(system)
+    candidates = on_fpgas(system)
     circuits = catalog.circuits()
     for task, style, component in candidates:
         circuit = circuits.get((system.planner.name, style, task))
         spec = platform.components[component]
         if circuit is not None and isinstance(spec, FpgaComponent):
-            job = _job(system, task, spec)
+            job = job_of(system, task, spec)
             return Placed(circuit, job, system, component, int(spec.clock.value))
     planning = system.planner.planning_task
     if not candidates:
@@ -59,11 +59,16 @@ def placed(platform: Platform, workload: Workload) -> Placed:
     task, style, _ = candidates[0]
     text = f"style {style!r} of task {task or planning} has no circuit in Verilog"
     with_circuit = [name for owner, name, of in circuits if (owner, of) == (system.planner.name, task)]
-    hint = choose_hint(style, with_circuit) if with_circuit else "no style of this planner has one"
+    if with_circuit:
+        hint = choose_hint(style, with_circuit)
+    elif any((owner, of) == (system.planner.name, "") for owner, _, of in circuits):
+        hint = f"task {task} alone is not built: place {planning} on the FPGA too, whose circuit does both"
+    else:
+        hint = "no style of this planner has one"
     raise UnsuitedError([fault(workload, ("mapping", task or planning, "style"), text, hint)])
 
 
-def _candidates(system: System) -> list[tuple[str, str, str]]:
+def on_fpgas(system: System) -> list[tuple[str, str, str]]:
     """Task ("" for the planning task), style and component of every task of the planner that is on an FPGA."""
     of_planning = [("", system.architecture.style, system.component)] if system.part is not None else []
     apart = [
@@ -74,7 +79,8 @@ def _candidates(system: System) -> list[tuple[str, str, str]]:
     return of_planning + apart
 
 
-def _job(system: System, task: str, spec: FpgaComponent) -> Job[Any, Any]:
+def job_of(system: System, task: str, spec: FpgaComponent) -> Job[Any, Any]:
+    """What a task on an FPGA is asked about: one that is placed by itself has the plan."""
     if not task:
         return system.job
     return replace(system.job, part=spec.chip, plan=system.planner.plan(system.job))

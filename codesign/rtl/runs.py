@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -10,6 +10,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codesign.planners.circuits import Circuit, Events
+
+Progress = Callable[[str, int, int], None]
+"""Called with what a simulator does, the cycles that it has simulated, and those expected: 0 while it builds."""
+
+
+def silent(_words: str, _done: int, _expected: int) -> None:
+    """Report no progress."""
+
+
+HINT = "verify a smaller design, such as one with smaller blocks or a smaller map, or try another --backend"
+"""The remedy where a simulator does not end in time."""
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,8 @@ from __future__ import annotations
 import shutil
 import subprocess
 import sys
-from collections.abc import Sequence
+import time
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
@@ -13,6 +14,8 @@ from pathlib import Path
 
 from codesign.errors import RunError
 from codesign.interrupts import child
+
+_WATCH_S = 1.0
 
 _EXTRA = "pip install 'hwsw-codesign[rtl]'"
 
@@ -111,30 +114,50 @@ class Finished:
         return "\n".join((errors or lines[-5:])[:5])
 
 
-def run(command: Sequence[str], cwd: Path, *, seconds: float, stdin: bytes = b"") -> Finished:
+def run(
+    command: Sequence[str],
+    cwd: Path,
+    *,
+    seconds: float,
+    stdin: bytes = b"",
+    hint: str = "try a smaller design",
+    watch: Callable[[], None] = lambda: None,
+) -> Finished:
     """Run a tool to its end. Its processes never outlive the command.
+
+    ``watch`` is called about once a second while it runs. ``hint``: the remedy where it takes too long.
 
     Raises:
         RunError: it does not start, or does not end within ``seconds``.
     """
     name = Path(command[0]).name
+    end = time.monotonic() + seconds
+    offered: bytes | None = stdin
     try:
         with child(command, cwd, subprocess.PIPE) as process:
-            stdout, stderr = process.communicate(stdin, timeout=seconds)
-            return Finished(process.returncode, stdout, stderr)
-    except subprocess.TimeoutExpired:
-        raise RunError(f"{name} did not end within {seconds:g} s", None, "try a smaller design") from None
+            while True:
+                left = end - time.monotonic()
+                try:
+                    stdout, stderr = process.communicate(offered, timeout=max(0.0, min(_WATCH_S, left)))
+                    return Finished(process.returncode, stdout, stderr)
+                except subprocess.TimeoutExpired:
+                    offered = None
+                    if left <= _WATCH_S:
+                        raise RunError(f"{name} did not end within {seconds:g} s", None, hint) from None
+                watch()
     except OSError as fault:
         raise RunError(f"{name} cannot be started: {fault.strerror}") from fault
 
 
-def checked(command: Sequence[str], cwd: Path, what: str, *, seconds: float) -> Finished:
+def checked(
+    command: Sequence[str], cwd: Path, what: str, *, seconds: float, hint: str = "try a smaller design"
+) -> Finished:
     """Run a tool that has to succeed.
 
     Raises:
         RunError: it fails; the message says ``what`` it does, and has the tool's own words.
     """
-    finished = run(command, cwd, seconds=seconds)
+    finished = run(command, cwd, seconds=seconds, hint=hint)
     if finished.code:
         raise RunError(f"{what} fails (exit code {finished.code}): {finished.complaints}")
     return finished
@@ -145,7 +168,7 @@ _RUN_YOSYS = (
 )
 
 
-def yosys(script: str, cwd: Path, what: str, *, seconds: float) -> str:
+def yosys(script: str, cwd: Path, what: str, *, seconds: float, hint: str = "try a smaller design") -> str:
     """Run a script of Yosys in the folder ``cwd``, and return its log.
 
     Yosys ends its process at an error, so it has one of its own.
@@ -157,4 +180,4 @@ def yosys(script: str, cwd: Path, what: str, *, seconds: float) -> str:
     require("pyosys")
     (cwd / "script.ys").write_text(script, encoding="utf-8")
     command = (sys.executable, "-c", _RUN_YOSYS, "script.ys")
-    return checked(command, cwd, what, seconds=seconds).output
+    return checked(command, cwd, what, seconds=seconds, hint=hint).output

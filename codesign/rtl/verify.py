@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from codesign.planners.circuits import Circuit, CircuitStyle, Events, Expected
 from codesign.planners.job import Job
 from codesign.rtl.bounds import bound_of
-from codesign.rtl.runs import Run, Waves
+from codesign.rtl.runs import Progress, Run, Waves, silent
 from codesign.rtl.simulate import simulate
 from codesign.units import counted
 
@@ -52,22 +52,27 @@ class Verified:
 
 
 def verify(
-    style: CircuitStyle, job: Job[Any, Any], backend: str = "cxxrtl", waves: Path | None = None
+    style: CircuitStyle,
+    job: Job[Any, Any],
+    backend: str = "cxxrtl",
+    waves: Path | None = None,
+    progress: Progress = silent,
 ) -> Verified:
     """Run the circuit of a design point, and compare it with the model.
 
-    ``waves``: the file of a waveform (VCD) around the first difference, written where there is one.
+    ``waves``: the file of a waveform (VCD) around the first difference, written where there is one. ``progress`` is
+    called with what the simulator does.
 
     Raises:
         UnsuitedError: the style has no circuit for the parameters.
         MissingToolError, RunError: as ``simulate``.
     """
     circuit, expected = style.circuit(job), style.expected(job)
-    verified = compared(circuit, expected, simulate(circuit, expected, backend))
+    verified = compared(circuit, expected, simulate(circuit, expected, backend, None, progress))
     if waves is not None and verified.first is not None:
         middle = verified.first.cycle if verified.first.cycle >= 0 else 0
         window = Waves(waves, max(0, middle - BEFORE), middle + AFTER)
-        simulate(circuit, expected, backend, window)
+        simulate(circuit, expected, backend, window, progress)
     return verified
 
 

@@ -29,7 +29,7 @@ from codesign.planners.styles import Architecture
 from codesign.system import catalog
 from codesign.system.assemble import platform_faults
 from codesign.system.change import with_task
-from codesign.system.place import Placement, a_type, external_of, memory_faults, place
+from codesign.system.place import Placement, a_type, external_of, map_work_notes, memory_faults, place
 from codesign.system.problem_map import Places, grid_faults, length_notes, map_notes
 from codesign.system.scenario import Draft, Scenario
 
@@ -125,6 +125,7 @@ def bind_to(
             *map_notes(workload, grid),
             *length_notes(draft.problem),
             *draft.architecture.notes(Job(draft.problem, declared)),
+            *map_work_notes(draft, placement),
         ),
         found={},
     )

@@ -180,20 +180,23 @@ class Machine:
         units: int,
         ledger: Ledger | None = None,
         *,
+        what: str = "",
         priority: int = CONTROL,
     ) -> Generator[Any, Any, None]:
         """Process generator: ``units`` of a kernel on the component of ``task``, where that has a cost of it.
 
-        What a platform gives no cost of takes no time.
+        ``what``: what is done, in records and terms; by default the task. What a platform gives no cost of takes no
+        time.
         """
         name = self.system.placement.places[task]
         component, spec = self.by_name[name], self.system.platform.components[name]
         if not units or not isinstance(spec, ProcessorComponent) or kernel not in spec.costs:
             return
         begin, spent = self.now, component.duration(kernel, units)
-        yield from component.execute(kernel, units, task, priority=priority)
+        yield from component.execute(kernel, units, what or task, priority=priority)
         if ledger is not None:
             ledger.book(Spent.COMPUTE, name, spent)
+            ledger.count(name, what or task, kernel, units)
             ledger.book(Spent.WAIT, name, self.now - begin - spent)
 
     def follow_up(self, task: str) -> None:

@@ -93,6 +93,18 @@ class PlanMachine(Protocol):
     ) -> Generator[Any, Any, Any]:
         """Process generator: the steps of a task."""
 
+    def charge(
+        self,
+        task: str,
+        kernel: str,
+        units: int,
+        ledger: Ledger | None = None,
+        *,
+        what: str = "",
+        priority: int = 0,
+    ) -> Generator[Any, Any, None]:
+        """See ``Machine.charge``."""
+
     def follow_up(self, task: str) -> None:
         """Start the user's own tasks after a task."""
 
@@ -125,6 +137,7 @@ def plan_chain(
     """
     chain, asked = _Chain(machine, problem, sent, memo), machine.now
     planning = machine.system.planner.planning_task
+    yield from chain.prepare_map()
     if warm is None:
         warm = machine.system.planning.begins_at_bound
     if warm and LOWER_BOUND in machine.system.placement.styles:
@@ -176,6 +189,14 @@ class _Chain:
         for flow in self._flows.between(sender, receiver):
             if flow.name != POSE:
                 yield from self.machine.carry(flow, self.ledger, priority=PLANNING)
+
+    def prepare_map(self) -> Generator[Any, Any, None]:
+        """Process generator: what the component that sends the map does to it before."""
+        system = self.machine.system
+        with planner_code(system.planner):
+            works = system.planner.map_work(replace(system.job, problem=self.problem, memo=self._memo))
+        for what, kernel, units, _ in works:
+            yield from self.machine.charge(LOAD, kernel, units, self.ledger, what=what, priority=PLANNING)
 
     def load(self, task: str) -> Generator[Any, Any, None]:
         """Process generator: the map to a task: what it does not hold yet.

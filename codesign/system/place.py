@@ -228,6 +228,28 @@ def _cost_faults(platform: Platform, needed: Sequence[tuple[str, str, str]]) -> 
     return faults
 
 
+def map_work_notes(draft: Draft, placement: Placement) -> tuple[str, ...]:
+    """A note for work on the map whose time does not count: the component that sends the map has no cost of it."""
+    name = placement.places[LOAD]
+    spec = draft.platform.components[name]
+    costs = spec.costs if isinstance(spec, ProcessorComponent) else {}
+    uncounted = [
+        work
+        for work in draft.planner.map_work(draft.job)
+        if work.instead is None and work.units and work.kernel not in costs
+    ]
+    if not isinstance(spec, ProcessorComponent):
+        return tuple(
+            f"{work.what}: {name}, which sends the map, is {a_type(spec.type)}; the time of that is not counted"
+            for work in uncounted
+        )
+    return tuple(
+        f"{work.what}: {name}, which sends the map, has no cost of kernel {work.kernel}; the time of that is not"
+        f" counted: add {work.kernel}: TIME to its costs"
+        for work in uncounted
+    )
+
+
 def sound_flows(planner: Planner, job: Job[Any, Any]) -> tuple[Flow, ...]:
     """``planner.flows`` of a job.
 

@@ -60,6 +60,22 @@ def asking_changes_nothing(case: Case) -> None:
 
 
 @rule()
+def map_work_is_counted_in_kernels(case: Case) -> None:
+    """Work on the map before it is sent has a name and a kernel, and a count that is the same each time."""
+    first, second = (case.planner.map_work(case.job) for _ in range(2))
+    require(first == second, "map_work differs from call to call")
+    for work in first:
+        require(bool(work.what and work.kernel), f"map_work has {work}: give it a name and a kernel")
+        counted = type(work.units) is int and work.units >= 0
+        require(
+            counted, f"map_work counts {work.units!r} units of {work.kernel}: give an integer of 0 or more"
+        )
+        require(
+            work.instead in (None, 0), f"map_work of {work.kernel} has instead {work.instead!r}: None or 0"
+        )
+
+
+@rule()
 def flows_lead_from_the_map_to_the_answer(case: Case) -> None:
     """Flows name tasks, have bits, make no circle, and reach the answer and the planning task from the map."""
     planner = case.planner
@@ -149,6 +165,7 @@ RULES: tuple[Rule, ...] = (
     same_answer_twice,
     another_problem_another_answer,
     asking_changes_nothing,
+    map_work_is_counted_in_kernels,
     flows_lead_from_the_map_to_the_answer,
     flows_after_a_plan_differ_in_size_only,
     a_pose_goes_to_the_task_that_answers,

@@ -1,16 +1,14 @@
-"""One question, one verdict: closed answers on tiny catalogues, bad input, and the printed command."""
+"""One question, one verdict: closed answers on tiny catalogues, and the printed command."""
 
 from __future__ import annotations
 
 import json
 import shlex
-from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import jsonschema
 import pytest
-from click.testing import Result
+from advice_boards import CELLS, FABRIC, Run, asked, board, by_name
 
 from codesign import advice
 from codesign.advice import candidates
@@ -18,68 +16,6 @@ from codesign.advice.files import write_design
 from codesign.advice.trials import Laboratory
 from codesign.planners.styles import Architecture
 from codesign.system import catalog
-
-Run = Callable[..., Result]
-
-CELLS = 100
-"""Cells of the corridor: a search from one end to the other looks at each of them once."""
-
-PROCESSOR = """\
-kind: platform
-name: {name}
-components:
-  cpu:
-    type: processor
-    clock: 1 GHz
-    costs:
-      breadth_first_cell: {{value: {cost} us, low: {low} us, high: {high} us, status: assumed, source: a test}}
-    power: {{busy: {busy} W, idle: {idle} W}}
-"""
-
-FABRIC = """\
-kind: platform
-name: fabric
-components:
-  fpga: {type: fpga, part: XC2V6000-4, clock: 290 MHz}
-  cpu: {type: processor, clock: 1 GHz, costs: {breadth_first_cell: 1 ms}, power: {busy: 2 W, idle: 1 W}}
-links:
-  bus: {type: bus, between: [cpu, fpga], width: 32, clock: 33 MHz, setup_cycles: 8, burst_words: 16}
-"""
-
-
-@pytest.fixture(autouse=True)
-def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A cache of its own for each test."""
-    monkeypatch.setenv("CODESIGN_CACHE_DIR", str(tmp_path / "cache"))
-    return tmp_path / "cache"
-
-
-@pytest.fixture
-def corridor(tmp_path: Path) -> Path:
-    path = tmp_path / "corridor.txt"
-    path.write_text("." * CELLS + "\n", encoding="utf-8")
-    return path
-
-
-def board(folder: Path, name: str, cost: float, *, busy: float = 2.0, idle: float = 1.0) -> Path:
-    """A processor with a cost a cell in us, and an interval of half to double."""
-    path = folder / f"{name}.yaml"
-    text = PROCESSOR.format(name=name, cost=cost, low=cost / 2, high=cost * 2, busy=busy, idle=idle)
-    path.write_text(text, encoding="utf-8")
-    return path
-
-
-def asked(hwsw: Run, corridor: Path, boards: list[Path], rate: str, *more: object) -> tuple[int, Any]:
-    """The exit code and the JSON of a question from one end of the corridor to the other."""
-    names = ",".join(map(str, boards))
-    place = ("--goal", "0,0", "--start", f"0,{CELLS - 1}")
-    result = hwsw("advise", corridor, *place, "--rate", rate, "--boards", names, *more, "--json")
-    assert result.exit_code in (0, 3), result.output
-    return result.exit_code, json.loads(result.stdout)
-
-
-def by_name(answer: Any) -> dict[str, Any]:
-    return {each["board"]: each for each in answer["boards"]}
 
 
 def test_the_board_of_least_power_that_is_fast_enough_is_named(
@@ -209,104 +145,6 @@ def test_an_answer_is_what_its_schema_says(hwsw: Run, corridor: Path, tmp_path: 
     assert "its price is not known" in answer["verdict"] or "the rate" in answer["verdict"]
 
 
-@pytest.mark.parametrize(
-    ("options", "fault"),
-    [
-        (("--rate", "0 Hz"), "--rate: '0 Hz' is zero"),
-        (("--rate", "1e9 Hz"), "--rate: '1e9 Hz' is too large"),
-        (("--rate", "1 GHz"), "--rate: '1 GHz' is too large"),
-        (("--rate", "10"), "--rate: '10' has no unit"),
-        (("--power", "5"), "--power: '5' has no unit"),
-        (("--price", "200 EUR"), "--price: '200 EUR' has no unit of price"),
-        (("--clearance", "-1 m"), "--clearance: '-1 m' is negative"),
-        (("--goal", "north"), "--goal: 'north' is no"),
-        (
-            ("--goal", "1.5,0.5"),
-            "--goal: {x: 1.5 m, y: 0.5 m} is in metres, and the map does not say how large",
-        ),
-        (
-            ("--clearance", "0.1 m"),
-            "--clearance: a radius of 0.1 m on a map that does not say how large a cell is",
-        ),
-        (("--resolution", "5"), "--resolution: '5' has no unit"),
-        (("--goal", "0,5"), "obstacle"),
-        (("--goal", "7,7"), "outside of the map"),
-        (("--start", "0,5"), "obstacle"),
-        (("--boards", "raspberri"), "there is no shipped platform 'raspberri'"),
-        (("--boards", "zynq,zynq"), "board zynq is named twice"),
-        (("--boards", ","), "no board is named"),
-    ],
-)
-def test_bad_input_is_a_fault_with_a_remedy(
-    hwsw: Run, tmp_path: Path, options: tuple[str, str], fault: str
-) -> None:
-    (tmp_path / "map.txt").write_text(".....#....\n..........\n", encoding="utf-8")
-    words = {"--goal": "0,0", "--rate": "10 Hz", "--boards": "zynq"} | {options[0]: options[1]}
-    result = hwsw("advise", tmp_path / "map.txt", *(word for pair in words.items() for word in pair))
-    assert result.exit_code == 2, result.output
-    assert fault in result.output
-    assert "hint: " in result.output
-
-
-def test_a_map_without_a_free_cell_is_a_fault(hwsw: Run, tmp_path: Path) -> None:
-    (tmp_path / "map.txt").write_text("#####\n#####\n", encoding="utf-8")
-    result = hwsw("advise", tmp_path / "map.txt", "--goal", "0,0", "--rate", "10 Hz")
-    assert result.exit_code == 2, result.output
-    assert "free" in result.output
-    assert "hint: " in result.output
-
-
-def priced(path: Path, usd: float, beside: str = "") -> Path:
-    """The board with a price."""
-    more = f", beside: {beside}" if beside else ""
-    text = path.read_text(encoding="utf-8")
-    price = f"{{value: {usd} USD, status: assumed, source: a test}}"
-    path.write_text(f"{text}board: {{product: a product, price: {price}{more}}}\n", encoding="utf-8")
-    return path
-
-
-def test_the_cheapest_board_is_named_and_why_not_the_next_cheaper_one(
-    hwsw: Run, corridor: Path, tmp_path: Path
-) -> None:
-    dear = priced(board(tmp_path, "dear", 1), 90)
-    fair = priced(board(tmp_path, "fair", 10, busy=20, idle=10), 40)
-    poor = priced(board(tmp_path, "poor", 1000), 20)
-    free = board(tmp_path, "free", 1, busy=0.5, idle=0.1)
-    _, answer = asked(hwsw, corridor, [dear, fair, poor, free], "100 Hz")
-    # A board without a price comes after those with one.
-    assert [each["board"] for each in answer["boards"]] == ["fair", "dear", "free", "poor"]
-    assert "nothing cheaper does: the next, poor (20 USD), fails: a plan takes 100 ms" in answer["verdict"]
-    code, answer = asked(hwsw, corridor, [dear, poor, free], "100 Hz", "--price", "50 USD")
-    assert code == 3
-    assert "it costs 90 USD, 40 USD more than 50 USD" in answer["verdict"]
-    (short,) = by_name(answer)["free"]["shortfalls"]
-    assert (short["need"], short["demand"], short["limit"]) == ("price", None, 50)
-
-
-def test_a_price_that_may_be_above_the_limit_is_not_proved(hwsw: Run, corridor: Path, tmp_path: Path) -> None:
-    path = board(tmp_path, "fair", 10)
-    price = "{value: 40 USD, low: 30 USD, high: 55 USD, status: assumed, source: a test}"
-    text = path.read_text(encoding="utf-8")
-    path.write_text(f"{text}board: {{product: a product, price: {price}}}\n", encoding="utf-8")
-    _, answer = asked(hwsw, corridor, [path], "100 Hz", "--price", "50 USD")
-    assert "its price may be 30 USD to 55 USD" in answer["verdict"]
-    assert "proved" not in answer["verdict"]
-    _, answer = asked(hwsw, corridor, [path], "100 Hz", "--price", "55 USD")
-    assert "proved at every value" in answer["verdict"]
-
-
-def test_the_price_of_the_computer_beside_a_board_is_added(tmp_path: Path) -> None:
-    alone = priced(board(tmp_path, "alone", 1), 20)
-    beside = priced(board(tmp_path, "pair", 1), 20, beside="raspberry-pi-4")
-    prices = [each.price_usd for each in advice.boards_of([str(alone), str(beside), "raspberry-pi-4"])]
-    assert prices[2] is not None
-    assert prices == [20, 20 + prices[2], prices[2]]
-    on_sale = advice.boards_of()
-    assert len(on_sale) >= 15
-    assert {each.name for each in on_sale} >= {"raspberry-pi-4", "pynq-z2", "kv260", "icebreaker"}
-    assert not {each.name for each in on_sale} & {"virtex4-pci", "wavefront-array"}
-
-
 def test_a_style_that_proposes_no_designs_is_tried_with_the_samples_of_its_plug_in(
     corridor: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -329,22 +167,6 @@ def test_a_style_that_proposes_no_designs_is_tried_with_the_samples_of_its_plug_
         "relaxation",
         "wavefront",
     }
-
-
-def test_a_planner_that_fails_on_one_board_is_reported_and_the_others_go_on(
-    hwsw: Run, corridor: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    (style,) = (each for (_, name), each in catalog.architectures().items() if name == "state_machine")
-
-    def broken(*_: object) -> None:
-        raise ZeroDivisionError("division by zero")
-
-    monkeypatch.setattr(type(style), "demand", broken)
-    fabric = tmp_path / "fabric.yaml"
-    fabric.write_text(FABRIC, encoding="utf-8")
-    code, answer = asked(hwsw, corridor, [fabric], "10 Hz")
-    assert code == 0
-    assert "fabric: planner breadth_first failed: ZeroDivisionError: division by zero" in answer["remarks"]
 
 
 def server_map(folder: Path) -> Path:

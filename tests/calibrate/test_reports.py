@@ -209,16 +209,20 @@ def test_a_report_that_is_cut_off_is_refused_or_whole(name: str, tmp_path: Path)
     assert refused > len(cuts) / 3
 
 
-def test_modules_are_summed_over_their_instances() -> None:
-    modules = read_report(SAMPLES / "vivado_hierarchy.rpt").modules
-    assert {name: reading.value for name, reading in modules["node"].items()} == {
+def test_places_of_a_hierarchy_are_summed_over_their_instances() -> None:
+    places = {place.modules: place.used for place in read_report(SAMPLES / "vivado_hierarchy.rpt").hierarchy}
+    assert {name: reading.value for name, reading in places["node",].items()} == {
         "lut4": 405,
         "flip_flops": 302,
         "block_rams": 2,
         "multipliers": 2,
     }
-    assert modules["control"]["block_rams"].value == 3
-    assert read_report(SAMPLES / "yosys_stat.txt").modules["node"]["flip_flops"].value == 8
+    assert places["control",]["block_rams"].value == 3
+    assert places[()]["lut4"].value == 10, "the row in brackets: what the top has by itself"
+    places = {place.modules: place.used for place in read_report(SAMPLES / "yosys_stat.txt").hierarchy}
+    assert places["node",]["flip_flops"].value == 8
+    assert places[()]["flip_flops"].value == 16
+    assert read_report(SAMPLES / "yosys_stat.json").hierarchy == (), "it was flattened"
 
 
 @pytest.mark.parametrize("encoding", ["utf-16", "utf-8-sig", "latin-1"])

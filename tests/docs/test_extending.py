@@ -27,7 +27,8 @@ from codesign.testing import RULES, PlugInContract, cases_of
 Run = Callable[..., Result]
 
 PAGE = ROOT / "docs" / "extending.md"
-BLOCK = re.compile(r"^```(?:yaml|python|toml)\n# (\S+)\n(.*?)^```", re.MULTILINE | re.DOTALL)
+PAGES = (PAGE, ROOT / "docs" / "circuits.md")
+BLOCK = re.compile(r"^```(?:yaml|python|toml|verilog)\n(?:#|//) (\S+)\n(.*?)^```", re.MULTILINE | re.DOTALL)
 
 
 def forget() -> None:
@@ -39,8 +40,9 @@ def forget() -> None:
 
 @pytest.fixture
 def example(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
-    """The page's files in a folder, which is installed as pip would leave it: on the path, beside its dist-info."""
-    files = dict(BLOCK.findall(PAGE.read_text(encoding="utf-8")))
+    """The files of both pages in a folder, installed as pip would leave it: on the path, beside its dist-info."""
+    blocks = [block for page in PAGES for block in BLOCK.findall(page.read_text(encoding="utf-8"))]
+    files = dict(blocks)
     for name, text in files.items():
         (tmp_path / name).parent.mkdir(exist_ok=True)
         (tmp_path / name).write_text(text, encoding="utf-8")
@@ -200,3 +202,27 @@ def test_a_part_has_one_make_of_lut(hwsw: Run, example: Path, found: int, what: 
     result = hwsw("check", example / "field-robot.yaml")
     assert result.exit_code == 2
     assert what in result.output
+
+
+def test_the_circuit_on_its_page_reports_what_the_model_expects(example: Path) -> None:
+    pytest.importorskip("pyosys")
+    from codesign.rtl.verify import verify
+    from codesign.testing import check_plug_in
+
+    plug_in = import_module("flood.plug_in").PLUG_IN
+    check_plug_in(plug_in)
+    (circuit,) = plug_in.circuits
+    verified = [verify(circuit, circuit.sample(seed)) for seed in (1, 3, 5)]
+    assert [each.first for each in verified] == [None, None, None]
+    assert sum(each.events for each in verified) > 10
+
+
+def test_a_law_that_is_off_by_a_cycle_is_seen(example: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip("pyosys")
+    from codesign.rtl.verify import verify
+
+    (circuit,) = import_module("flood.plug_in").PLUG_IN.circuits
+    styles = import_module("flood.styles")
+    right = styles.step
+    monkeypatch.setattr(styles, "step", lambda phase, cycles: right(phase, cycles + (phase == "load")))
+    assert verify(circuit, circuit.sample(0)).first is not None

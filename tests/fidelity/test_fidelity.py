@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -48,6 +49,14 @@ def test_every_mismatch_has_a_reason_and_every_reason_a_mismatch(result: Fidelit
 
 def test_no_two_reasons_explain_the_same() -> None:
     assert len({reason.what for reason in REASONS}) == len(REASONS)
+
+
+def test_a_cause_that_nothing_shows_is_a_likely_one_with_its_experiment() -> None:
+    for reason in REASONS:
+        assert reason.experiment
+        assert reason.words.startswith("Likely: ") != bool(reason.shown)
+        for name in re.findall(r"(?:docs|codesign)/[\w/.]+", reason.shown):
+            assert list(ROOT.glob(name.replace("ROOM", "*"))), name
 
 
 @pytest.mark.parametrize("planner", ["breadth_first", "velocity_obstacle"])

@@ -325,7 +325,7 @@ mapping: {search: {component: fpga, style: state_machine}, track: {component: ho
 """
 
 
-PLACED = ("orangecrab-25f", "tang-primer-20k", "ulx3s-85f")
+PLACED = ("orangecrab-25f",)
 """Boards with a part of a family that the search was placed on, so the limit of its clock is measured there."""
 
 
@@ -342,7 +342,7 @@ def test_one_search_runs_on_every_board(tmp_path: Path, name: str) -> None:
     assert result.clock.hz < limit.interval[0]
     if name not in PLACED and not limit.source.startswith("block RAM"):
         assert "was never placed" in limit.source
-        assert limit.interval[1] - limit.interval[0] >= 0.8 * limit.value
+        assert limit.interval[1] - limit.interval[0] >= 0.6 * limit.value
 
 
 def test_part_names_may_hold_dashes() -> None:

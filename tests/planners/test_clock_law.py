@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 
 import pytest
 
@@ -78,6 +79,35 @@ def test_a_slower_grade_and_a_family_with_one_size_take_the_growth_of_the_others
     assert gowin.value == pytest.approx(1e9 / (3.5 * 4**0.12), rel=0.02)
 
 
+def test_each_doubling_of_the_bits_that_pass_in_a_cycle_adds_the_same_share() -> None:
+    base = placement("LFE5U-85F-8", "ecp5", 1, 72, period(1, 72))
+    wider = [
+        Placement(
+            replace(base.row, clocks=[int(1e9 / (1.2**doublings * period(1, 72)))]),
+            replace(base.registers, doublings=doublings),
+        )
+        for doublings in (1, 2)
+    ]
+    placements = (*PLACED, *wider)
+    found = on_family(
+        PUBLISHED,
+        of_family("GW2A", grade="-7"),
+        "Virtex-4",
+        registers=Registers("pipeline 1", 72, 3),
+        placements=placements,
+    )
+    assert found.value == pytest.approx(1e9 / (3.5 * 1.2**3), rel=0.01)
+    # No plain circuit with digits was placed.
+    plain = on_family(
+        PUBLISHED,
+        of_family("ECP5", grade="-8"),
+        "Virtex-4",
+        registers=Registers("pipeline 0", 72, 1),
+        placements=placements,
+    )
+    assert plain.status is Status.ASSUMED
+
+
 def test_a_grade_that_was_not_placed_lies_between_its_neighbours() -> None:
     between = limit(of_family("ECP5", grade="-7"), 1, 72)
     assert 1e9 / period(1, 72, 1.3) < between.value < 1e9 / period(1, 72)
@@ -129,19 +159,23 @@ def test_a_size_far_from_all_placements_grows_no_faster_than_its_form() -> None:
 ROOMS: dict[str, Callable[[], tuple[Placement, ...]]] = {
     "harmonic": harmonic.placements,
     "breadth_first": breadth_first.placements,
+    "velocity_obstacle": robots.placements,
+    "wavefront": wave.placements,
 }
 
 
-@pytest.mark.parametrize("placements", [wave.placements, robots.placements])
-def test_a_room_without_placements_has_the_published_law_with_a_wide_interval(
-    placements: Callable[[], tuple[Placement, ...]],
-) -> None:
-    assert placements() == ()
-    part = load_part("LFE5U-85F-8")
-    for found in (wave.clock_limit(64, part), robots.clock_limit(part, 16)):
-        assert found.status is Status.ASSUMED
-        assert "no circuit of it was placed" in found.source
-        assert found.interval[0] <= found.value / 3
+def test_a_wave_has_the_clocks_of_its_placements() -> None:
+    """The law that is borrowed for Virtex-4 is about twice as fast."""
+    for each in wave.placements():
+        bits = each.row.variables["BITS"] if each.row.style == "adder_comparator" else 0
+        cells, chain = each.row.variables["ELEMENT_CELLS"], bool(each.row.variables["CHAIN"])
+        nodes = int(each.registers.size)
+        found = wave.clock_limit(nodes, load_part(each.row.part), bits, cells, chain=chain)
+        assert found.status is Status.MEASURED
+        assert found.interval[0] <= each.row.clock <= found.interval[1]
+        borrowed = wave.clock_limit(nodes, load_part("XC4VLX160-12"), bits, cells, chain=chain)
+        assert borrowed.status is Status.ASSUMED
+        assert borrowed.interval[0] < each.row.clock < borrowed.value
 
 
 @pytest.mark.parametrize("room", ROOMS)
@@ -149,6 +183,11 @@ def test_the_law_of_a_room_holds_what_it_was_not_fitted_to(room: str) -> None:
     placements = ROOMS[room]()
     law = clock_law(placements)
     assert law is not None
-    assert {each.row.family for each in placements} == {"ecp5", "gowin"}
+    # Products of robots and memories of engines have no delay in the open timing of Gowin.
+    families = {"ecp5", "gowin"} if room in ("harmonic", "wavefront") else {"ecp5"}
+    assert {each.row.family for each in placements} == families
     assert law.errors
-    assert max(law.errors) * MARGIN <= law.width <= 0.15
+    for family in families:
+        assert max(law.errors_of(family)) * MARGIN <= law.width(family)
+    # Engines of 100 × 100 cells are slower by up to 14 % than smaller ones let expect.
+    assert law.width("ecp5") <= (0.18 if room == "breadth_first" else 0.15)

@@ -44,6 +44,7 @@ ANSWER_COUNTED = {
     ("harmonic", "bit_serial"),
     ("wavefront", "delay_line"),
     ("wavefront", "adder_comparator"),
+    ("wavefront", "tiled"),
 }
 """Planners and styles that have lines of the demand for the answering task."""
 

@@ -1,11 +1,16 @@
-"""Toggles counted in a waveform, and what a toggle takes by two public reports."""
+"""Toggles counted in a waveform, and in that of the netlist of a circuit."""
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
+from rtl_tools import needs
+from toy_circuit import ToyCircuit, ToyParameters
 
-from codesign.inputs.part_file import load_part
-from codesign.rtl.activity import REPORTS, TYPICAL, count_toggles
+from codesign.errors import RunError
+from codesign.planners.job import Job
+from codesign.rtl.activity import activity, count_toggles
+from codesign.rtl.gates import without_unknowns
 
 WAVES = """
 $scope module top $end
@@ -49,16 +54,37 @@ def test_toggles_are_counted_a_bit_and_edge_without_the_clock() -> None:
     assert counted.rate == pytest.approx(4 / 15)
 
 
-def test_the_energy_of_a_toggle_is_the_same_in_both_reports() -> None:
-    first, second = (report.toggle_energy for report in REPORTS)
-    assert first == pytest.approx(second, rel=0.16)
-    assert 0.15e-12 < second < first < 0.19e-12
+def test_parameters_are_no_nets() -> None:
+    lines = ["$var parameter 8 ! WIDTH $end", "$var integer 32 i row $end", *WAVES.splitlines()]
+    assert count_toggles(lines) == count_toggles(WAVES.splitlines())
 
 
-def test_the_power_of_a_slice_of_the_part_is_that_of_the_reports() -> None:
-    part = load_part("XC7Z020-1")
-    for report in REPORTS:
-        by_slice = report.dynamic / (report.clock * report.slices)
-        # A slice of the part is two of those that laws count.
-        assert part.dynamic_power.value * 2 == pytest.approx(by_slice, rel=0.05)
-    assert TYPICAL == 0.125
+def test_the_toggles_of_a_netlist_are_counted_on_a_run_that_reports_what_the_model_expects() -> None:
+    needs("cxxrtl")
+    needs("icarus")
+    toy = ToyCircuit()
+    job = Job(np.array([3, 250, 7, 129, 64, 1]), ToyParameters())
+    counted = activity(toy.circuit(job), toy.expected(job))
+    assert counted.cycles == sum(toy.expected(job).cycles.values())
+    assert 0.02 < counted.rate < 0.5
+    # The same words again and again: the sum goes on, the memory shows one word.
+    still = Job(np.zeros(6, np.int64), ToyParameters())
+    assert activity(toy.circuit(still), toy.expected(still)).rate < counted.rate
+
+
+def test_a_netlist_that_reports_something_else_is_refused() -> None:
+    needs("cxxrtl")
+    needs("icarus")
+    toy = ToyCircuit()
+    job, other = (Job(np.array(words), ToyParameters()) for words in ([3, 250, 7], [3, 251, 7]))
+    with pytest.raises(RunError, match="the netlist of toy_sum reports other values than the model"):
+        activity(toy.circuit(job), toy.expected(other))
+
+
+def test_what_is_unknown_at_power_up_is_zero() -> None:
+    verilog = "  reg [3:0] a  = 4'hx;\n  reg b ;\n  reg [1:0] \\ram.words  [15:0];\n  assign c = 3'b0x1;\n"
+    known = without_unknowns(verilog)
+    assert "reg [3:0] a  = 4'h0;" in known
+    assert "reg b = 0;" in known
+    assert "for (word_0 = 0; word_0 <= 15; word_0 = word_0 + 1) \\ram.words [word_0] = 0;" in known
+    assert "assign c = 3'b001;" in known

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -14,6 +15,7 @@ from codesign.errors import RunError
 from codesign.planners.circuits import Circuit, Expected, Image
 from codesign.planners.job import Job
 from codesign.rtl import tools
+from codesign.rtl.runs import Run
 from codesign.rtl.simulate import BACKENDS, simulate
 from codesign.rtl.verify import Verified, compared, verify
 
@@ -31,6 +33,51 @@ def test_a_circuit_reports_what_the_model_expects(backend: str) -> None:
 def verified(job: Job[object, ToyParameters]) -> Verified:
     expected = TOY.expected(job)
     return Verified(len(expected.events.cycle), sum(expected.cycles.values()), 0, None)
+
+
+def test_a_large_array_is_simulated_by_verilator_where_it_is(monkeypatch: pytest.MonkeyPatch) -> None:
+    circuit, expected = TOY.circuit(JOB), TOY.expected(JOB)
+    run = Run(expected.events, expected.cycles, 12, True)
+    used: list[str] = []
+
+    def backend(name: str) -> Callable[..., Run]:
+        return lambda *_: used.append(name) or run  # type: ignore[func-returns-value]
+
+    monkeypatch.setattr("codesign.rtl.simulate.BACKENDS", {name: backend(name) for name in BACKENDS})
+    monkeypatch.setattr(tools, "command_of", lambda _name: ("tool",))
+    large = replace(circuit, elements=10_000)
+    expected = replace(expected, cycles={"load": 12, "sum": 10_000})
+    simulate(circuit, expected, "auto")
+    simulate(large, expected, "auto")
+    simulate(large, expected, "icarus")
+    monkeypatch.setattr(tools, "command_of", lambda _name: None)
+    words: list[str] = []
+    simulate(large, expected, "auto", None, lambda text, *_: words.append(text))
+    assert used == ["cxxrtl", "verilator", "icarus", "cxxrtl"]
+    assert words == [
+        "a large array: Verilator simulates it several times as fast (apt-get install verilator)"
+    ]
+
+
+@pytest.mark.parametrize("backend", NEEDS)
+def test_a_long_run_says_how_far_it_is(backend: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    needs(backend)
+    monkeypatch.setattr(tools, "_WATCH_S", 0.02)
+    job: Job[object, ToyParameters] = Job(np.arange(20_000), ToyParameters(width=32))
+    seen: list[tuple[str, int, int]] = []
+    assert verify(TOY, job, backend, None, lambda *report: seen.append(report)).differences == 0
+    name = {"cxxrtl": "CXXRTL", "icarus": "Icarus", "verilator": "Verilator"}[backend]
+    assert seen[:2] == [(f"{name} compiles the circuit", 0, 0), (f"{name} simulates the circuit", 0, 0)]
+    cycles = [done for _, done, _ in seen[2:]]
+    assert cycles == sorted(cycles)
+    assert {(words, expected) for words, _, expected in seen[2:]} <= {(f"cycles simulated in {name}", 40_002)}
+
+
+def test_an_array_that_no_simulator_compiles_is_refused_at_once() -> None:
+    circuit = replace(TOY.circuit(JOB), elements=65_536)
+    with pytest.raises(RunError, match=r"toy_sum has 65,536 elements.*up to 10,000") as caught:
+        simulate(circuit, TOY.expected(JOB))
+    assert "a smaller map" in str(caught.value)
 
 
 def test_every_backend_is_tested() -> None:

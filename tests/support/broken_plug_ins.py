@@ -14,7 +14,7 @@ import numpy as np
 from codesign.planners.breadth_first.plug_in import PLUG_IN as INSTALLED
 from codesign.planners.circuits import Events, Expected, Image
 from codesign.planners.styles import Step
-from codesign.plugin import Flow, Job, Lever, Line, PlugIn, Problem, Status
+from codesign.plugin import Flow, Job, Lever, Line, MapWork, PlugIn, Problem, Status
 
 # Circuits are simulated, which takes seconds: only the rules that concern them get some.
 (CIRCUIT,) = INSTALLED.circuits
@@ -176,6 +176,16 @@ RULE_BREAKERS: list[tuple[str, str, PlugIn]] = [
     ("another_problem_another_answer", "one identity", planner(identity=lambda *_: "same")),
     ("asking_changes_nothing", "of the problem", planner(quality=meddling)),
     ("asking_changes_nothing", "a plan changes", planner(quality=moving_the_goal)),
+    (
+        "map_work_is_counted_in_kernels",
+        "give an integer of 0 or more",
+        planner(map_work=lambda self, job: (MapWork("fill", "kernel", -1),)),
+    ),
+    (
+        "map_work_is_counted_in_kernels",
+        "give it a name and a kernel",
+        planner(map_work=lambda self, job: (MapWork("", "kernel", 1),)),
+    ),
     (
         "flows_lead_from_the_map_to_the_answer",
         "has 0 bits",

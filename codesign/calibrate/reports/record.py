@@ -51,14 +51,24 @@ class ClockReading:
 
 
 @dataclass(frozen=True)
+class Inside:
+    """What one place of the hierarchy has by itself, without what is deeper inside.
+
+    ``modules``: those around it and its own, from the one below the top on; () is the top. Equal places are summed.
+    """
+
+    modules: tuple[str, ...]
+    used: Mapping[str, Reading]
+
+
+@dataclass(frozen=True)
 class Report:
     """One report file.
 
     - ``tool``, ``version``, ``date``: as the report writes them; "" where it does not.
     - ``family``: how the name of the family of the part begins, where the report shows that alone.
     - ``top``: the top module. ``part``: the part with its speed grade, as the tool writes it. "" where not said.
-    - ``used``: by resource. ``modules``: the same by module of the design, each with all its instances, where the
-      report has a hierarchy.
+    - ``used``: by resource. ``hierarchy``: the same by place, where the report has a hierarchy.
     - ``clocks``: by domain. ``static``, ``dynamic``: power, W. ``power_clock``: the clock of the power analysis, Hz.
     - ``notes``: what a reader must know of these numbers, sentences.
     """
@@ -73,14 +83,27 @@ class Report:
     part: str = ""
     family: str = ""
     used: Mapping[str, Reading] = field(default_factory=dict)
-    modules: Mapping[str, Mapping[str, Reading]] = field(default_factory=dict)
+    hierarchy: tuple[Inside, ...] = ()
     clocks: tuple[ClockReading, ...] = ()
     static: Reading | None = None
     dynamic: Reading | None = None
     power_clock: float | None = None
     notes: tuple[str, ...] = ()
 
+    def cited(self, reading: Reading) -> str:
+        """Tool, file and line of a number."""
+        return f"{self.made_by}, {self.file}:{reading.line}"
+
     @property
     def made_by(self) -> str:
         """The tool and its version."""
         return f"{self.tool} {self.version}".rstrip()
+
+
+def added(used: Mapping[str, Reading], more: Mapping[str, Reading], times: int = 1) -> dict[str, Reading]:
+    """Two counts as one, the second ``times`` over. A line is the later of both."""
+    total = dict(used)
+    for resource, reading in more.items():
+        before = total.get(resource, Reading(0.0, 0))
+        total[resource] = Reading(before.value + times * reading.value, max(before.line, reading.line))
+    return total

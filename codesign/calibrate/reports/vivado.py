@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 
-from codesign.calibrate.reports.record import ClockReading, Reading, Report, Stage
+from codesign.calibrate.reports.record import ClockReading, Inside, Reading, Report, Stage, added
 from codesign.calibrate.reports.text import Row, Text
 
 _HEAD = r"^\|\s*{}\s*:\s*(.*?)\s*$"
@@ -54,13 +54,13 @@ def read(text: Text) -> Report:
     state = text.value(_HEAD.format("Design State")).lower()
     stage = next((stage for word, stage in _STAGES.items() if word in state), Stage.PLACED)
     used: dict[str, Reading] = {}
-    modules: dict[str, Mapping[str, Reading]] = {}
+    hierarchy: tuple[Inside, ...] = ()
     clocks: tuple[ClockReading, ...] = ()
     static = dynamic = power_clock = None
     if text.has("Utilization Design Information"):
         _check_sections(text)
         if text.find(r"^\d+\. Utilization by Hierarchy"):
-            used, modules = _hierarchy(text)
+            used, hierarchy = _hierarchy(text)
         else:
             used = _flat(text)
     elif text.has("Design Timing Summary"):
@@ -82,7 +82,7 @@ def read(text: Text) -> Report:
         top=text.value(_HEAD.format("Design")),
         part=part + (speed if speed and not part.endswith(speed) else ""),
         used=used,
-        modules=modules,
+        hierarchy=hierarchy,
         clocks=clocks,
         static=static,
         dynamic=dynamic,
@@ -134,29 +134,45 @@ def _add(used: dict[str, Reading], resource: str, reading: Reading, *, once: boo
         used[resource] = Reading(used[resource].value + reading.value, used[resource].line)
 
 
-def _hierarchy(text: Text) -> tuple[dict[str, Reading], dict[str, Mapping[str, Reading]]]:
-    """The totals of the top, and those of each module over its instances."""
+def _hierarchy(text: Text) -> tuple[dict[str, Reading], tuple[Inside, ...]]:
+    """The totals of the top, and what each place has by itself.
+
+    An instance with others inside has a row "(name)" for what is its own. A row without others inside is all its own.
+    """
     found = text.find(r"^\|\s*Instance\s*\|\s*Module\s*\|")
     if found is None:
         raise text.fault(0, "has no table of instances", "write it with report_utilization -hierarchical")
-    head, *rows = list(text.rows(found[0], "|"))
-    top: dict[str, Reading] = {}
-    modules: dict[str, dict[str, Reading]] = {}
-    for row in rows:
-        # "(name)" is what an instance has beside its inner instances.
-        if len(row.cells) != len(head.cells) or row.cells[0].startswith("("):
-            continue
-        used: dict[str, Reading] = {}
-        for name, cell in zip(head.cells, row.cells, strict=True):
-            if name in COLUMNS:
-                resource, factor = COLUMNS[name]
-                _add(used, resource, text.reading(cell.split("(")[0], row.line, factor))
-        if not top:
-            top = used
-            continue
-        for resource, reading in used.items():
-            _add(modules.setdefault(row.cells[1], {}), resource, reading)
-    return top, dict(modules)
+    head, *listed = list(text.rows(found[0], "|"))
+    rows = [row for row in listed if len(row.cells) == len(head.cells)]
+    if not rows:
+        raise text.fault(0, "has no instance", "write it with report_utilization -hierarchical")
+    indents = [_indent(text.lines[row.line - 1]) for row in rows]
+    places: dict[tuple[str, ...], dict[str, Reading]] = {}
+    around: list[tuple[int, str]] = []
+    for index, row in enumerate(rows):
+        own = row.cells[0].startswith("(")
+        around = [each for each in around if each[0] < indents[index]]
+        if not own:
+            around.append((indents[index], row.cells[1]))
+        if own or index + 1 == len(rows) or indents[index + 1] <= indents[index]:
+            path = tuple(module for _, module in around[1:])
+            places[path] = added(places.get(path, {}), _columns(text, head, row))
+    return _columns(text, head, rows[0]), tuple(Inside(path, used) for path, used in places.items())
+
+
+def _indent(line: str) -> int:
+    """How far the first cell of a row is indented: deeper instances are indented further."""
+    cell = line.strip().removeprefix("|")
+    return len(cell) - len(cell.lstrip())
+
+
+def _columns(text: Text, head: Row, row: Row) -> dict[str, Reading]:
+    used: dict[str, Reading] = {}
+    for name, cell in zip(head.cells, row.cells, strict=True):
+        if name in COLUMNS:
+            resource, factor = COLUMNS[name]
+            _add(used, resource, text.reading(cell.split("(")[0], row.line, factor))
+    return used
 
 
 def _clocks(text: Text) -> tuple[ClockReading, ...]:

@@ -7,15 +7,17 @@ from __future__ import annotations
 
 import json
 import re
+from collections.abc import Mapping
 from dataclasses import asdict
 from typing import Any
 
-from codesign.calibrate.reports.record import Reading, Report, Stage
+from codesign.calibrate.reports.record import Inside, Reading, Report, Stage, added
 from codesign.calibrate.reports.text import Text
 from codesign.rtl.cells import COUNTED, Counts
 
 _TITLE = r"^=== (.*) ===$"
 _DEEPEST = 256
+_MOST_PLACES = 100_000
 
 Modules = dict[str, dict[str, tuple[int, int]]]
 """Of each module, the count and the line of each type of cell, inner modules included."""
@@ -45,14 +47,10 @@ def read(text: Text) -> Report:
         listed = ", ".join(_plain(name) for name in tops[:6]) or "none"
         what = f"has {len(tops)} modules at the top: {listed}"
         raise text.fault(0, what, "run stat on one design, after hierarchy -top")
-    used = _sum(text, modules, tops[0])
-    by_module: dict[str, dict[str, Reading]] = {}
-    for name, instances in _instances(text, modules, tops[0]).items():
-        for resource, reading in _sum(text, modules, name).items():
-            total = by_module.setdefault(_plain(name), {})
-            before = total.get(resource, Reading(0.0, reading.line))
-            total[resource] = Reading(before.value + instances * reading.value, before.line)
-    by_module.pop(_plain(tops[0]), None)
+    places = _places(text, modules, tops[0])
+    used: dict[str, Reading] = {resource: Reading(0.0, 1) for resource in asdict(Counts())}
+    for place in places:
+        used = added(used, place.used)
     return Report(
         file=text.file,
         digest=text.digest,
@@ -61,7 +59,7 @@ def read(text: Text) -> Report:
         stage=Stage.SYNTHESISED,
         top=_plain(tops[0]),
         used=used,
-        modules=by_module,
+        hierarchy=places if len(places) > 1 else (),
     )
 
 
@@ -179,33 +177,32 @@ def _line_of(text: Text, name: str) -> int:
     return found[0] if found else 1
 
 
-def _instances(text: Text, modules: Modules, top: str) -> dict[str, int]:
-    """How often each module stands in the design."""
-    instances = dict.fromkeys(modules, 0)
-    stack = [(top, 1, 0)]
-    for _ in range(100_000):
+def _places(text: Text, modules: Modules, top: str) -> tuple[Inside, ...]:
+    """What each place of the design has by itself: its cells, times its instances."""
+    own = {name: _own(cells, modules) for name, cells in modules.items()}
+    places: dict[tuple[str, ...], dict[str, Reading]] = {}
+    stack: list[tuple[str, int, tuple[str, ...]]] = [(top, 1, ())]
+    for _ in range(_MOST_PLACES):
         if not stack:
-            return instances
-        name, times, depth = stack.pop()
-        instances[name] += times
-        if depth > _DEEPEST:
+            return tuple(Inside(path, used) for path, used in places.items())
+        name, times, path = stack.pop()
+        places[path] = added(places.get(path, {}), own[name], times)
+        if len(path) > _DEEPEST:
             break
         stack += [
-            (kind, times * count, depth + 1)
+            (kind, times * count, (*path, _plain(kind)))
             for kind, (count, _) in modules[name].items()
             if kind in modules and count
         ]
     raise text.fault(0, "has modules that contain themselves, or too many", "write it again")
 
 
-def _sum(text: Text, modules: Modules, top: str) -> dict[str, Reading]:
-    """The resources of a module with all that is inside it. Pins and buffers count as none."""
-    used = {resource: Reading(0.0, 1) for resource in asdict(Counts())}
-    for name, times in _instances(text, modules, top).items():
-        for kind, (count, line) in modules[name].items():
-            counts = next((counts for pattern, counts in COUNTED if pattern.fullmatch(kind)), Counts())
-            for resource, factor in asdict(counts).items():
-                if factor and times and count:
-                    before = used[resource]
-                    used[resource] = Reading(before.value + times * count * factor, max(before.line, line))
+def _own(cells: Mapping[str, tuple[int, int]], modules: Modules) -> dict[str, Reading]:
+    """The resources of a module without the modules inside it. Pins and buffers count as none."""
+    used: dict[str, Reading] = {}
+    for kind, (count, line) in cells.items():
+        counts = next((counts for pattern, counts in COUNTED if pattern.fullmatch(kind)), Counts())
+        if kind not in modules and count:
+            amounts = {name: Reading(count * each, line) for name, each in asdict(counts).items() if each}
+            used = added(used, amounts)
     return used

@@ -1,7 +1,7 @@
 """The designs that are synthesised and placed, so that laws are fitted to them and held against them.
 
 ``python -m benchmarks.measure`` writes their rows. ``designs/ROOM.py`` has those of a room: ``RESOURCES``, a sequence
-of ``Design``, and ``CLOCKS``, a sequence of ``Placed``. Either may be missing.
+of ``Design``, ``CLOCKS``, a sequence of ``Placed``, and ``ACTIVITIES``, of ``Design``. Any may be missing.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from codesign import maps
 from codesign.part import Part
 from codesign.planners.circuits import Circuit, CircuitStyle
 from codesign.planners.interface import Problem
@@ -27,15 +28,29 @@ def free_map(rows: int, columns: int) -> Problem:
     return Problem(np.ones((rows, columns), bool), ((0, 0),), ((rows - 1, columns - 1),))
 
 
+def scattered_map(rows: int, columns: int, seed: int) -> Problem:
+    """A map with a fifth of its cells obstacles: a goal near the middle, and the start that is farthest off."""
+    free = maps.random_obstacles(rows, columns, density=0.2, seed=seed).free
+    goal = maps.nearest_free(free, (rows // 2, columns // 2))
+    assert goal is not None, "a fifth of a map leaves free cells"
+    steps = maps.distance_steps(free, [goal])
+    row, column = divmod(int(steps.argmax()), columns)
+    return Problem(free, (goal,), ((row, column),))
+
+
 @dataclass(frozen=True, eq=False)
 class Design:
-    """A design point: what it plans on, the raw parameters of the planning task, and other fields of its ``Job``."""
+    """A design point: what it plans on, the raw parameters of the planning task, and other fields of its ``Job``.
+
+    ``seed``: of a random map.
+    """
 
     style: str
     parameters: Mapping[str, Any]
     problem: Callable[[], Any]
     task: str = ""
     job: Mapping[str, Any] = field(default_factory=dict)
+    seed: int = 0
 
 
 FEW = 1, 2, 3
@@ -61,6 +76,12 @@ def clocks(room: str) -> Sequence[Placed]:
     """The designs of a room that are placed; none where the room has no module here."""
     placed: Sequence[Placed] = vars(_module(room)).get("CLOCKS", ())
     return placed
+
+
+def activities(room: str) -> Sequence[Design]:
+    """The designs of a room that toggles are counted on, on maps of ``scattered_map``; none where it has none."""
+    designs: Sequence[Design] = vars(_module(room)).get("ACTIVITIES", ())
+    return designs
 
 
 def _module(room: str) -> Any:
@@ -91,7 +112,7 @@ def laws_of(room: str, design: Design) -> Architecture | TaskStyle:
 
 def variables_of(circuit: Circuit) -> dict[str, int]:
     """The variables of a row: the whole numbers among the parameters of the top module."""
-    return {name: value for name, value in circuit.parameters.items() if isinstance(value, int)}
+    return {name: int(value) for name, value in circuit.parameters.items() if isinstance(value, int)}
 
 
 def words_of(job: Job[Any, Any], design: Design) -> str:

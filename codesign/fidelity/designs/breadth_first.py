@@ -3,28 +3,30 @@
 from __future__ import annotations
 
 from functools import partial
+from typing import Any
 
-from codesign.fidelity.designs import FEW, Design, Placed, free_map
+from codesign.fidelity.designs import Design, Placed, free_map, scattered_map
 
 
 def engine(
-    rows: int, columns: int, micro_architecture: str, address: str = "side_by_side", display: str = "none"
+    rows: int,
+    columns: int,
+    micro_architecture: str,
+    address: str = "side_by_side",
+    display: str = "none",
+    **parameters: Any,
 ) -> Design:
     """An engine on a free map of ``rows`` × ``columns``."""
-    parameters = {"micro_architecture": micro_architecture, "address": address, "display": display}
+    parameters |= {"micro_architecture": micro_architecture, "address": address, "display": display}
     return Design("state_machine", parameters, partial(free_map, rows, columns))
 
 
+ENGINES = "three_cycles", "two_cycles", "pipelined"
+
 CLOCKS = [
-    Placed(engine(30, 30, "three_cycles"), "LFE5U-85F-8", FEW),
-    Placed(engine(100, 100, "three_cycles"), "LFE5U-85F-8"),
-    Placed(engine(30, 30, "pipelined"), "LFE5U-85F-8"),
-    Placed(engine(100, 100, "pipelined"), "LFE5U-85F-8", FEW),
-    Placed(engine(100, 100, "pipelined"), "LFE5U-85F-6", FEW),
-    Placed(engine(30, 30, "pipelined"), "GW2A-18-7", FEW),
-    Placed(engine(60, 60, "two_cycles"), "LFE5U-85F-8"),
-    Placed(engine(15, 15, "three_cycles"), "GW2A-18-7", FEW),
-    Placed(engine(30, 30, "pipelined", "linear"), "LFE5U-85F-8", FEW),
+    *(Placed(engine(side, side, each), "LFE5U-85F-8") for side in (30, 60, 100) for each in ENGINES),
+    Placed(engine(100, 100, "pipelined"), "LFE5U-85F-6"),
+    Placed(engine(30, 30, "pipelined", "linear"), "LFE5U-85F-8"),
 ]
 
 RESOURCES = [
@@ -47,4 +49,21 @@ RESOURCES = [
     engine(130, 130, "two_cycles", "linear"),
     engine(150, 90, "three_cycles"),
     engine(250, 130, "pipelined"),
+    engine(60, 60, "two_cycles", queue_words=256),
+    engine(100, 100, "pipelined", queue_words=1024),
+    engine(100, 100, "three_cycles", queue_words=1000),
+    engine(30, 30, "pipelined", queue_words=100),
+    engine(90, 40, "two_cycles", queue_words=500),
+    engine(120, 80, "three_cycles", queue_words=2048),
+]
+
+ACTIVITIES = [
+    Design(
+        "state_machine",
+        {"micro_architecture": each, "display": "none"},
+        partial(scattered_map, side, side, seed),
+        seed=seed,
+    )
+    for each in ("three_cycles", "two_cycles", "pipelined")
+    for side, seed in ((30, 1), (60, 2), (60, 3))
 ]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import partial
 from typing import Any
 
-from codesign.fidelity.designs import FEW, Design, Placed, free_map
+from codesign.fidelity.designs import FEW, Design, Placed, free_map, scattered_map
 
 
 def array(rows: int, columns: int, pipeline: int, **parameters: Any) -> Design:
@@ -15,23 +15,18 @@ def array(rows: int, columns: int, pipeline: int, **parameters: Any) -> Design:
     return Design("bit_serial", settings, partial(free_map, rows, columns))
 
 
+SIZES = (6, 6), (6, 12), (12, 12), (12, 24)
+
 CLOCKS = [
+    *(Placed(array(*size, pipeline), "LFE5U-85F-8") for size in SIZES for pipeline in (1, 0)),
+    *(Placed(array(6, 12, pipeline), "LFE5U-85F-6") for pipeline in (1, 0)),
+    # Without a pipeline the path begins at a memory, and nextpnr times no path out of a memory of a Gowin part.
+    *(Placed(array(*size, 1), "GW2A-18-7") for size in SIZES[:3]),
     *(
-        Placed(array(*size, pipeline), "LFE5U-85F-8", seeds)
-        for size, seeds in (
-            ((6, 12), FEW),
-            ((12, 24), (1, 2, 3, 4, 5)),
-            ((6, 6), FEW),
-            ((12, 12), (1, 2, 3, 4, 5)),
-        )
-        for pipeline in (1, 0)
+        Placed(array(6, 12, 1, digit_bits=digit_bits, schedule=(47, 63)), "LFE5U-85F-8", FEW)
+        for digit_bits in (2, 4, 8)
     ),
-    Placed(array(6, 12, 1), "GW2A-18-7", FEW),
-    Placed(array(6, 12, 0), "GW2A-18-7", FEW),
-    Placed(array(6, 12, 1), "LFE5U-85F-6", FEW),
-    Placed(array(6, 12, 0), "LFE5U-85F-6", FEW),
-    Placed(array(12, 24, 1), "GW2A-18-7", (1, 2, 3)),
-    Placed(array(12, 12, 0), "GW2A-18-7"),
+    Placed(array(6, 12, 0, digit_bits=2, schedule=(47, 63)), "LFE5U-85F-8", FEW),
 ]
 
 
@@ -72,6 +67,19 @@ RESOURCES = [
     machine((10, 14), (2, 2), 1),
     machine((12, 24), (2, 2), 1, (15, 31, 47, 63, 127)),
     machine((18, 24), (2, 2), schedule=(31, 63)),
+    # Digits of several bits; the last two of each are held out.
+    *(
+        machine(block, grid, pipeline, schedule, digit_bits=digit_bits)
+        for digit_bits in (2, 4, 8)
+        for block, grid, pipeline, schedule in (
+            ((6, 6), (1, 1), 0, (15, 31, 63)),
+            ((6, 12), (2, 2), 1, (47, 63, 127)),
+            ((12, 12), (1, 1), 1, (47, 63)),
+            ((9, 12), (2, 2), 0, (15, 63, 255)),
+            ((10, 14), (2, 2), 1, (47, 63)),
+            ((12, 24), (1, 1), 0, (15, 31, 63)),
+        )
+    ),
     *(alone(8, 8, last) for last in (15, 63)),
     alone(16, 20, 31),
     alone(12, 24, 127),
@@ -82,4 +90,15 @@ RESOURCES = [
     alone(24, 36, 63),
     alone(20, 50, 31),
     alone(50, 80, 63),
+]
+
+ACTIVITIES = [
+    Design(
+        "bit_serial",
+        {"block": (6, 12), "pipeline": pipeline, "iterations": 6, "schedule": (15, 31)},
+        partial(scattered_map, 6 * blocks, 12 * blocks, seed),
+        seed=seed,
+    )
+    for pipeline in (0, 1)
+    for blocks, seed in ((1, 1), (1, 2), (2, 3))
 ]

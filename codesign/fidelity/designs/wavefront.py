@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
-from codesign.fidelity.designs import FEW, Design, Placed, free_map
+from codesign.fidelity.designs import Design, Placed, free_map, scattered_map
 
 
 def array(rows: int, columns: int, style: str = "delay_line", **parameters: Any) -> Design:
     """An array that ends at a start, unless the parameters say otherwise."""
     return Design(style, parameters, partial(free_map, rows, columns))
+
+
+def tiles(rows: int, columns: int, tile: tuple[int, int], register_bits: int, **parameters: Any) -> Design:
+    """An array of one tile, on a map of ``rows`` × ``columns``."""
+    return array(rows, columns, "tiled", tile=tile, register_bits=register_bits, **parameters)
 
 
 FIELD: dict[str, Any] = {"stop": "whole_map"}
@@ -54,15 +60,40 @@ RESOURCES = [
     array(5, 5, ADDERS, register_bits=9, **SAFE),
     array(12, 20, register_bits=9),
     array(16, 16, register_bits=11),
+    tiles(8, 8, (4, 4), 8),
+    tiles(12, 20, (6, 5), 9),
+    tiles(32, 32, (8, 8), 11),
+    tiles(64, 64, (16, 16), 12),
+    tiles(128, 128, (16, 8), 12),
+    tiles(40, 100, (5, 10), 12, course="complete"),
+    tiles(16, 16, (4, 8), 9, **CORNERS),
+    tiles(24, 24, (8, 4), 10, **FIELD),
+    tiles(16, 24, (4, 6), 9, **SAFE),
+    tiles(30, 30, (6, 6), 10, **SAFE, **CORNERS),
+    tiles(16, 16, (8, 4), 9, **PENALTY),
+    replace(tiles(12, 12, (6, 4), 8), job={"inside": frozenset({"propagate"})}),
+    tiles(48, 48, (12, 12), 11),
+    tiles(20, 36, (10, 9), 10, **FIELD),
+    tiles(28, 28, (7, 7), 10, **SAFE),
+    tiles(100, 60, (10, 6), 12, course="complete"),
 ]
 
 CLOCKS = [
-    Placed(array(16, 16), "LFE5U-85F-8", FEW),
-    Placed(array(8, 8), "LFE5U-85F-8"),
-    Placed(array(16, 16, read_out="chain"), "LFE5U-85F-8", FEW),
-    Placed(array(8, 8), "GW2A-18-7", FEW),
-    Placed(array(32, 32), "LFE5U-85F-8", FEW),
-    Placed(array(8, 8, "adder_comparator"), "LFE5U-85F-8", FEW),
-    Placed(array(32, 32, element_cells=32), "LFE5U-85F-8", FEW),
-    Placed(array(16, 16), "GW2A-18-7", FEW),
+    *(Placed(array(side, side), "LFE5U-85F-8") for side in (8, 12, 16, 24)),
+    Placed(array(8, 8), "GW2A-18-7"),
+    *(Placed(array(side, side, **CHAIN), "LFE5U-85F-8") for side in (8, 12, 16)),
+    *(Placed(array(side, side, ADDERS), "LFE5U-85F-8") for side in (4, 5, 6)),
+    *(Placed(array(side, side, element_cells=k), "LFE5U-85F-8") for side, k in ((8, 4), (16, 4), (16, 8))),
+]
+
+
+def scattered(side: int, seed: int, style: str, **parameters: Any) -> Design:
+    """A square map with obstacles."""
+    return Design(style, parameters, partial(scattered_map, side, side, seed), seed=seed)
+
+
+ACTIVITIES = [
+    *(scattered(side, seed, "delay_line") for side, seed in ((8, 1), (8, 2), (12, 3), (16, 4), (24, 5))),
+    *(scattered(side, seed, ADDERS) for side, seed in ((6, 1), (8, 2), (12, 3))),
+    *(scattered(side, seed, "tiled", tile=(8, 8)) for side, seed in ((16, 1), (16, 2), (24, 3))),
 ]

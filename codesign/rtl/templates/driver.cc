@@ -39,6 +39,12 @@ static void set_clock(bool level) {
     top.step();
 }
 
+// Whoever waits for a long run reads from a file how far it is.
+static void show(uint64_t cycle) {
+    if (cycle % 4096) return;
+    std::ofstream("cycle") << cycle;
+}
+
 int main(int count, char **words) {
     const uint64_t stream_words = strtoull(words[1], nullptr, 10), bound = strtoull(words[2], nullptr, 10);
     const size_t chunks = top.p_in__data.chunks;
@@ -72,6 +78,7 @@ int main(int count, char **words) {
     top.p_start.set<bool>(false);
     for (uint64_t cycle = 0; cycle < bound && !ended; cycle++) {
         set_clock(false);
+        show(cycle);
         sample(cycle, 0);
         cycles[top.p_phase.get<unsigned>()]++;
         if (top.p_event__valid.get<bool>()) {

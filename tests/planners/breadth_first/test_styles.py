@@ -330,6 +330,7 @@ def of_row(row: ResourceRow) -> SearchParameters:
         micro_architecture=cycles[row.variables["CYCLES"]],
         address=list(Address)[row.variables["LINEAR"]],
         display=list(VgaController)[row.variables.get("SHOWN", 0)],
+        queue_words=row.variables["QUEUE_WORDS"],
     )
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import pytest
+from rtl_tools import quickest
 
 from codesign import maps
 from codesign.errors import UnsuitedError
@@ -26,7 +27,7 @@ def rooms(side: int) -> Problem:
 
 
 def check(style: str, seed: int) -> None:
-    verified = verify(BY_STYLE[style], BY_STYLE[style].sample(seed))
+    verified = verify(BY_STYLE[style], BY_STYLE[style].sample(seed), quickest())
     assert verified.differences == 0, f"seed {seed}: {verified.first}"
     assert verified.events > 0
 
@@ -71,10 +72,10 @@ def test_samples_cover_every_option() -> None:
 
 def test_a_model_that_is_wrong_by_a_cycle_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
     style = BY_STYLE["delay_line"]
-    job: Job[Problem, PropagateParameters] = Job(rooms(10), PropagateParameters())
-    assert verify(style, job).differences == 0
+    job: Job[Problem, PropagateParameters] = Job(rooms(5), PropagateParameters())
+    assert verify(style, job, quickest()).differences == 0
     monkeypatch.setattr(timing, "NEIGHBOURS", 9)
-    verified = verify(style, job)
+    verified = verify(style, job, quickest())
     assert verified.differences > 0
     assert verified.first is not None
     assert "step" in verified.first.words

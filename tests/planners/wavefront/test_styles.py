@@ -37,6 +37,7 @@ from codesign.planners.wavefront.styles import (
 )
 from codesign.planners.wavefront.styles.layout import ArrayLayout
 from codesign.planners.wavefront.styles.software import SEED_CELLS, TRACK_CELLS
+from codesign.planners.wavefront.styles.tile import PIECES, TileLayout, lut4
 from codesign.records import TaskRecord
 
 PARTS = {"XC4VLX160-12": 91, "XC2V6000-4": 64, "XC2VP30-6": 41, "XC3S500E-4": 23}
@@ -107,6 +108,31 @@ def test_flip_flops_and_memories_of_every_synthesis_are_exact() -> None:
         sets, shapes = layout.memories
         rams = sets * sum(block_rams(words, width, part) for words, width in shapes)
         assert rams == row.count(resources.MEMORIES, "block_rams"), layout
+
+
+def test_flip_flops_and_memories_of_every_tiled_array_are_exact() -> None:
+    part = load_part("XC4VLX160-12")
+    for row in resource_rows("wavefront", "tiled"):
+        layout = TileLayout.of_row(row.variables)
+        flip_flops, rams = layout.flip_flops(row.family), layout.rams(part)
+        for piece in PIECES:
+            if piece != resources.TRACKER or layout.array.tracked:
+                assert flip_flops.get(piece, 0) == row.count(piece, "flip_flops"), (piece, layout)
+            assert rams.get(piece, 0) == row.count(piece, "block_rams"), (piece, layout)
+
+
+def test_luts_of_tiled_arrays_that_were_held_out_are_predicted() -> None:
+    errors: dict[str, list[float]] = {}
+    for row in resource_rows("wavefront", "tiled"):
+        if resources.held_out(row.variables):
+            layout = TileLayout.of_row(row.variables)
+            law = sum(lut4(piece, layout, row.family) for piece in PIECES)
+            counted = sum(row.count(piece, "lut4") for piece in PIECES)
+            errors.setdefault(row.family, []).append(abs(law / counted - 1))
+    assert errors
+    for family, values in errors.items():
+        assert max(values) < 0.10, family
+        assert sum(values) / len(values) < 0.05, family
 
 
 def test_luts_of_arrays_that_were_held_out_are_predicted() -> None:
@@ -277,9 +303,12 @@ def test_words_of_a_column_memory_fit_its_block_rams(side: int, paths: str) -> N
     assert memory.width == 12
     assert sum(memory.words.values()) <= 1024
     items = Tiled().demand(Job(problem, PropagateParameters(**raw), part=part)).items
-    (rams,) = [item.amount for item in items if item.name == "column memories"]
-    words = math.ceil(256 / side) ** 2 * side * (2 if paths == "safe" else 1)
-    assert rams == side * math.ceil(words / 1024)
+    (rams,) = [
+        item.amount for item in items if (item.name, item.resource) == ("column memories", "block_rams")
+    ]
+    words = math.ceil(256 / side) ** 2 * side
+    # p^d of safe paths is in memories of its own.
+    assert rams == side * block_rams(words, 12, part) * (2 if paths == "safe" else 1)
     assert DelayLine().memory(Job(problem, PropagateParameters(**raw))) is None
 
 

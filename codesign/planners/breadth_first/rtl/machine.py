@@ -65,7 +65,13 @@ def refuse(job: SearchJob) -> None:
     """Raise UnsuitedError where no circuit of the state machine does the job."""
     problem, parameters = job.problem, job.parameters
     if parameters.memory is not MemoryPlace.BLOCK_RAM or job.external is not None:
-        raise unsuited("search.memory", "no circuit has an external memory", "take block_ram")
+        key = "search.external_memory" if job.external is not None else "search.memory"
+        raise unsuited(
+            key,
+            "the Verilog has all memories in block RAM; its port to a memory outside is not built",
+            "leave external_memory out and set search.memory=block_ram, on a map that fits: this proves the cycles of"
+            " the engine without the accesses, which stay assumed",
+        )
     pipelined = parameters.micro_architecture is MicroArchitecture.PIPELINED
     if parameters.display is VgaController.SHARED and pipelined:
         raise unsuited(
@@ -74,7 +80,11 @@ def refuse(job: SearchJob) -> None:
     if parameters.display is not VgaController.NONE and not resources.on_screen(problem.shape):
         raise unsuited("search.display", "the map is larger than the screen", "take none")
     if not job.does(TRACK):
-        raise unsuited("track", "no circuit sends the directions away", "place track where search is placed")
+        raise unsuited(
+            "track",
+            "the Verilog tracks the path itself; a circuit that sends its directions to another component is not built",
+            "place track where search is placed",
+        )
     if problem.task is not Task.FIELD and problem.starts[0] in problem.goals:
         raise unsuited(
             "problem.starts", "two bits a cell cannot say both start and goal", "name another start"

@@ -8,10 +8,11 @@
 from codesign.planners.breadth_first.styles.software import Software
 from codesign.planners.breadth_first.styles.state_machine import StateMachine
 from codesign.planners.breadth_first.styles.tasks import TASK_STYLES
+from codesign.planners.map_flood import CELL_KERNEL
 
 ARCHITECTURES = (
     StateMachine(),
-    Software("software", "breadth_first_cell"),
+    Software("software", CELL_KERNEL),
     Software("software_java", "breadth_first_java_cell", java=True),
 )
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 
-from codesign.planners.breadth_first.styles.software import MAP_KERNEL, WALL_KERNEL, wall_cells
+from codesign.planners.breadth_first.styles.software import wall_cells
+from codesign.planners.map_flood import CELL_KERNEL, MAP_KERNEL, WALL_KERNEL
 from codesign.planners.plug_in import Probe
 
 _SIDE = 500
@@ -57,7 +58,7 @@ def _map() -> Probe:
 
 
 PROBES: Mapping[str, Callable[[], Probe]] = {
-    "breadth_first_cell": _breadth_first,
+    CELL_KERNEL: _breadth_first,
     MAP_KERNEL: _map,
     WALL_KERNEL: _wall,
 }

@@ -31,7 +31,7 @@ from codesign.planners.measured import Fit, family_of, fit_rows, resource_rows
 CELL_BITS = 2
 DIRECTION_BITS = 2
 
-HELD_OUT = {(40, 50), (80, 30), (50, 50), (120, 60), (150, 90), (250, 130)}
+HELD_OUT = {(40, 50), (80, 30), (50, 50), (120, 60), (150, 90), (250, 130), (90, 40), (120, 80)}
 """Sizes (rows, columns) that no line of the logic is fitted to."""
 DEEP_BITS = 14
 """The address bits of the deepest block RAM: a memory of more words has several, and a multiplexer behind them."""
@@ -106,12 +106,29 @@ def controller(external: ExternalMemoryLaw | None) -> tuple[int, int]:
     return SRAM_LUT4, 2 * external.width + external.words.bit_length()
 
 
-def _terms(piece: str, bits: int, *, linear: bool, pipelined: bool, shown: bool) -> tuple[float, ...]:
-    """The variables of the logic of a piece, for addresses of ``bits``."""
+def _terms(
+    piece: str, bits: int, queue_words: int, *, linear: bool, pipelined: bool, shown: bool
+) -> tuple[float, ...]:
+    """The variables of the logic of a piece, for addresses of ``bits`` and a queue of so many words."""
     if piece == "display":
         return 1, linear
-    banks = (1 << max(0, bits - DEEP_BITS)) - 1
-    return 1, bits, linear, linear * bits, pipelined, pipelined * bits, shown, banks * (bits + 4)
+    # The pointers of a queue of fewer words are shorter; where they do not wrap by themselves, each is compared.
+    pointer = side_bits(queue_words)
+    compared = (1 << pointer != queue_words) * pointer
+    banks, queue_banks = ((1 << max(0, each - DEEP_BITS)) - 1 for each in (bits, pointer))
+    banked = banks * CELL_BITS * 2 + queue_banks * bits
+    return (
+        1,
+        bits,
+        linear,
+        linear * bits,
+        pipelined,
+        pipelined * bits,
+        shown,
+        banked,
+        bits - pointer,
+        compared,
+    )
 
 
 @cache
@@ -122,6 +139,7 @@ def _line(family: str, piece: str, resource: str) -> Fit:
         return _terms(
             piece,
             row["ADDRESS_BITS"],
+            row["QUEUE_WORDS"],
             linear=bool(row["LINEAR"]),
             pipelined=row["CYCLES"] == timing.EXPANSION_CYCLES[MicroArchitecture.PIPELINED],
             shown=bool(row.get("SHOWN", 0)),
@@ -141,9 +159,11 @@ def counted(
     family, own = family_of(part.family)
     if not any(row.family == family for row in resource_rows("breadth_first", "state_machine")):
         family, own = SIMILAR, False
+    bits = address_bits(*shape, parameters.address)
     terms = _terms(
         piece,
-        address_bits(*shape, parameters.address),
+        bits,
+        parameters.queue_words or 1 << bits,
         linear=parameters.address is Address.LINEAR,
         pipelined=parameters.micro_architecture is MicroArchitecture.PIPELINED,
         shown=parameters.display is not VgaController.NONE,

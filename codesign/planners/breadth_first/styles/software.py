@@ -31,13 +31,8 @@ from codesign.planners.demand import Demand, Lever, Line
 from codesign.planners.host import HostStyle, assumed_bytes, side_step
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
+from codesign.planners.map_flood import MAP_KERNEL, WALL_KERNEL, beside_walls
 from codesign.planners.styles import Designs, Step
-
-MAP_KERNEL = "breadth_first_map_cell"
-"""The unit of the preparation: one cell of the map, with its ring, its direction, and its copy in the plan."""
-
-WALL_KERNEL = "breadth_first_wall_cell"
-"""A popped cell beside an obstacle or the edge of the map, besides the unit of every popped cell."""
 
 JAVA_HEAP = 64 * 2**20
 """Bytes. Assumed."""
@@ -77,9 +72,7 @@ def heap_bound(cells: int) -> Line:
 
 def wall_cells(free: NDArray[np.bool_], plan: BreadthFirstPlan) -> int:
     """Popped cells with an obstacle or the edge of the map on one of their four sides."""
-    padded = np.pad(free, 1)
-    inner = padded[:-2, 1:-1] & padded[2:, 1:-1] & padded[1:-1, :-2] & padded[1:-1, 2:]
-    return plan.popped_cells - int(inner.ravel()[plan.pushed[: plan.popped_cells]].sum())
+    return int(beside_walls(free).ravel()[plan.pushed[: plan.popped_cells]].sum())
 
 
 class Software(HostStyle):

@@ -38,6 +38,7 @@ from codesign.planners.demand import Demand
 from codesign.planners.external_memory import Traffic
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
+from codesign.planners.power_law import counted_activity, slice_power
 from codesign.planners.styles import Architecture, Designs, Memory, Step
 
 SLICES_A_BLOCK_RAM = 16
@@ -114,7 +115,7 @@ class StateMachine(Architecture):
             ram if ram.value < published.CLOCK_LIMIT else limit,
             part,
             published.FAMILY,
-            registers=timing.registers(*job.problem.shape),
+            registers=timing.registers(job.problem.shape, job.parameters.address),
             placements=timing.placements(),
         )
 
@@ -176,20 +177,20 @@ class StateMachine(Architecture):
         return cycles
 
     def power(self, demand: Demand, clock: int, part: Part) -> tuple[Figure, Figure]:
-        """Static power of the part, and (slices + 16 a block RAM) × clock × the part's power a slice and Hz, W."""
+        """Static power of the part, and (slices × activity + 16 a block RAM) × clock × the part's power a slice, W."""
+        static, slices = slice_power(demand, clock, part, counted_activity(self.planner, self.style))
         rate = part.dynamic_power
-        low, high = rate.interval
-        slices, rams = demand.total("slices"), demand.total("block_rams")
+        (low, high), scale = rate.interval, clock * demand.total("block_rams")
         dynamic = Figure(
-            value=rate.value * clock * (slices + SLICES_A_BLOCK_RAM * rams),
+            value=slices.value + SLICES_A_BLOCK_RAM * rate.value * scale,
             unit="W",
             status=weakest(Status.ASSUMED, rate.status),
-            source=f"(slices + {SLICES_A_BLOCK_RAM} a block RAM) × clock × {rate.value * 1e12:.3g} µW a slice and MHz"
-            f" ({rate.source}); {SLICES_A_BLOCK_RAM_LOW} to {SLICES_A_BLOCK_RAM_HIGH} a block RAM bound it",
-            low=low * clock * (slices + SLICES_A_BLOCK_RAM_LOW * rams),
-            high=high * clock * (slices + SLICES_A_BLOCK_RAM_HIGH * rams),
+            source=f"{slices.source}; {SLICES_A_BLOCK_RAM} slices a block RAM, {SLICES_A_BLOCK_RAM_LOW} to"
+            f" {SLICES_A_BLOCK_RAM_HIGH} bound it",
+            low=slices.interval[0] + SLICES_A_BLOCK_RAM_LOW * low * scale,
+            high=slices.interval[1] + SLICES_A_BLOCK_RAM_HIGH * high * scale,
         )
-        return part.static_power, dynamic
+        return static, dynamic
 
 
 def _deepest(job: Job[Problem, SearchParameters]) -> int:

@@ -19,6 +19,7 @@ from codesign.planners.demand import Demand, Line
 from codesign.planners.host import HostTask
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
+from codesign.planners.map_flood import CELL_KERNEL
 from codesign.planners.styles import Step, TaskStyle
 
 Path = tuple[NDArray[np.float64], bool]
@@ -74,7 +75,7 @@ class HostTracking(HostTask):
     planner = "breadth_first"
     task = TRACK
     description = "from the goal back along the directions of discovery"
-    kernel = "breadth_first_cell"
+    kernel = CELL_KERNEL
 
     def outcome(self, job: Job[Problem, SearchParameters]) -> tuple[int, Path]:
         """The path from the position."""

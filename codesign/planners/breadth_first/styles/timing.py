@@ -21,6 +21,7 @@ latency. All of this is assumed: the paper has no figure.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import cache
 
 from codesign.planners.breadth_first.plan.parameters import (
@@ -115,15 +116,23 @@ def total_cycles(shape: tuple[int, int], popped: int, path_steps: int, parameter
     return init_cycles(shape, parameters) + expansions + path_cycles(path_steps + 1, MemoryPlace.BLOCK_RAM, 0)
 
 
-def registers(rows: int, columns: int) -> Registers:
-    """What the clock of an engine depends on: its cells. All micro-architectures and addresses are as fast."""
-    return Registers("memories with output registers", rows * columns)
+def registers(shape: tuple[int, int], address: Address) -> Registers:
+    """What the clock of an engine depends on: its address and its cells. All micro-architectures are as fast.
+
+    A linear address is added up; one side by side is put together.
+    """
+    rows, columns = shape
+    return Registers(f"memories with output registers, address {address}", rows * columns)
 
 
 @cache
 def placements() -> tuple[Placement, ...]:
     """The engines that were placed and routed."""
     return tuple(
-        Placement(row, registers(row.variables["ROWS"], row.variables["COLUMNS"]))
+        Placement(row, registers((row.variables["ROWS"], row.variables["COLUMNS"]), _address(row.variables)))
         for row in clock_rows("breadth_first", "state_machine")
     )
+
+
+def _address(variables: Mapping[str, int]) -> Address:
+    return Address.LINEAR if variables["LINEAR"] else Address.SIDE_BY_SIDE

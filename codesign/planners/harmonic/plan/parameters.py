@@ -63,7 +63,7 @@ SCHEDULE_DESCRIPTION = (
 
 POCKETS_DESCRIPTION = (
     "free cells from which no path leads to a goal. kept: they are sent as free cells, and each is a local maximum for"
-    " ever; filled: the component that sends the map makes obstacles of them, and its time for that is not counted"
+    " ever; filled: the processor that sends the map makes obstacles of them before, by a flood from the goals"
 )
 
 STOP_DESCRIPTION = (

@@ -24,9 +24,9 @@ from codesign.planners.harmonic.plan.parameters import (
     Stop,
     Termination,
 )
-from codesign.planners.harmonic.plan.pockets import sent_map
+from codesign.planners.harmonic.plan.pockets import fill_work, sent_map
 from codesign.planners.harmonic.plan.relax import HarmonicPlan, relax
-from codesign.planners.interface import LOWER_BOUND, Cell, LoadParameters, Planner, Policy, Problem
+from codesign.planners.interface import LOWER_BOUND, Cell, LoadParameters, MapWork, Planner, Policy, Problem
 from codesign.planners.job import Job
 from codesign.planners.paths import by_sides, cell_of
 from codesign.planners.quality import Quality
@@ -127,6 +127,10 @@ class Harmonic(Planner):
     def reachable(self, job: Job[Problem, RelaxParameters]) -> NDArray[np.bool_]:
         """A value spreads to the four neighbours of its cell."""
         return by_sides(job.problem)
+
+    def map_work(self, job: Job[Problem, RelaxParameters]) -> tuple[MapWork, ...]:
+        """Where the sender fills pockets, a flood of the map."""
+        return fill_work(job.problem, job.parameters)
 
     def plan(self, job: Job[Problem, RelaxParameters]) -> HarmonicPlan:
         """Relax the field without a clock.

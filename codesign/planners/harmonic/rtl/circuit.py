@@ -81,6 +81,7 @@ class BitSerialCircuit(CircuitStyle):
             kinds=KINDS,
             event_bits=event_bits(block, grid, parameters),
             pieces=PIECES,
+            elements=block[0] * block[1],
         )
 
     def expected(self, job: Job[Problem, RelaxParameters]) -> Expected:

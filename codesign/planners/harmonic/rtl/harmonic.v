@@ -326,16 +326,20 @@ module harmonic #(
             wire first_bit, last_bit;
             wire [DIGIT_BITS*(ROWS+2)-1:0] column_digits = column_line >> {robot_row, {DIGIT_PLACES{1'b0}}};
             wire [DIGIT_BITS*(COLUMNS+2)-1:0] row_digits = row_line >> {robot_column, {DIGIT_PLACES{1'b0}}};
-            wire [DIGIT_BITS-1:0] north_digit = column_digits[0+:DIGIT_BITS];
-            wire [DIGIT_BITS-1:0] here_digit = column_digits[DIGIT_BITS+:DIGIT_BITS];
-            wire [DIGIT_BITS-1:0] south_digit = column_digits[2*DIGIT_BITS+:DIGIT_BITS];
-            wire [DIGIT_BITS-1:0] west_digit = row_digits[0+:DIGIT_BITS];
-            wire [DIGIT_BITS-1:0] east_digit = row_digits[2*DIGIT_BITS+:DIGIT_BITS];
+            // With a pipeline the selected digits have a register before the comparisons.
+            wire [DIGIT_BITS-1:0] north_digit, here_digit, south_digit, east_digit, west_digit;
+            harmonic_delay #(.BITS(5 * DIGIT_BITS), .CYCLES(PIPELINE)) digits_delay (
+                .clk(clk), .reset(1'b0),
+                .value({
+                    row_digits[0+:DIGIT_BITS], row_digits[2*DIGIT_BITS+:DIGIT_BITS], column_digits[0+:3*DIGIT_BITS]
+                }),
+                .later({west_digit, east_digit, south_digit, here_digit, north_digit})
+            );
             wire unused = &{1'b0, column_digits, row_digits};
-            harmonic_delay #(.BITS(1), .CYCLES(STREAM_DELAY + 2)) first_delay (
+            harmonic_delay #(.BITS(1), .CYCLES(STREAM_DELAY + PIPELINE + 2)) first_delay (
                 .clk(clk), .reset(reset), .value(pre), .later(first_bit)
             );
-            harmonic_delay #(.BITS(1), .CYCLES(STREAM_DELAY + 3)) last_delay (
+            harmonic_delay #(.BITS(1), .CYCLES(STREAM_DELAY + PIPELINE + 3)) last_delay (
                 .clk(clk), .reset(reset), .value(finishes && phase == 4'd3), .later(last_bit)
             );
             harmonic_decision #(.DIGIT_BITS(DIGIT_BITS)) vertical_axis (

@@ -125,20 +125,22 @@ module harmonic_control #(
     assign advance = slot_end ? block_over : ~(stops & ended_full);  // after a full visit it has advanced already
     assign finishes = phase == DECIDE ? slot_end : sweep_ends && phase == READ;
 
-    // The answer of the OR trees for the pass before.
+    // The answer of the OR trees for the pass before. What it leads to is prepared: nothing that it depends on changes in
+    // the cycle before an answer.
     reg [ANSWER-1:0] answers;
-    reg dirty, maxima, stage_ends;
+    reg dirty, maxima, stage_ends, last_stage;
+    reg settles;         // a stage ends with this pass, if it changed nothing
+    reg stops_if_quiet;  // the pass that runs is dropped, if this one changed nothing
     reg [SWEEP_BITS-1:0] sweeps;
     reg [STAGE_BITS-1:0] stage;
     wire answered = answers[ANSWER-1];
     wire visit_over = answered & (ended_full | ~changed);
     wire sweep_over = visit_over & ended_last;
-    wire settled = sweep_over & ~dirty & ~changed & ~checks;
+    wire settled = answered & ~changed & settles;
     wire stage_over = CHECK != 0 ? sweep_over & checks : settled;
     wire maxima_now = maxima | maximum;
-    wire stops_if_quiet = (~ended_full && BLOCKS > 1) || (ended_last && ~dirty);
     assign stops = answered & (waits | (~changed & stops_if_quiet));
-    wire leaves = stage_over && (stage == LAST_STAGE || (STOP_WITHOUT_MAXIMA != 0 && !maxima_now));
+    wire leaves = stage_over && (last_stage || (STOP_WITHOUT_MAXIMA != 0 && !maxima_now));
     wire begins = stops | (answered & ~changed & ~ended_full);  // the pass that runs, or follows, begins a visit
 
     always @(posedge clk) begin
@@ -199,6 +201,9 @@ module harmonic_control #(
         end
 
         // Sweeps and stages.
+        settles <= ended_last & ~dirty & ~checks;
+        stops_if_quiet <= (~ended_full && BLOCKS > 1) || (ended_last && ~dirty);
+        last_stage <= stage == LAST_STAGE;
         if (answered) begin
             waits <= 1'b0;
             dirty <= ~sweep_over & (dirty | (changed & (SOUND != 0 | ended_full)));

@@ -17,7 +17,7 @@ module harmonic_load #(
     input  wire                    in_valid,
     output reg                     in_ready,
     output wire                    over,          // the last word is taken at this edge
-    output wire                    writes,        // this module has the memories
+    output reg                     writes,        // this module has the memories: it clears or stores
     output wire [ADDRESS_BITS-1:0] write_address,
     output wire [MEMORIES-1:0]     write_enable,
     output reg  [17:0]             load_word
@@ -38,12 +38,12 @@ module harmonic_load #(
     wire takes = in_ready & in_valid;
 
     assign over = takes & last_word;
-    assign writes = clears | stores;
     assign write_address = address[ADDRESS_BITS-1:0];
     assign write_enable = {MEMORIES{clears}} | (token & {MEMORIES{stores}});
 
     always @(posedge clk) begin
         stores <= takes;
+        writes <= takes | (clears && address != LAST_ADDRESS);
         last_word <= takes ? remaining == 2 : remaining == 1;
         if (clears) begin
             address <= address == LAST_ADDRESS ? {(ADDRESS_BITS + 1){1'b0}} : address + 1'b1;
@@ -64,6 +64,7 @@ module harmonic_load #(
         end
         if (start) begin
             clears <= 1'b1;
+            writes <= 1'b1;
             fresh <= 1'b1;
             highest <= 1'b0;
             address <= {(ADDRESS_BITS + 1){1'b0}};
@@ -74,6 +75,7 @@ module harmonic_load #(
         if (reset) begin
             clears <= 1'b0;
             stores <= 1'b0;
+            writes <= 1'b0;
             in_ready <= 1'b0;
         end
     end

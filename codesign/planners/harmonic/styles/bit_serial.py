@@ -29,7 +29,8 @@ from codesign.planners.harmonic.styles.steps import (
 from codesign.planners.host import one_step
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
-from codesign.planners.styles import Architecture, Designs, Found, Memory, Step, slice_power
+from codesign.planners.power_law import counted_activity, slice_power
+from codesign.planners.styles import Architecture, Designs, Found, Memory, Step
 
 
 class BitSerial(Architecture):
@@ -118,8 +119,9 @@ class BitSerial(Architecture):
         return plan
 
     def power(self, demand: Demand, clock: int, part: Part) -> tuple[Figure, Figure]:
-        """Static power of the part, and slices × clock × the part's power a slice and Hz, W."""
-        return slice_power(demand, clock, part)
+        """Static power of the part, and slices × clock × the part's power a slice and Hz × the counted activity, W."""
+        activity = counted_activity(self.planner, self.style)
+        return slice_power(demand, clock, part, activity)
 
 
 def machine_of(job: Job[Problem, RelaxParameters]) -> resources.Machine:

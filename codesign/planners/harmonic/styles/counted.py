@@ -1,12 +1,14 @@
 """What synthesis counts of the RTL of this package, line by line of the demand, for any size and family.
 
 The count of a line is a sum of terms of the parameters of its top module. Coefficients are fitted to rows of
-``planners/harmonic/measured/resources.json`` and held against others: ``HELD_OUT``, ``ALONE_HELD_OUT``.
+``planners/harmonic/measured/resources.json`` and held against others: ``HELD_OUT``, ``ALONE_HELD_OUT``. A line of
+a circuit with digits of several bits is fitted to the rows of all digits; one of a bit-serial circuit to its own alone.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from functools import cache
 
 from codesign.figures import Status
@@ -14,11 +16,12 @@ from codesign.planners.demand import Line
 from codesign.planners.harmonic.styles.geometry import (
     border_rams,
     cluster_count,
+    digits,
     field_plane,
     field_rams_a_memory,
     tree_widths,
 )
-from codesign.planners.measured import Fit, family_of, fit_rows, resource_rows
+from codesign.planners.measured import Fit, ResourceRow, family_of, fit_rows, resource_rows
 
 Variables = Mapping[str, int]
 Terms = Callable[[Variables], Sequence[float]]
@@ -28,8 +31,11 @@ HELD_OUT = {(12, 24), (10, 14), (18, 24)}
 ALONE_HELD_OUT = {(24, 36), (20, 50), (50, 80)}
 """Maps that no line of the decision module by itself is fitted to."""
 
+DIGITS = 1, 2, 4, 8
+"""The bits of a digit."""
+
 SIMILAR = "xc4v"
-ALONE_SIMILAR = "ecp5"
+DIGITS_SIMILAR = ALONE_SIMILAR = "ecp5"
 """The families that stand for one without rows: LUT of four inputs with a carry chain."""
 SLICE_PACKING = 1.13
 """Slices over half of the LUT or flip-flops, in a part that is far from full. Assumed."""
@@ -45,6 +51,10 @@ def held_out(variables: Variables) -> bool:
 def alone_held_out(variables: Variables) -> bool:
     """Whether the decision module of these parameters is held out of the fit."""
     return (variables["ROWS"], variables["COLUMNS"]) in ALONE_HELD_OUT
+
+
+def _nodes(v: Variables) -> int:
+    return v["ROWS"] * v["COLUMNS"]
 
 
 def _clusters(v: Variables) -> int:
@@ -64,8 +74,19 @@ def _addresses(v: Variables) -> int:
     return 1 + 2 * (v["DOWN"] > 1) + 2 * (v["ACROSS"] > 1)
 
 
+def _digit_bits(v: Variables) -> int:
+    return v.get("DIGIT_BITS", 1)
+
+
+def _each(v: Variables, *terms: float) -> tuple[float, ...]:
+    """The terms, with coefficients of their own for each number of bits of a digit."""
+    digit_bits = _digit_bits(v)
+    return tuple(term * (digit_bits == bits) for bits in DIGITS for term in terms)
+
+
 def _address_bits(v: Variables) -> int:
-    return (v["DOWN"] * v["ACROSS"] * (v["LAST_PRECISION"] + 1) - 1).bit_length()
+    words = digits(v["LAST_PRECISION"], _digit_bits(v)) + 1
+    return (v["DOWN"] * v["ACROSS"] * words - 1).bit_length()
 
 
 def _block_bits(v: Variables) -> int:
@@ -86,7 +107,8 @@ def _sides(v: Variables) -> int:
 
 def _selecting(v: Variables) -> int:
     """LUT of the lines that carry a row and a column out: each an OR over the nodes that are selected."""
-    return _row_lines(v) * _luts(2 * v["ROWS"]) + _column_lines(v) * _luts(2 * v["COLUMNS"])
+    lines = _row_lines(v) * _luts(2 * v["ROWS"]) + _column_lines(v) * _luts(2 * v["COLUMNS"])
+    return _digit_bits(v) * lines
 
 
 def _luts(bits: int) -> int:
@@ -100,7 +122,7 @@ def _side_bits(v: Variables) -> int:
 
 def _read_out(v: Variables) -> int:
     """Bits of an event that only the read-out has."""
-    return max(0, min(v["COLUMNS"], 64) - EVENT_BITS)
+    return max(0, min(_digit_bits(v) * v["COLUMNS"], 64) - EVENT_BITS)
 
 
 def _field_bits(v: Variables) -> tuple[int, int, int]:
@@ -116,47 +138,47 @@ def _more_rams(v: Variables) -> int:
 
 ARRAY: Mapping[str, tuple[Terms, Terms]] = {
     "nodes": (
-        lambda v: (v["ROWS"] * v["COLUMNS"], v["ROWS"] * v["COLUMNS"] * v["PIPELINE"]),
-        lambda v: (v["ROWS"] * v["COLUMNS"], v["ROWS"] * v["COLUMNS"] * v["PIPELINE"]),
+        lambda v: _each(v, _nodes(v), _nodes(v) * v["PIPELINE"]),
+        lambda v: _each(v, _nodes(v), _nodes(v) * v["PIPELINE"]),
     ),
     "clusters": (
-        lambda v: (_clusters(v), _clusters(v) * v["PIPELINE"]),
-        lambda v: (_clusters(v), _clusters(v) * v["PIPELINE"]),
+        lambda v: (
+            _clusters(v),
+            _clusters(v) * v["PIPELINE"],
+            (_digit_bits(v) - 1) * (_nodes(v) + _clusters(v)),
+        ),
+        lambda v: _each(v, _clusters(v), _clusters(v) * v["PIPELINE"]),
     ),
     "array control": (
-        lambda v: (
-            _selecting(v),
-            _clusters(v) * v["PIPELINE"],
-        ),
-        lambda v: (_row_lines(v) + _column_lines(v), _clusters(v) * v["PIPELINE"]),
+        lambda v: (_selecting(v), _clusters(v) * v["PIPELINE"]),
+        lambda v: (_digit_bits(v) * (_row_lines(v) + _column_lines(v)), _clusters(v) * v["PIPELINE"]),
     ),
     "OR trees": (
         lambda v: (
             2 * _luts(18 * _clusters(v)) * (1 - v["PIPELINE"]),
+            1 - v["PIPELINE"],
             2 * _luts(_clusters(v)) * v["PIPELINE"],
         ),
         lambda v: (2 * sum(tree_widths(v["ROWS"], v["COLUMNS"], v["PIPELINE"])) + 2 * v["PIPELINE"],),
     ),
     "borders": (
-        lambda v: (
-            _border_rams(v),
-            _border_nodes(v) * (1 - v["PIPELINE"]),
-            (_addresses(v) - 1) * v["PIPELINE"],
-        ),
-        lambda v: (_border_nodes(v) * v["PIPELINE"],),
+        lambda v: _each(v, _border_rams(v), _border_nodes(v)),
+        lambda v: (_digit_bits(v) * _border_nodes(v) * v["PIPELINE"],),
     ),
     "border addresses": (
-        lambda v: (_addresses(v) * _address_bits(v), _addresses(v)),
+        lambda v: (_addresses(v) * _address_bits(v), _addresses(v), _addresses(v) * (_digit_bits(v) > 1)),
         lambda v: (_addresses(v) * _address_bits(v),),
     ),
     "control": (
         lambda v: (
             1,
-            v["COLUMNS"],
+            min(_digit_bits(v) * v["COLUMNS"], 64),
             v["DECISION"] * _sides(v),
+            v["DECISION"] * _sides(v) * (_digit_bits(v) - 1),
             _address_bits(v),
             _clusters(v) + _border_rams(v),
             v["STAGES"],
+            _digit_bits(v) > 1,
         ),
         lambda v: (
             1,
@@ -166,9 +188,11 @@ ARRAY: Mapping[str, tuple[Terms, Terms]] = {
             _block_bits(v),
             _address_bits(v) * v["PIPELINE"],
             _read_out(v),
+            v["DECISION"] * v["PIPELINE"] * _digit_bits(v),
+            _digit_bits(v) - 1,
         ),
     ),
-    "decision": (lambda v: (v["DECISION"],), lambda v: (v["DECISION"],)),
+    "decision": (lambda v: _each(v, v["DECISION"]), lambda v: _each(v, v["DECISION"])),
 }
 """Terms of the LUT and of the flip-flops of each line of the array with its control."""
 
@@ -181,32 +205,69 @@ ALONE: Mapping[str, tuple[Terms, Terms]] = {
 """Those of the decision module by itself."""
 
 
-def family_for(part_family: str, task: str = "") -> tuple[str, bool]:
-    """The family of rows for a family of parts, and whether it is its own: one with rows that are held out."""
-    family, own = family_of(part_family)
+def _rows(task: str, of_digits: bool) -> list[ResourceRow]:
+    """The rows of bit-serial circuits of a task; those with digits of several bits too, where the line is of digits."""
     rows = resource_rows("harmonic", "bit_serial", task)
-    known = {row.family for row in rows if (alone_held_out if task else held_out)(row.variables)}
-    return (family, own) if family in known else (ALONE_SIMILAR if task else SIMILAR, False)
+    return [row for row in rows if of_digits or _digit_bits(row.variables) == 1]
 
 
 @cache
-def fit_of(family: str, piece: str, resource: str, task: str = "") -> Fit:
+def family_for(part_family: str, task: str = "", of_digits: bool = False) -> tuple[str, bool]:
+    """The family of rows for a family of parts, and whether it is its own: with rows of each digit held out."""
+    family, own = family_of(part_family)
+    held = alone_held_out if task else held_out
+    rows = [row for row in _rows(task, of_digits) if held(row.variables)]
+    measured: dict[str, set[int]] = {}
+    for row in rows:
+        measured.setdefault(row.family, set()).add(_digit_bits(row.variables))
+    needed = set(DIGITS) if of_digits else {1}
+    if needed <= measured.get(family, set()):
+        return family, own
+    return ALONE_SIMILAR if task else DIGITS_SIMILAR if of_digits else SIMILAR, False
+
+
+@cache
+def fit_of(family: str, piece: str, resource: str, task: str = "", of_digits: bool = False) -> Fit:
     """The line of a piece and a resource, in a family of rows."""
     terms = (ALONE if task else ARRAY)[piece][resource == "flip_flops"]
-    rows = resource_rows("harmonic", "bit_serial", task)
+    rows = _rows(task, of_digits)
     return fit_rows(rows, family, piece, resource, terms, alone_held_out if task else held_out)
+
+
+@dataclass(frozen=True)
+class _Law:
+    """The count of a line in a family of parts, with how it is known."""
+
+    terms: Terms
+    coefficients: tuple[float, ...]
+    status: Status
+    source: str
+
+    def count(self, variables: Variables) -> int:
+        """The count, rounded and never negative."""
+        terms = zip(self.coefficients, self.terms(variables), strict=True)
+        return max(0, round(sum(coefficient * term for coefficient, term in terms)))
+
+
+@cache
+def _law(piece: str, resource: str, part_family: str, task: str, of_digits: bool) -> _Law:
+    family, own = family_for(part_family, task, of_digits)
+    fit = fit_of(family, piece, resource, task, of_digits)
+    source = (
+        f"synthesis of the RTL of this package for {family}; on sizes held out {fit.mean:.1%} off in the mean"
+    )
+    terms = (ALONE if task else ARRAY)[piece][resource == "flip_flops"]
+    return _Law(terms, fit.coefficients, Status.CALIBRATED if own else Status.ASSUMED, source)
 
 
 def counted(piece: str, variables: Variables, part_family: str, task: str = "") -> tuple[Line, Line]:
     """LUT and flip-flops of a piece."""
-    family, own = family_for(part_family, task)
-    lines = []
-    for index, resource in enumerate(("lut4", "flip_flops")):
-        law = fit_of(family, piece, resource, task)
-        amount = max(0, round(law.value((ALONE if task else ARRAY)[piece][index](variables))))
-        source = f"synthesis of the RTL of this package for {family}; on sizes held out {law.mean:.1%} off in the mean"
-        lines.append(Line.item(piece, resource, amount, Status.CALIBRATED if own else Status.ASSUMED, source))
-    return lines[0], lines[1]
+    of_digits = _digit_bits(variables) > 1
+    laws = ((each, _law(piece, each, part_family, task, of_digits)) for each in ("lut4", "flip_flops"))
+    luts, flip_flops = (
+        Line.item(piece, resource, law.count(variables), law.status, law.source) for resource, law in laws
+    )
+    return luts, flip_flops
 
 
 def packed(lines: Sequence[Line]) -> Line:

@@ -41,7 +41,8 @@ def block_designs(map_shape: tuple[int, int], part: Part, decision: bool) -> Des
     depth, fitting = word_depth(part), []
     for block in reversed(shapes):
         most = largest_precision(block_count(map_shape, block), depth)
-        lasts = [last for last in LAST if last <= most and fits(Machine(*block, last, decision), part)]
+        machines = (_machine(map_shape, block, last, decision) for last in LAST if last <= most)
+        lasts = [machine.last for machine in machines if fits(machine, part)]
         if lasts:
             fitting.append((block, lasts))
     smallest = next(iter(shapes)), [LAST[0]]
@@ -50,6 +51,13 @@ def block_designs(map_shape: tuple[int, int], part: Part, decision: bool) -> Des
         for block, lasts in fitting[:MOST_BLOCKS] or [smallest]
         for iterations in VISITS
     )
+
+
+def _machine(map_shape: tuple[int, int], block: tuple[int, int], last: int, decision: bool) -> Machine:
+    """The circuit of a design: as many blocks as cover the map, and as many stages as its schedule has."""
+    down, across = (-(-cells // nodes) for cells, nodes in zip(map_shape, block, strict=True))
+    stages = len(range(FIRST, last, STEP)) + 1
+    return Machine(*block, last, decision, down, across, stages=stages)
 
 
 def _design(partition: dict[str, Any], iterations: int, last: int) -> dict[str, Any]:

@@ -8,11 +8,10 @@ from typing import Any
 
 from codesign.figures import Status, label
 from codesign.part import Part
-from codesign.planners.demand import Lever, Line, short_resources
+from codesign.planners.demand import Lever, Line
 from codesign.planners.harmonic.styles.geometry import RAM_WIDTH
 from codesign.planners.harmonic.styles.resources import (
     Machine,
-    items,
     largest_precision,
     totals,
     words,
@@ -29,7 +28,14 @@ def block_count(map_shape: Shape, block: Shape) -> int:
 
 def fits(machine: Machine, part: Part) -> bool:
     """Whether the part has the resources for such a block."""
-    return not short_resources(items(machine, part.family), part)
+    return not _short(machine, part)
+
+
+def _short(machine: Machine, part: Part) -> list[str]:
+    """The resources that the part has too few of."""
+    budgets = part.resources
+    needs = totals(machine, part.family).items()
+    return [kind for kind, need in needs if kind in budgets and need > budgets[kind].value]
 
 
 def largest_block(machine: Machine, part: Part) -> Shape | None:
@@ -56,10 +62,10 @@ def resource_levers(
     map_shape: Shape, machine: Machine, precisions: Precisions, part: Part, depth: int
 ) -> dict[str, tuple[Lever, ...]]:
     """Levers for each resource that the part lacks: block, precision, another place for ``decide``, part."""
-    need = totals(machine, part.family)
-    short = short_resources(items(machine, part.family), part)
+    short = _short(machine, part)
     if not short:
         return {}
+    need = totals(machine, part.family)
     shared = _block_lever(map_shape, machine, precisions, part, depth)
     without = totals(replace(machine, decision=False), part.family)
     by_kind: dict[str, tuple[Lever, ...]] = {}

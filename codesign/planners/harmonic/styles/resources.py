@@ -12,11 +12,13 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 
 from codesign.figures import Status
 from codesign.part import Part
 from codesign.planners.demand import Line, sum_by_resource
 from codesign.planners.harmonic import published
+from codesign.planners.harmonic.plan.parameters import MAX_PRECISION
 from codesign.planners.harmonic.published import PAPER
 from codesign.planners.harmonic.styles.counted import ARRAY, counted, packed
 from codesign.planners.harmonic.styles.geometry import (
@@ -35,9 +37,6 @@ ARRAY_FLIP_FLOPS = published.BLOCK.flip_flops - NODE_FLIP_FLOPS * published.BLOC
 ARRAY_LUT4 = published.BLOCK.lut4 - NODE_LUT4 * published.BLOCK.nodes
 ARRAY_SLICES = published.BLOCK.slices - NODE_SLICES * published.BLOCK.nodes
 PAPER_FAMILIES = "Virtex-II", "Virtex-4"
-
-BY_BIT = "nodes", "clusters", "array control", "borders", "decision"
-"""The lines that grow with the bits of a digit."""
 
 
 @dataclass(frozen=True)
@@ -75,6 +74,7 @@ class Machine:
             "LAST_PRECISION": self.last,
             "STAGES": self.stages,
             "DECISION": int(self.decision),
+            "DIGIT_BITS": self.digit_bits,
             "PIPELINE": self.pipeline,
         }
 
@@ -119,39 +119,34 @@ def border_slices(rows: int, columns: int) -> int:
     return math.floor(SLICES_A_BORDER_NODE * border_nodes(rows, columns))
 
 
+@lru_cache(maxsize=4096)
 def items(machine: Machine, family: str) -> tuple[Line, ...]:
     """The demand of a design on a family of parts."""
     rows, columns = machine.block
     lines = _of_paper(machine, family) if machine.of_paper(family) else _of_rows(machine, family)
-    text = f"{PAPER}, section 5.4"
-    sides = f"RTL of this package, hwsw verify: each side by itself; {text} has 12 for 36×66"
-    borders = border_rams(rows, columns, machine.down, machine.across)
+    each = f"{PAPER}, section 5.4: one a cluster", Status.PUBLISHED
+    sides = f"RTL of this package, hwsw verify: each side by itself; {PAPER}, section 5.4 has 12 for 36×66"
+    bits = machine.digit_bits
+    if bits > 1:
+        each = (
+            f"RTL of this package, hwsw verify: {bits} a cluster, one for each bit of a digit",
+            Status.MEASURED,
+        )
+        sides = f"RTL of this package, hwsw verify: each side by itself, {bits} for one of a bit-serial node"
+    clusters, borders = cluster_count(rows, columns), border_rams(rows, columns, machine.down, machine.across)
     rams = (
-        Line.item(
-            "clusters", "block_rams", cluster_count(rows, columns), Status.PUBLISHED, f"{text}: one a cluster"
-        ),
-        Line.item("borders", "block_rams", borders, Status.MEASURED, sides),
+        Line.item("clusters", "block_rams", bits * clusters, each[1], each[0]),
+        Line.item("borders", "block_rams", bits * borders, Status.MEASURED, sides),
     )
-    kept = [line for line in (*lines, *rams) if machine.decision or line.name != "decision"]
-    return tuple(_of_digits(line, machine.digit_bits) for line in kept)
-
-
-def _of_digits(line: Line, digit_bits: int) -> Line:
-    """The line of nodes of so many bits a cycle, out of that of bit-serial ones: each bit has block RAMs of its own."""
-    if digit_bits == 1 or line.name not in BY_BIT:
-        return line
-    if line.resource == "block_rams":
-        source = f"RTL of this package, hwsw verify: {digit_bits} for one of a bit-serial node"
-        return Line.item(line.name, line.resource, digit_bits * line.amount, Status.MEASURED, source)
-    source = f"{digit_bits} × the bit-serial one, as none of more bits was synthesised: {line.figure.source}"
-    return Line.item(line.name, line.resource, digit_bits * line.amount, Status.ASSUMED, source)
+    return tuple(line for line in (*lines, *rams) if machine.decision or line.name != "decision")
 
 
 def _of_rows(machine: Machine, family: str) -> list[Line]:
     """Every line as synthesis counts it."""
     lines: list[Line] = []
+    variables = machine.variables
     for piece in ARRAY:
-        logic = counted(piece, machine.variables, family)
+        logic = counted(piece, variables, family)
         lines += [packed(logic), *logic]
     return lines
 
@@ -181,7 +176,8 @@ def _of_paper(machine: Machine, family: str) -> list[Line]:
     return lines
 
 
-def totals(machine: Machine, family: str) -> dict[str, int]:
+@lru_cache(maxsize=4096)
+def totals(machine: Machine, family: str) -> Mapping[str, int]:
     """The demand by resource, without its items; see ``items``."""
     return sum_by_resource(items(machine, family))
 
@@ -202,9 +198,9 @@ def words(blocks: int, precision: int, digit_bits: int = 1) -> int:
 
 
 def largest_precision(blocks: int, depth: int, digit_bits: int = 1) -> int:
-    """The highest p with blocks × (⌈p/d⌉ + 1) ≤ ``depth``; below 1 where no precision fits.
+    """The highest p with blocks × (⌈p/d⌉ + 1) ≤ ``depth``, of those that a plan can have; below 1 where none fits.
 
-    >>> largest_precision(16, 1024), largest_precision(4, 1024), largest_precision(1, 1024)
+    >>> largest_precision(16, 1024), largest_precision(4, 1024), largest_precision(4, 1024, 8)
     (63, 255, 1023)
     """
-    return digit_bits * (depth // blocks - 1)
+    return min(digit_bits * (depth // blocks - 1), MAX_PRECISION)

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from codesign.errors import InputError
 from codesign.memo import Memo
 from codesign.planners.harmonic.plan.fixed_point import Field, LowerBound
-from codesign.planners.harmonic.plan.parameters import Pockets, RelaxParameters, Stop
+from codesign.planners.harmonic.plan.parameters import RelaxParameters, Stop
 from codesign.planners.harmonic.plan.pockets import sent_map
 from codesign.planners.harmonic.plan.relax import HarmonicPlan, work
 from codesign.planners.harmonic.plan.stages import Stage, StageEnd, VisitBatch, Visits
@@ -37,16 +37,9 @@ MOST_SWEEPS = 1 << 16
 
 
 def notes(problem: Problem, parameters: RelaxParameters) -> tuple[str, ...]:
-    """A note where a block is larger than the map, and where the sender of the map fills pockets."""
+    """A note where a block is larger than the map."""
     map_shape = problem.shape
-    block = beyond_map("relax.block", "block", parameters.block_shape(*map_shape), map_shape)
-    if parameters.pockets is Pockets.KEPT:
-        return block
-    return (
-        *block,
-        "relax.pockets: the component that sends the map fills the pockets; no platform has a cost for that, so its"
-        " time is not counted",
-    )
+    return beyond_map("relax.block", "block", parameters.block_shape(*map_shape), map_shape)
 
 
 class VisitCost(Protocol):

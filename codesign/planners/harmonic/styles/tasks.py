@@ -28,7 +28,8 @@ from codesign.planners.harmonic.styles import counted, geometry, resources, timi
 from codesign.planners.host import HostTask, one_step
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
-from codesign.planners.styles import Step, TaskStyle, slice_power
+from codesign.planners.power_law import slice_power
+from codesign.planners.styles import Step, TaskStyle
 
 Path = tuple[NDArray[np.float64], bool]
 

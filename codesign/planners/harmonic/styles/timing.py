@@ -131,9 +131,10 @@ def reload_cycles(memories: int, blocks: int) -> int:
 
 
 def decision_cycles(precision: int, pipeline: int = 0, digit_bits: int = 1) -> int:
-    """Cycles of one decision: p + 8, with a pipeline p + 10. One takes the position, p + 2 read the bits."""
+    """Cycles of one decision: p + 8, with a pipeline p + 11. One takes the position, p + 2 read the bits."""
+    # With a pipeline the bits around the robot have a register between their selection and the comparisons.
     reads = iteration_cycles(precision, digit_bits)
-    return 1 + PREPARATION_CYCLES + reads + stream_delay(pipeline) + 1
+    return 1 + PREPARATION_CYCLES + reads + stream_delay(pipeline) + pipeline + 1
 
 
 def lone_decision_cycles(precision: int) -> int:
@@ -224,9 +225,8 @@ def clock_miss() -> float:
 
 
 def registers(rows: int, columns: int, pipeline: int, digit_bits: int = 1) -> Registers:
-    """What the clock of a block depends on: its pipeline and the bits of its digits, and its nodes."""
-    digit = f", relax.digit_bits {digit_bits}" if digit_bits > 1 else ""
-    return Registers(f"relax.pipeline {pipeline}{digit}", rows * columns)
+    """What the clock of a block depends on: its pipeline, its nodes, and the bits of its digits."""
+    return Registers(f"relax.pipeline {pipeline}", rows * columns, math.log2(digit_bits))
 
 
 @cache

@@ -37,8 +37,9 @@ SIMILAR = "xc3se"
 """The family that stands for one without rows: LUT of four inputs with a carry chain."""
 STORE_DEPTH = 16
 """Words of a LUT used as memory: the states of 16 robots take no more LUTs than those of one."""
-LEAST_STORE_DEPTH = 8
-"""Words from which synthesis takes LUTs as memory in Xilinx parts; registers below. Elsewhere two are enough."""
+LEAST_STORE_DEPTH = 6
+"""Words from which synthesis takes LUTs as memory in Xilinx parts of four-input LUTs; registers below. Elsewhere two
+are enough."""
 DIRECTION_BOUNDS = 16
 """Words of the table of bounds between directions that one LUT a bit holds."""
 
@@ -98,7 +99,7 @@ def _detect_terms(circuit: Structure, family: str, resource: str) -> tuple[float
 
 def _state_terms(circuit: Structure, family: str, _resource: str) -> tuple[float, ...]:
     width, units, depth = circuit["WIDTH"], circuit["UPDATE_UNITS"], _rounds(circuit)
-    xilinx = family.startswith("xc")
+    xilinx = family.startswith("xc") and family != "xc7"
     if depth == 1 or (xilinx and depth < LEAST_STORE_DEPTH):
         # Registers, and multiplexers among them.
         return units * width * depth, units * width * (depth - 1), 0
@@ -152,6 +153,6 @@ def counted(piece: str, resource: str, circuit: Structure, part: Part) -> tuple[
     amount = max(0, round(law.value(TERMS[piece](circuit, family, resource))))
     off = f"{law.mean:.1%} off on circuits held out" if law.held_out else f"{law.mean:.1%} off"
     source = f"synthesis of the RTL of this package for {family}; {off}"
-    # Rows of parallel units are few: their update units miss by up to a third.
+    # Rows of parallel units are few: the LUT of their update units miss by up to a fifth.
     known = own and not (circuit["PARALLEL"] and piece == UPDATES)
     return amount, Status.CALIBRATED if known else Status.ASSUMED, source

@@ -48,8 +48,10 @@ TILED_PIECES = {
     "halo": ("halo_cell",),
     "column memories": ("tile_column",),
     "scheduler": ("tile_scheduler", "earliest_changes"),
-    "tracker": ("path_tracker", "tile_cursor"),
+    "tracker": ("path_tracker",),
+    "cursor": ("tile_cursor",),
     "read-out": ("select_line", "select_number"),
+    "control": ("tiled_machine", "tile_array"),
 }
 """The lines of the demand of a tile's array, and their modules."""
 
@@ -120,6 +122,7 @@ class ArrayCircuit(CircuitStyle):
             phases=PHASES,
             kinds=KINDS,
             event_bits=event_bits,
+            elements=words.elements[0] * words.elements[1],
             pieces={
                 "nodes": (node,),
                 "memories": ("ram_1w1r",),
@@ -220,9 +223,14 @@ class TiledCircuit(CircuitStyle):
             phases=TILED_PHASES,
             kinds=KINDS,
             event_bits=event_bits,
+            elements=tiles.tile[0] * tiles.tile[1],
             pieces=TILED_PIECES,
             notes=(TRACKER_NOTE,),
         )
+
+    def held_out(self, variables: Mapping[str, int]) -> bool:
+        """Whether the laws of LUT left the size out of their fit."""
+        return held_out(variables)
 
     def expected(self, job: Job[Problem, PropagateParameters]) -> Expected:
         """The visits of tiles, the words of all cells, and the steps of the path of the first start."""

@@ -9,7 +9,7 @@ import numpy as np
 from codesign.models import Task
 from codesign.planners.interface import Cell, Problem
 from codesign.planners.job import Job
-from codesign.planners.wavefront.plan.parameters import PropagateParameters
+from codesign.planners.wavefront.plan.parameters import PropagateParameters, WaveEnd
 from codesign.planners.wavefront.plan.planner import PLANNER
 
 LARGEST_SIDE = {"delay_line": 12, "adder_comparator": 7, "tiled": 14}
@@ -25,7 +25,7 @@ def random_job(seed: int, style: str) -> Job[Problem, PropagateParameters]:
     job = Job(problem, parameters, inside=inside)
     if PLANNER.check(job) is not None:
         # The start cannot be reached: the wave runs to its own end.
-        job = Job(problem, parameters.model_copy(update={"stop": "whole_map"}), inside=inside)
+        job = Job(problem, parameters.model_copy(update={"stop": WaveEnd.WHOLE_MAP}), inside=inside)
     return job
 
 

@@ -14,7 +14,8 @@ from codesign.planners.demand import Demand, Line
 from codesign.planners.host import one_step
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
-from codesign.planners.styles import Architecture, Designs, Step, slice_power
+from codesign.planners.power_law import counted_activity, slice_power
+from codesign.planners.styles import Architecture, Designs, Step
 from codesign.planners.wavefront.plan.parameters import Course, Paths, PropagateParameters, ReadOut
 from codesign.planners.wavefront.plan.plan import WavefrontPlan, waits
 from codesign.planners.wavefront.plan.wave import longest_distance, register_bits
@@ -22,9 +23,10 @@ from codesign.planners.wavefront.styles import levers, resources, timing
 from codesign.planners.wavefront.styles.designs import DESIGNS
 from codesign.planners.wavefront.styles.layout import ArrayLayout
 from codesign.planners.wavefront.styles.steps import LOAD, TRACK, planned, tracked_steps
+from codesign.planners.wavefront.styles.tile import tiled_items
 
 QUIET_ACTIVITY = 0.1
-"""Dynamic power may be this much of a typical design's: only the nodes of the wave front switch. Assumed."""
+"""A larger array may switch this much of a typical design: only the nodes of the wave front do. Assumed."""
 
 
 class ArrayStyle(Architecture):
@@ -106,7 +108,7 @@ class ArrayStyle(Architecture):
         delay_line = resources.array_items(replace(layout, shape=map_shape, adders=False), part)
 
         def in_tiles(tile: tuple[int, int]) -> tuple[Line, ...]:
-            return resources.tiled_items(layout, map_shape, tile, part)
+            return tiled_items(layout, map_shape, tile, part)
 
         other = levers.Alternatives({"delay_line": delay_line}, in_tiles, map_shape, spare)
         return Demand(items, bounds, levers.resource_levers(items, part, other))
@@ -114,8 +116,9 @@ class ArrayStyle(Architecture):
     def clock_limit(self, job: Job[Problem, PropagateParameters]) -> Figure:
         """The fastest clock for an array of this size on the part, Hz."""
         rows, columns = self.array_shape(job)
-        cells = self.settled(job.parameters).element_cells
-        return timing.clock_limit(-(-rows // cells) * columns, job.chip, element_cells=cells)
+        parameters = self.settled(job.parameters)
+        cells, chain = parameters.element_cells, parameters.read_out is ReadOut.CHAIN
+        return timing.clock_limit(-(-rows // cells) * columns, job.chip, element_cells=cells, chain=chain)
 
     def work(self, job: Job[Problem, PropagateParameters]) -> Generator[Step, None, WavefrontPlan]:
         """Phases ``load``, ``propagate_obstacles`` (safe paths), ``propagate`` (``exchange``), ``read_out`` of a chain,
@@ -139,6 +142,8 @@ class ArrayStyle(Architecture):
         return one_step(TRACK, timing.track_cycles(tracked_steps(job, plan)))
 
     def power(self, demand: Demand, clock: int, part: Part) -> tuple[Figure, Figure]:
-        """Static power of the part, and slices × clock × the part's power a slice and Hz, W."""
-        remark = "; down to a tenth of the lower bound, as only nodes of the wave front switch"
-        return slice_power(demand, clock, part, Status.ASSUMED, remark, QUIET_ACTIVITY)
+        """Static power of the part, and slices × clock × the part's power a slice and Hz × the counted activity, W."""
+        activity = counted_activity(self.planner, self.style)
+        if activity is not None:
+            activity = replace(activity, low=min(activity.interval[0], QUIET_ACTIVITY))
+        return slice_power(demand, clock, part, activity, Status.ASSUMED)

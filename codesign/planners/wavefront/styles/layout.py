@@ -53,7 +53,7 @@ class ArrayLayout:
 
     @classmethod
     def of_row(cls, variables: Mapping[str, int]) -> ArrayLayout:
-        """The layout of a circuit, by the parameters of its top module."""
+        """The layout of a circuit, by the parameters of its top module; of an array of one tile, that of the map."""
         return cls(
             shape=(variables["ROWS"], variables["COLUMNS"]),
             bits=variables["BITS"],
@@ -61,10 +61,10 @@ class ArrayLayout:
             line=variables["DIAGONAL"],
             extra=variables["EXTRA"],
             corner_cutting=bool(variables["CORNER_CUTTING"]),
-            adders=variables["STYLE"] == 1,
-            element_cells=variables["ELEMENT_CELLS"],
+            adders=variables.get("STYLE") == 1,
+            element_cells=variables.get("ELEMENT_CELLS", 1),
             safe=bool(variables["SAFE"]),
-            chain=bool(variables["CHAIN"]),
+            chain=bool(variables.get("CHAIN")),
             waits=bool(variables["WAITS"]),
             tracked=bool(variables["TRACK"]),
             local=variables["MOST_STEPS"] > 0,

@@ -8,7 +8,6 @@ package, by family: sums of terms of the sizes, fitted to some arrays and held a
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
 from functools import cache
 
 from codesign.figures import Status
@@ -16,12 +15,13 @@ from codesign.part import Part
 from codesign.planners.breadth_first.styles.resources import block_rams
 from codesign.planners.demand import Line
 from codesign.planners.measured import Fit, ResourceRow, family_of, fit_rows, resource_rows
-from codesign.planners.wavefront.plan.grid import tile_count
 from codesign.planners.wavefront.published import PAPER
-from codesign.planners.wavefront.styles.layout import ArrayLayout, Shape, side_bits
+from codesign.planners.wavefront.styles.layout import ArrayLayout, side_bits
 
 HELD_OUT = {(10, 9), (6, 9), (16, 9), (16, 16), (6, 5), (5, 4), (5, 5)}
-"""Sizes (rows, columns) that no LUT are fitted to."""
+"""Sizes (rows, columns) of arrays that no LUT are fitted to."""
+HELD_OUT_IN_TILES = {(48, 48), (20, 36), (28, 28), (100, 60)}
+"""Sizes of maps in tiles that no LUT are fitted to."""
 SIMILAR = "ecp5"
 """The family that stands for one without rows: LUT of four inputs with a carry chain."""
 LUT_INPUTS = {"xc7": 6}
@@ -32,13 +32,11 @@ ADDER_BITS = 7
 """An adder node adds at least as many bits: a delay fits them."""
 NODES, MEMORIES, READ_OUT, TRACKER, CONTROL = "nodes", "memories", "read-out", "tracker", "control"
 
-RAM_FLAG_BITS = 1
-"""Bits beside the potential in a word of a tile's memory: F."""
-
 
 def held_out(variables: Mapping[str, int]) -> bool:
     """Whether a row with these parameters of the top module is left out of the fits."""
-    return (variables["ROWS"], variables["COLUMNS"]) in HELD_OUT
+    sizes = HELD_OUT_IN_TILES if "TILE_ROWS" in variables else HELD_OUT
+    return (variables["ROWS"], variables["COLUMNS"]) in sizes
 
 
 def _node_terms(layout: ArrayLayout) -> tuple[float, ...]:
@@ -106,14 +104,22 @@ def _kind(layout: ArrayLayout) -> tuple[bool, bool]:
 
 @cache
 def _rows() -> tuple[tuple[ResourceRow, ArrayLayout], ...]:
-    rows = (row for style in ("delay_line", "adder_comparator") for row in resource_rows("wavefront", style))
+    styles = "delay_line", "adder_comparator", "tiled"
+    rows = (row for style in styles for row in resource_rows("wavefront", style))
     return tuple((row, ArrayLayout.of_row(row.variables)) for row in rows)
 
 
 @cache
 def law(piece: str, kind: tuple[bool, bool], family: str) -> Fit:
-    """The LUT of a piece in a family of rows; ``kind``: of its nodes, which alone differ by it."""
-    rows = [row for row, layout in _rows() if piece != NODES or _kind(layout) == kind]
+    """The LUT of a piece in a family of rows; ``kind``: of its nodes, which alone differ by it.
+
+    All arrays have the same tracker, those of a tile among them.
+    """
+    if piece == TRACKER:
+        rows = [row for row, layout in _rows() if layout.tracked]
+    else:
+        whole = [(row, layout) for row, layout in _rows() if row.style != "tiled"]
+        rows = [row for row, layout in whole if piece != NODES or _kind(layout) == kind]
 
     def terms(variables: Mapping[str, int]) -> tuple[float, ...]:
         return _terms(piece, ArrayLayout.of_row(variables), family)
@@ -123,8 +129,17 @@ def law(piece: str, kind: tuple[bool, bool], family: str) -> Fit:
 
 def family_with_rows(part: Part, kind: tuple[bool, bool]) -> tuple[str, bool]:
     """The family of rows for a part, and whether it is its own: one with rows of this ``kind`` of nodes to fit to."""
-    family, own = family_of(part.family)
-    fitted = (row for row, layout in _rows() if _kind(layout) == kind and not held_out(row.variables))
+    return _family(part.family, kind)
+
+
+@cache
+def _family(part_family: str, kind: tuple[bool, bool]) -> tuple[str, bool]:
+    family, own = family_of(part_family)
+    fitted = (
+        row
+        for row, layout in _rows()
+        if row.style != "tiled" and _kind(layout) == kind and not held_out(row.variables)
+    )
     if any(row.family == family for row in fitted):
         return family, own
     return SIMILAR, False
@@ -191,65 +206,3 @@ def _memory_items(layout: ArrayLayout, part: Part) -> tuple[Line, ...]:
     of = " and ".join(f"{words:,} words of {width} bits" for words, width in shapes)
     law = f"{sets:,} × {of}, as synthesis counts the RTL of this package"
     return (Line.item(MEMORIES, "block_rams", rams, Status.MEASURED, law),)
-
-
-def or_tree_items(nodes: int, what: str) -> tuple[Line, ...]:
-    """An OR over a bit of every node: (N - 1) / 3 LUT."""
-    # Three signals less for each LUT of four inputs, from N to 1.
-    lut4 = -(-(nodes - 1) // 3)
-    return (
-        Line.item(what, "lut4", lut4, Status.ASSUMED, "(N - 1) / 3 LUT a tree"),
-        Line.item(what, "slices", -(-lut4 // 2), Status.ASSUMED, "two LUT a slice"),
-    )
-
-
-def tile_items(layout: ArrayLayout, tiles: int, words: int, part: Part) -> tuple[Line, ...]:
-    """The demand of a tiled array beside its nodes: cells around it that emit, memories of the columns, a scheduler."""
-    rows, columns = layout.shape
-    # The cells around a tile, corners included, since the wave enters diagonally as well:
-    #
-    #   + - - - +        a halo cell holds the potential that its own tile gave it, and
-    #   |       |        emits when the counter comes to it
-    #   + - - - +
-    #
-    # A LUT compares two bits of each word, and an AND of four such results takes one more.
-    halo, bits = 2 * (rows + columns) + 4, layout.bits
-    compare = -(-bits // 2) + -(-bits // 8)
-    scheduler = 4 * bits + 64
-    around = "a register, and a comparator with the counter, for each cell around the tile"
-    earliest = "the earliest change of each tile, scanned one a cycle"
-    rams = columns * -(-words // max(1, word_depth(part, bits + RAM_FLAG_BITS)))
-    return (
-        Line.item("halo", "flip_flops", halo * (bits + 1), Status.ASSUMED, around),
-        Line.item("halo", "lut4", halo * compare, Status.ASSUMED, around),
-        Line.item("halo", "slices", halo * -(-max(bits + 1, compare) // 2), Status.ASSUMED, around),
-        Line.item("scheduler", "flip_flops", scheduler, Status.ASSUMED, earliest),
-        Line.item("scheduler", "lut4", scheduler, Status.ASSUMED, earliest),
-        Line.item("scheduler", "slices", -(-scheduler // 2), Status.ASSUMED, earliest),
-        Line.item("scheduler", "block_rams", 1, Status.ASSUMED, f"{earliest}; {tiles} tiles"),
-        Line.item(
-            "column memories",
-            "block_rams",
-            rams,
-            Status.ASSUMED,
-            f"{words} words of {bits + 1} bits a column",
-        ),
-        *or_tree_items(layout.nodes, "silence detection"),
-    )
-
-
-def word_depth(part: Part, bits: int) -> int:
-    """Words of the part's block RAM where a word holds ``bits``; 0: none so wide."""
-    return max((depth for depth, width in part.block_ram_shapes if width >= bits), default=0)
-
-
-def tiled_items(layout: ArrayLayout, map_shape: Shape, tile: Shape, part: Part) -> tuple[Line, ...]:
-    """The demand of a tile's array with its memories, at the widths of ``layout``.
-
-    p^d of safe paths goes to the memories too and needs no second register.
-    """
-    tiles = tile_count(map_shape, tile)
-    # The potentials leave a tile by a chain, into the memories of its columns.
-    shown = replace(layout, shape=tile, obstacle_bits=0, safe=False, chain=True, waits=True, tracked=False)
-    words = tiles * tile[0] * (2 if layout.obstacle_bits else 1)
-    return (*array_items(shown, part), *tile_items(shown, tiles, words, part))

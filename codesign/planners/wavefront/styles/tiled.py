@@ -30,10 +30,11 @@ from codesign.planners.wavefront.plan.plan import (
 )
 from codesign.planners.wavefront.plan.tiles import Visits, run_tiles
 from codesign.planners.wavefront.plan.wave import longest_distance, obstacle_map, register_bits
-from codesign.planners.wavefront.styles import resources, timing
+from codesign.planners.wavefront.styles import timing
 from codesign.planners.wavefront.styles.array import ArrayStyle
 from codesign.planners.wavefront.styles.designs import DESIGNS, MOST_CELLS, MOST_TILES, TILE_SIDES
 from codesign.planners.wavefront.styles.steps import EXCHANGE, OBSTACLES, PROPAGATE
+from codesign.planners.wavefront.styles.tile import TileLayout, tiled_items
 
 _kept = Memo(max_bytes=32 * 2**20)
 
@@ -97,19 +98,18 @@ class Tiled(ArrayStyle):
     def items(self, job: Job[Problem, PropagateParameters]) -> tuple[Line, ...]:
         """A tile's nodes and cells around, the memories of its columns, a scheduler."""
         layout = self.layout(job)
-        return resources.tiled_items(layout, job.problem.shape, layout.shape, job.chip)
+        return tiled_items(layout, job.problem.shape, layout.shape, job.chip)
 
     def memory(self, job: Job[Problem, PropagateParameters]) -> Memory:
-        """F and the potential of every cell in a column of the tiles; deeper than one block RAM, over several."""
-        problem, parameters = job.problem, job.parameters
-        width = self.bits(job) + resources.RAM_FLAG_BITS
-        rows, _ = self.array_shape(job)
-        words = parameters.tile_count(*problem.shape) * rows
+        """F and the potential of every cell in a column of the tiles; deeper than one block RAM, over several.
+
+        Safe paths have as many for p^d, driven alike.
+        """
+        layout = TileLayout(self.layout(job), job.problem.shape)
         # Virtex and Spartan-3 parts have the same shapes: 18 kbit, 1,024 words at 18 bits.
+        width = layout.memory_bits
         depth = 512 if width > 18 else 1024 if width > 9 else 2048
-        contents = ["potentials"] + ["obstacle potentials"] * (parameters.paths is Paths.SAFE)
-        each = -(-words * len(contents) // depth)
-        return Memory(width, {name: -(-words // each) for name in contents})
+        return Memory(width, {"potentials": -(-layout.words // -(-layout.words // depth))})
 
     def load_cycles(self, job: Job[Problem, PropagateParameters]) -> int:
         """Cycles to load the map into the memories of the columns."""

@@ -4,14 +4,17 @@ Published: D_stop + 1 cycles for the wave. The paper does not count the loading 
 stop, the read-out, or the tracking of the path. The RTL of this package (``rtl/``) does: ``hwsw verify`` compares
 every cycle of it with these laws.
 
-Clock: the paper assumes 20 MHz and shows no layout. On an FPGA both arrays are grids of small nodes with a broadcast,
-like the array of harmonic control. So its law of the clock over the number of nodes is borrowed (``assumed``; interval
-from the paper's 20 MHz up). The adder/comparator node has five chained operations over R bits in addition.
+Clock: the paper assumes 20 MHz and shows no layout. Arrays of this package were placed and routed on ECP5 and Gowin;
+their law has a line for each kind of node and of read-out. A family that was never placed lies between these two. On
+the families of harmonic control's published clocks, its law over the number of nodes is borrowed, as both are grids of
+small nodes with a broadcast (``assumed``): ECP5 and Gowin reach 0.4 to 0.8 of it. The adder/comparator node has five
+chained operations over R bits in addition.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -19,9 +22,9 @@ from numpy.typing import NDArray
 
 from codesign.figures import Figure, Status
 from codesign.part import Part
-from codesign.planners.clock_law import Placement, Registers, on_family
+from codesign.planners.clock_law import LEAST_SHARE, MOST_SHARE, Placement, Registers, clock_law, on_family
 from codesign.planners.harmonic.styles import timing as harmonic_timing
-from codesign.planners.measured import clock_rows
+from codesign.planners.measured import clock_rows, family_of
 from codesign.planners.wavefront import published
 from codesign.planners.wavefront.plan.wave import stop_cycle
 
@@ -39,6 +42,9 @@ TRACK_CLOCK = 185_000_000
 
 TRACK_FITTED = "Virtex-II Pro"
 """The family of that machine."""
+
+UNTRIED = 0.25
+"""Half of the interval of a kind of array that a family has fewer than three sizes of, relative. Assumed."""
 
 ADDER_LEVELS = 5
 LEVEL_NS, CARRY_NS = 1.2, 0.05
@@ -139,11 +145,16 @@ def visit_cycles(span: NDArray[np.int64]) -> NDArray[np.int64]:
     return span + 1
 
 
-def registers(nodes: int, adder_bits: int = 0, element_cells: int = 1) -> Registers:
-    """What the clock of an array depends on: the kind of its nodes, and how many there are."""
+def registers(nodes: int, adder_bits: int = 0, element_cells: int = 1, *, chain: bool = False) -> Registers:
+    """What the clock of an array depends on: the kind of its nodes, and how many there are.
+
+    Behind a chain the tracker reads a memory, which delay lines wait for. Adders are slower than both read-outs.
+    """
     if adder_bits:
         return Registers("adders and comparators", nodes)
-    return Registers("delay lines" if element_cells == 1 else "elements", nodes)
+    if element_cells > 1:
+        return Registers("elements", nodes)
+    return Registers("delay lines, read out by a chain" if chain else "delay lines", nodes)
 
 
 @cache
@@ -156,10 +167,13 @@ def placements() -> tuple[Placement, ...]:
 def _registers_of(style: str, variables: Mapping[str, int]) -> Registers:
     bits = variables["BITS"] if style == "adder_comparator" else 0
     cells = variables["ELEMENT_CELLS"]
-    return registers(-(-variables["ROWS"] // cells) * variables["COLUMNS"], bits, cells)
+    nodes = -(-variables["ROWS"] // cells) * variables["COLUMNS"]
+    return registers(nodes, bits, cells, chain=bool(variables["CHAIN"]))
 
 
-def clock_limit(nodes: int, part: Part, adder_bits: int = 0, element_cells: int = 1) -> Figure:
+def clock_limit(
+    nodes: int, part: Part, adder_bits: int = 0, element_cells: int = 1, *, chain: bool = False
+) -> Figure:
     """The fastest clock of an array on a part, Hz.
 
     Args:
@@ -167,27 +181,49 @@ def clock_limit(nodes: int, part: Part, adder_bits: int = 0, element_cells: int 
         part: the part.
         adder_bits: the width of an adder/comparator node, or 0.
         element_cells: the cells of one element.
+        chain: the registers are read out by a chain.
     """
-    # Period of the borrowed grid, and of the operations that the adder/comparator node (equation 3) chains in a cycle.
+    # Period of the borrowed grid; of the operations that the adder/comparator node (equation 3) chains in a cycle; and
+    # of the memory that an element, or a tracker behind a chain, reads in the same cycle.
     period = 1e9 / harmonic_timing.clock_fit().clock(nodes)
-    chain = ADDER_LEVELS * (LEVEL_NS + CARRY_NS * adder_bits) if adder_bits else 0.0
-    law = 1e9 / (period + chain)
     text = f"period of a grid of {nodes:,} small nodes, as of harmonic control, {period:.1f} ns"
-    if chain:
-        text += f", and {ADDER_LEVELS} chained operations over {adder_bits} bits, {chain:.1f} ns"
+    if adder_bits:
+        operations = ADDER_LEVELS * (LEVEL_NS + CARRY_NS * adder_bits)
+        period += operations
+        text += f", and {ADDER_LEVELS} chained operations over {adder_bits} bits, {operations:.1f} ns"
+    elif element_cells > 1 or chain:
+        memory = 1e9 / part.block_ram_clock.value
+        period += memory
+        text += f", and that of a block RAM, {memory:.1f} ns"
+    law = 1e9 / period
     value = min(law, part.block_ram_clock.value)
     limit = Figure(
         value=value,
         unit="Hz",
         status=Status.ASSUMED,
         source=f"{text}; {published.PAPER} assumes {published.CLOCK / 1e6:.0f} MHz for its own node",
-        low=min(value, published.CLOCK),
-        high=min(1.5 * law, part.block_ram_clock.interval[1]),
+        low=value * LEAST_SHARE,
+        high=min(law * MOST_SHARE, part.block_ram_clock.interval[1]),
     )
-    return on_family(
-        limit,
-        part,
-        *harmonic_timing.FITTED,
-        registers=registers(nodes, adder_bits, element_cells),
-        placements=placements(),
+    kind = registers(nodes, adder_bits, element_cells, chain=chain)
+    figure = on_family(limit, part, *harmonic_timing.FITTED, registers=kind, placements=placements())
+    tried = (family_of(part.family)[0], kind.pipeline) in _tried()
+    return figure if tried or figure.status is not Status.MEASURED else _untried(figure, part)
+
+
+@cache
+def _tried() -> frozenset[tuple[str, str]]:
+    """Families, and the kinds of arrays with a placement there that the law of all others was held against."""
+    law, rows = clock_law(placements()), placements()
+    places = () if law is None else law.held_out
+    return frozenset((rows[place].row.family, rows[place].registers.pipeline) for place in places)
+
+
+def _untried(figure: Figure, part: Part) -> Figure:
+    """A clock of a kind that too few sizes were placed of to hold one out."""
+    return replace(
+        figure,
+        source=f"{figure.source}, none of them of this kind on this family: so ±{UNTRIED:.0%}, assumed",
+        low=min(figure.interval[0], figure.value * (1 - UNTRIED)),
+        high=max(figure.interval[1], min(figure.value * (1 + UNTRIED), part.block_ram_clock.interval[1])),
     )

@@ -1,0 +1,262 @@
+"""The demand of an array of one tile: its nodes and the cells around it, the memories of its columns, a scheduler.
+
+Flip-flops and memories follow from the sizes exactly, register by register of the RTL of this package. LUT are fitted
+to its syntheses by family, as those of the other arrays are (``resources``).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cache
+
+from codesign.figures import Status
+from codesign.part import Part
+from codesign.planners.breadth_first.styles.resources import block_rams
+from codesign.planners.demand import Line
+from codesign.planners.measured import Fit, family_of, fit_rows, resource_rows
+from codesign.planners.wavefront.styles import resources
+from codesign.planners.wavefront.styles.layout import ArrayLayout, Shape, side_bits
+from codesign.planners.wavefront.styles.resources import CONTROL, NODES, READ_OUT, TRACKER, WIDE_NUMBER
+
+HALO, COLUMNS, SCHEDULER, CURSOR = "halo", "column memories", "scheduler", "cursor"
+PIECES = NODES, HALO, COLUMNS, SCHEDULER, TRACKER, CURSOR, READ_OUT, CONTROL
+
+HALO_BITS = 3
+"""Flip-flops of a cell around the tile beside its potential: free, live, y."""
+SCAN_BITS = 14
+"""Of a scan: settling (4), walked, its stages (5), and which edges of the map the visited tile lies at (4)."""
+SIDES = 8
+"""Tiles around a tile, each with the earliest change that it sees."""
+LEAST_SHIFT = 3
+"""Flip-flops in a row that a Xilinx part has as a shift register of a LUT."""
+STATES = 10
+"""Of the machine, a flip-flop each. Only an array that tracks paths has that of the tracking."""
+MACHINE_BITS = 31
+"""Of the machine beside its states and the words of ``TileLayout.control_flip_flops``.
+
+Loader (4) and its counter (8), the sweeps of a visit (3), what an arriving word is for (11), the report (5).
+"""
+
+
+@dataclass(frozen=True)
+class TileLayout:
+    """The sizes of an array of one tile.
+
+    ``array``: of its nodes, so its shape is the tile; ``waits``: the potential of a start ends the visits.
+    """
+
+    array: ArrayLayout
+    map_shape: Shape
+
+    @classmethod
+    def of_row(cls, variables: Mapping[str, int]) -> TileLayout:
+        """The layout of a circuit, by the parameters of its top module."""
+        whole = ArrayLayout.of_row(variables)
+        tile = variables["TILE_ROWS"], variables["TILE_COLUMNS"]
+        return cls(replace(whole, shape=tile), whole.shape)
+
+    @property
+    def whole(self) -> ArrayLayout:
+        """The layout of an array for the whole map with the same words: it has the same tracker."""
+        return replace(self.array, shape=self.map_shape)
+
+    @property
+    def tiles(self) -> tuple[int, int]:
+        """Tiles down and across."""
+        rows, columns = self.array.shape
+        return -(-self.map_shape[0] // rows), -(-self.map_shape[1] // columns)
+
+    @property
+    def words(self) -> int:
+        """Words of the memory of a column."""
+        down, across = self.tiles
+        return down * across * self.array.shape[0]
+
+    @property
+    def address(self) -> int:
+        """Bits of the address of such a word."""
+        return side_bits(self.words)
+
+    @property
+    def place(self) -> int:
+        """Bits of a column of the tile."""
+        return side_bits(self.array.shape[1])
+
+    @property
+    def grid(self) -> int:
+        """Bits of the number of a tile, of its row and of its column, which hold the numbers of tiles themselves."""
+        down, across = self.tiles
+        return side_bits(down * across) + down.bit_length() + across.bit_length()
+
+    @property
+    def minima(self) -> tuple[int, ...]:
+        """Comparators of each level of the tree that finds the earliest change of a row."""
+        columns = self.array.shape[1]
+        return tuple(-(-columns // (1 << level)) for level in range(1, (columns - 1).bit_length() + 1))
+
+    @property
+    def halo(self) -> int:
+        """Cells around the tile, corners included: the wave enters diagonally as well."""
+        #   + - - - +        a cell around the tile holds the potential that its own tile gave it, and emits when the
+        #   |       |        counter comes to it
+        #   + - - - +
+        rows, columns = self.array.shape
+        return 2 * (rows + columns) + 4
+
+    @property
+    def memory_bits(self) -> int:
+        """Bits of a word of a column's memory: potential, F, P."""
+        return self.array.bits + 1 + bool(self.array.extra)
+
+    @property
+    def memories(self) -> Mapping[str, tuple[int, int, int]]:
+        """How many memories there are, and words and bits a word of each: columns, scheduler.
+
+        Safe paths have p^d in memories of their own, and need a bit more of each tile.
+        """
+        columns, bits, safe = self.array.shape[1], self.array.bits, self.array.safe
+        down, across = self.tiles
+        words = max(2, self.words)
+        shapes = {"potentials": (columns, words, self.memory_bits)}
+        if safe:
+            shapes["obstacle potentials"] = columns, words, bits + 1
+        shapes[SCHEDULER] = 1, max(2, down * across), 2 * bits + 1 + safe
+        return shapes
+
+    def rams(self, part: Part) -> dict[str, int]:
+        """Block RAMs of the columns and of the scheduler."""
+        rams = {what: n * block_rams(words, bits, part) for what, (n, words, bits) in self.memories.items()}
+        scheduler = rams.pop(SCHEDULER)
+        return {COLUMNS: sum(rams.values()), SCHEDULER: scheduler}
+
+    def flip_flops(self, family: str) -> dict[str, int]:
+        """Flip-flops of every piece that has some, exact, in a family of rows.
+
+        On Xilinx parts two lines of the tree become shift registers of LUT where they are long enough.
+        """
+        array, (rows, columns) = self.array, self.array.shape
+        # A node keeps no p^d: it goes to the memories too.
+        node = replace(array, obstacle_bits=0).node_flip_flops
+        scan = 4 * (self.grid + self.address) + self._grid_place + SCAN_BITS + 4 * array.bits
+        levels = len(self.minima)
+        shifted = levels if family.startswith("xc") and levels >= LEAST_SHIFT else 0
+        changes = (columns + sum(self.minima) + SIDES) * array.bits + 1 + 2 * (levels + 1 - shifted)
+        return {
+            NODES: rows * columns * node,
+            HALO: self.halo * (array.bits + HALO_BITS),
+            SCHEDULER: scan + changes,
+            TRACKER: self.whole.tracker_flip_flops,
+            CURSOR: self._map_place(2) + self.address + self.place,
+            CONTROL: self.control_flip_flops,
+        }
+
+    @property
+    def _grid_place(self) -> int:
+        """Bits of the row and of the column of a tile."""
+        down, across = self.tiles
+        return down.bit_length() + across.bit_length()
+
+    def _map_place(self, most: int) -> int:
+        """Bits of a row and of a column of the map, at most so many of each."""
+        return sum(min(most, side_bits(side)) for side in self.map_shape)
+
+    @property
+    def control_flip_flops(self) -> int:
+        """Flip-flops of the machine: start, loader, rows of a visit, counter, read-out, report."""
+        array, across = self.array, self.tiles[1]
+        step = (array.shape[0] + 1).bit_length()
+        cell = self.whole.address
+        # The rows of a tile are ``across`` words apart, so the lowest bits of the loader's address never change.
+        still = (across & -across).bit_length() - 1
+        states = STATES if array.tracked else STATES - 1
+        visits = 2 * step + 4 * self.address - still + 2 * self.place + 2 * cell
+        return states + MACHINE_BITS + visits + (2 if array.waits else 1) * array.bits + array.word
+
+
+def _terms(piece: str, layout: TileLayout, family: str) -> tuple[float, ...]:
+    """The variables of the LUT of a piece."""
+    array, (rows, columns) = layout.array, layout.array.shape
+    others = resources.LUT_INPUTS.get(family, 4) - 1
+    corners, extra, bits = not array.corner_cutting, bool(array.extra), array.bits
+    wide = columns * (side_bits(columns) >= WIDE_NUMBER)
+    silence = (array.nodes + layout.halo - 1) / others
+    terms: Mapping[str, tuple[float, ...]] = {
+        NODES: tuple(rows * columns * term for term in (1, bits, corners, extra)),
+        HALO: (layout.halo, layout.halo * bits),
+        COLUMNS: tuple(columns * term for term in (1, bits, array.safe, corners, extra)),
+        SCHEDULER: (1, bits, sum(layout.minima) * bits, layout.grid, layout.address),
+        CURSOR: (1, layout.address, layout.place),
+        READ_OUT: (array.word * -(-(2 * columns - 1) // others), columns, wide),
+        CONTROL: (1, layout.address, bits, array.word, silence, columns),
+    }
+    return terms[piece]
+
+
+@cache
+def law(piece: str, family: str) -> Fit:
+    """The LUT of a piece in a family of rows."""
+    if piece == TRACKER:
+        return resources.law(TRACKER, (False, False), family)
+
+    def terms(variables: Mapping[str, int]) -> tuple[float, ...]:
+        return _terms(piece, TileLayout.of_row(variables), family)
+
+    rows = resource_rows("wavefront", "tiled")
+    return fit_rows(rows, family, piece, "lut4", terms, resources.held_out)
+
+
+@cache
+def family_with_rows(part_family: str) -> tuple[str, bool]:
+    """The family of rows for a family of parts, and whether it is its own."""
+    family, own = family_of(part_family)
+    if any(row.family == family for row in resource_rows("wavefront", "tiled")):
+        return family, own
+    return resources.SIMILAR, False
+
+
+def lut4(piece: str, layout: TileLayout, family: str) -> int:
+    """LUT of a piece in a family of rows."""
+    if piece == TRACKER:
+        return resources.lut4(TRACKER, layout.whole, family)
+    return round(law(piece, family).value(_terms(piece, layout, family)))
+
+
+def tiled_items(array: ArrayLayout, map_shape: Shape, tile: Shape, part: Part) -> tuple[Line, ...]:
+    """The demand of a tile's array with its memories, at the widths of ``array``."""
+    layout = TileLayout(
+        replace(array, shape=tile, element_cells=1, adders=False, chain=False),
+        map_shape,
+    )
+    family, own = family_with_rows(part.family)
+    status = Status.CALIBRATED if own else Status.ASSUMED
+    flip_flops, rams = layout.flip_flops(family), layout.rams(part)
+    # Nodes and cells around them share no slice.
+    apart = {NODES: layout.array.nodes, HALO: layout.halo}
+    lines = []
+    for piece in PIECES:
+        if piece == TRACKER and not array.tracked:
+            continue
+        luts, registers = lut4(piece, layout, family), flip_flops.get(piece, 0)
+        each = apart.get(piece, 1)
+        slices = each * -(-max(round(luts / each), registers // each) // 2)
+        off = law(piece, family).mean
+        counted = f"synthesis of the RTL of this package for {family}; on sizes held out {off:.1%} off"
+        packed = "two LUT and two flip-flops a slice, none shared by nodes"
+        lines.append(Line.item(piece, "slices", slices, Status.ASSUMED, packed))
+        lines.append(Line.item(piece, "lut4", luts, status, counted))
+        if registers:
+            exact = "every register of the RTL of this package, as synthesis counts them"
+            lines.append(Line.item(piece, "flip_flops", registers, Status.MEASURED, exact))
+        if piece in rams:
+            lines.append(
+                Line.item(piece, "block_rams", rams[piece], Status.MEASURED, _words_of(piece, layout))
+            )
+    return tuple(lines)
+
+
+def _words_of(piece: str, layout: TileLayout) -> str:
+    """The words of the memories of a piece, in words."""
+    shapes = [shape for what, shape in layout.memories.items() if (what == SCHEDULER) == (piece == SCHEDULER)]
+    of = " and ".join(f"{count:,} × {words:,} words of {bits} bits" for count, words, bits in shapes)
+    return f"{of}, as synthesis counts the RTL of this package"

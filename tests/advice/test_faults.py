@@ -1,0 +1,73 @@
+"""Questions that cannot be asked, and planners that fail on a board."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from advice_boards import FABRIC, Run, asked
+
+from codesign.system import catalog
+
+
+@pytest.mark.parametrize(
+    ("options", "fault"),
+    [
+        (("--rate", "0 Hz"), "--rate: '0 Hz' is zero"),
+        (("--rate", "1e9 Hz"), "--rate: '1e9 Hz' is too large"),
+        (("--rate", "1 GHz"), "--rate: '1 GHz' is too large"),
+        (("--rate", "10"), "--rate: '10' has no unit"),
+        (("--power", "5"), "--power: '5' has no unit"),
+        (("--price", "200 EUR"), "--price: '200 EUR' has no unit of price"),
+        (("--clearance", "-1 m"), "--clearance: '-1 m' is negative"),
+        (("--goal", "north"), "--goal: 'north' is no"),
+        (
+            ("--goal", "1.5,0.5"),
+            "--goal: {x: 1.5 m, y: 0.5 m} is in metres, and the map does not say how large",
+        ),
+        (
+            ("--clearance", "0.1 m"),
+            "--clearance: a radius of 0.1 m on a map that does not say how large a cell is",
+        ),
+        (("--resolution", "5"), "--resolution: '5' has no unit"),
+        (("--goal", "0,5"), "obstacle"),
+        (("--goal", "7,7"), "outside of the map"),
+        (("--start", "0,5"), "obstacle"),
+        (("--boards", "raspberri"), "there is no shipped platform 'raspberri'"),
+        (("--boards", "zynq,zynq"), "board zynq is named twice"),
+        (("--boards", ","), "no board is named"),
+    ],
+)
+def test_bad_input_is_a_fault_with_a_remedy(
+    hwsw: Run, tmp_path: Path, options: tuple[str, str], fault: str
+) -> None:
+    (tmp_path / "map.txt").write_text(".....#....\n..........\n", encoding="utf-8")
+    words = {"--goal": "0,0", "--rate": "10 Hz", "--boards": "zynq"} | {options[0]: options[1]}
+    result = hwsw("advise", tmp_path / "map.txt", *(word for pair in words.items() for word in pair))
+    assert result.exit_code == 2, result.output
+    assert fault in result.output
+    assert "hint: " in result.output
+
+
+def test_a_map_without_a_free_cell_is_a_fault(hwsw: Run, tmp_path: Path) -> None:
+    (tmp_path / "map.txt").write_text("#####\n#####\n", encoding="utf-8")
+    result = hwsw("advise", tmp_path / "map.txt", "--goal", "0,0", "--rate", "10 Hz")
+    assert result.exit_code == 2, result.output
+    assert "free" in result.output
+    assert "hint: " in result.output
+
+
+def test_a_planner_that_fails_on_one_board_is_reported_and_the_others_go_on(
+    hwsw: Run, corridor: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (style,) = (each for (_, name), each in catalog.architectures().items() if name == "state_machine")
+
+    def broken(*_: object) -> None:
+        raise ZeroDivisionError("division by zero")
+
+    monkeypatch.setattr(type(style), "demand", broken)
+    fabric = tmp_path / "fabric.yaml"
+    fabric.write_text(FABRIC, encoding="utf-8")
+    code, answer = asked(hwsw, corridor, [fabric], "10 Hz")
+    assert code == 0
+    assert "fabric: planner breadth_first failed: ZeroDivisionError: division by zero" in answer["remarks"]
