@@ -80,7 +80,7 @@ class Space:
         return Space, (dict(self.axes), self.fingerprint, dict(self.contents), dict(self.when))
 
     def __len__(self) -> int:
-        return self.boxes[-1].begin + self.boxes[-1].size
+        return sum(box.size for box in self.boxes)
 
     def points(self) -> Iterator[DesignPoint]:
         """Every point, by index."""

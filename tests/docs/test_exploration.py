@@ -17,7 +17,8 @@ from codesign.figures import FIGURES
 
 MODULES = [
     "codesign.memo",
-    *(f"codesign.exploration.{name}" for name in ("aggregation", "executor", "front", "order", "space")),
+    "codesign.pricing.edges",
+    *(f"codesign.exploration.{name}" for name in ("aggregation", "front", "order", "space")),
     *(f"codesign.inputs.{name}" for name in ("axis_values", "expression", "ranges", "unit_powers")),
 ]
 PAGE = ROOT / "docs" / "exploration.md"

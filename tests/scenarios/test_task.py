@@ -19,6 +19,7 @@ from codesign.results.task import TaskFigures
 from codesign.scenarios import bind, simulate
 from codesign.scenarios.requests import requests_of
 from codesign.system import point_of
+from codesign.system.energy import watts_of
 from codesign.system.ready import ready
 
 MAZE = {"generate": "maze", "rows": 24, "columns": 40, "corridor": 4, "wall": 1, "loops": 0.2, "seed": 3}
@@ -108,7 +109,8 @@ def test_each_start_is_timed_as_if_it_were_asked_alone(name: str, task: Task) ->
     """Starts that share a plan, or are answered alike, are simulated once: the times are those of each by itself."""
     change = {"change": CHANGE} if task is Task.REPLAN else {}
     system = bind(*asked(name, task=task.value, **change))
-    machine, boards = ready(system).machine, ready(system).held.boards
+    machine = ready(system).machine
+    boards = {name: watts_of(power) for name, power in ready(system).held.boards.items()}
     assert machine is not None
     together = requests_of(machine, boards, None).all
     for start, request in zip(system.problem.starts, together, strict=True):

@@ -196,9 +196,9 @@ def test_a_start_below_the_answer_changes_no_bit_of_it(
     for answer in answers:
         alone = planner.identity(planner.plan(Job(answer.problem, system.planning)))
         assert policy == "continue" or planner.identity(answer.plan) == alone
-    # Who makes the start: the host always, for the first plan alone, or also the plan before.
+    # The first plan starts as the parameters have it; then the host makes each start, or none.
     assert [warm for warm, _ in starts] == [
-        policy == "lower_bound" or not index for index in range(len(starts))
+        None if not index else policy == "lower_bound" for index in range(len(starts))
     ]
     assert all(
         (start is not None) == (policy == "continue" and index > 0) for index, (_, start) in enumerate(starts)
