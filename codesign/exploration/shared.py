@@ -78,6 +78,7 @@ class Parts:
 
     def __init__(self) -> None:
         self._by_text: dict[tuple[str, str], Any] = {}
+        self._text: dict[tuple[str, int], str] = {}
         self._shared = Shared()
 
     def put(
@@ -89,19 +90,27 @@ class Parts:
         results again. A field that is one object in several results is written once.
         """
         texts: dict[str, dict[str, int]] = {name: {} for name in _FIELDS}
-        seen: dict[tuple[str, int], int] = {}
+        seen: dict[tuple[str, int], str] = {}
         numbers = []
         for template in templates:
             fields = template.__dict__
-            new = {name for name in _FIELDS if (name, id(fields[name])) not in seen}
-            for name, value in template.model_dump(mode="json", include=new).items():
+            keys = {name: (name, id(fields[name])) for name in _FIELDS}
+            new = {name for name, key in keys.items() if key not in self._text and key not in seen}
+            for name, value in template.model_dump(mode="json", include=new).items() if new else ():
                 text = json.dumps(value, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
-                seen[name, id(fields[name])] = texts[name].setdefault(text, len(texts[name]))
-                if (name, text) not in self._by_text:
-                    self._by_text[name, text] = self._shared.part(fields[name])
-            numbers.append([seen[name, id(fields[name])] for name in _FIELDS])
+                seen[keys[name]] = text
+                self._keep(name, text, fields[name])
+            own = ((texts[name], self._text.get(key) or seen[key]) for name, key in keys.items())
+            numbers.append([numbered.setdefault(text, len(numbered)) for numbered, text in own])
         listed = {name: [*own] for name, own in texts.items()}
         return listed, numbers, self.take(listed, numbers)
+
+    def _keep(self, name: str, text: str, value: Any) -> None:
+        if (name, text) not in self._by_text:
+            shared = self._shared.part(value)
+            self._by_text[name, text] = shared
+            # It is held here, so no other object gets its id.
+            self._text[name, id(shared)] = text
 
     def take(self, texts: Mapping[str, Sequence[str]], numbers: Sequence[Sequence[int]]) -> tuple[Result, ...]:
         """The results that ``put`` wrote.
@@ -124,7 +133,7 @@ class Parts:
     def _of_text(self, name: str, text: str) -> Any:
         key = name, text
         if key not in self._by_text:
-            self._by_text[key] = self._shared.part(_field(name).validate_python(read_json(text)))
+            self._keep(name, text, _field(name).validate_python(read_json(text)))
         return self._by_text[key]
 
 

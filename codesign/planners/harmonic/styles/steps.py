@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Generator, Iterator
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Protocol
 
 import numpy as np
@@ -108,8 +109,10 @@ def relax_steps(job: Job[Problem, RelaxParameters], costs: Costs) -> Generator[S
     else:
         steps = _each_stage(run, costs, job.memo)
     stages, field, fault = yield from steps
-    free, goals = job.problem.free, job.problem.goals
-    return HarmonicPlan(tuple(stages), field, reachable(free, goals), None, run.below, fault)
+    problem = job.problem
+    reach = partial(reachable, problem.free, problem.goals)
+    cells = reach() if job.memo is None else job.memo.get(("reachable", problem.map_digest), reach)
+    return HarmonicPlan(tuple(stages), field, cells, None, run.below, fault)
 
 
 def remaining_precisions(precisions: tuple[int, ...], start: Field | None) -> tuple[int, ...]:
