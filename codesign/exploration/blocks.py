@@ -1,8 +1,8 @@
 """Priced outcomes as bytes: one block for the points that compute the same.
 
 A block is a JSON header in one line, then its arrays, all compressed. Each field of a template stands in the header as
-a text, and templates with the same field have the same text (``Parts``). The first bytes of all numbers of an array come
-first, then the second ones: equal leading bytes of neighbours then compress to little.
+a text, and templates with the same field have the same text (``Parts``). The first bytes of all numbers of an array
+come first, then the second ones: equal leading bytes of neighbours then compress to little.
 """
 
 from __future__ import annotations

@@ -125,7 +125,9 @@ def _digest_by_status(file: Path) -> str:
         status = file.stat()
     except OSError:
         return _digest_of_files((file,))
-    return _digest_at(file, status.st_dev, status.st_ino, status.st_size, status.st_mtime_ns, status.st_ctime_ns)
+    return _digest_at(
+        file, status.st_dev, status.st_ino, status.st_size, status.st_mtime_ns, status.st_ctime_ns
+    )
 
 
 @lru_cache(maxsize=4096)

@@ -112,7 +112,9 @@ class Parts:
             # It is held here, so no other object gets its id.
             self._text[name, id(shared)] = text
 
-    def take(self, texts: Mapping[str, Sequence[str]], numbers: Sequence[Sequence[int]]) -> tuple[Result, ...]:
+    def take(
+        self, texts: Mapping[str, Sequence[str]], numbers: Sequence[Sequence[int]]
+    ) -> tuple[Result, ...]:
         """The results that ``put`` wrote.
 
         Raises:
@@ -145,4 +147,5 @@ _ALL_SET = set(_FIELDS)
 def _field(name: str) -> TypeAdapter[Any]:
     """What validates a field of a result."""
     info = Result.model_fields[name]
-    return TypeAdapter(Annotated[info.annotation, info])
+    annotation: Any = Annotated[info.annotation, info]
+    return TypeAdapter(annotation)

@@ -167,7 +167,7 @@ def is_edges(name: str) -> bool:
 
 
 class _Ends:
-    """The least and the greatest value of monomials inside the intervals of the inputs. Each factor is computed once."""
+    """The least and the greatest value of monomials inside the intervals of inputs. Each factor is computed once."""
 
     def __init__(self, inputs: Mapping[str, Figure]) -> None:
         self._inputs = inputs

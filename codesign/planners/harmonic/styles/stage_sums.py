@@ -4,11 +4,11 @@ Three facts let designs on one map share what they compute:
 
 - Stages that begin from the same field at the same precision, in the same blocks and with the same iterations, are the
   same. So schedules share the stages up to the first one in which they differ.
-- A stage goes on where the stage before it ended: in the bit planes of an engine, if it still stands there. From a field
-  alone they have to be made again.
+- A stage goes on where the stage before it ended: in the bit planes of an engine, if it still stands there. From a
+  field alone they have to be made again.
 - A stage with the published termination makes the first sweeps of the one with the sound termination. If no visit of
-  its last sweep changed a bit, the sound stage ends there too. If all blocks are settled, the sound stage makes one more
-  sweep, in which each visit is the one iteration that sees that nothing changes. Else it goes on from there.
+  its last sweep changed a bit, the sound stage ends there too. If all blocks are settled, the sound stage makes one
+  more sweep, in which each visit is the one iteration that sees that nothing changes. Else it goes on from there.
 """
 
 from __future__ import annotations
@@ -123,7 +123,11 @@ class StageRuns:
         assert self.memo is not None, "stages are shared under a memo"
         asked = self.parameters.termination
         if published.fault:
-            return published if asked is Termination.PUBLISHED else self._run(self._engine(precision, start), precision)
+            return (
+                published
+                if asked is Termination.PUBLISHED
+                else self._run(self._engine(precision, start), precision)
+            )
         if published.quiet:
             sound = published
         elif engine.settled:
@@ -173,7 +177,7 @@ def _with_a_quiet_sweep(sums: StageSums, most_iterations: int) -> StageSums:
     """The stage with one more sweep of visits of one iteration each."""
     blocks, visits = len(sums.visits.block), sums.visits
     longer = Visits(
-        visits.block, visits.iterations + 1, visits.count + 1, visits.early + (1 < most_iterations)
+        visits.block, visits.iterations + 1, visits.count + 1, visits.early + (most_iterations > 1)
     )
     stage = replace(
         sums.stage,
