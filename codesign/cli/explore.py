@@ -81,6 +81,9 @@ def _cores() -> int:
     help="Run N random points alone too, and compare every figure with the study, to the last bit.",
 )
 @click.option("--csv", "csv_file", type=_FILE, help="Write every point as CSV.")
+@click.option(
+    "--parquet", type=_FILE, help="Write every point as a Parquet file, for pandas, Polars and DuckDB."
+)
 @click.option("--html", "page", type=_FILE, help="Write a self-contained HTML page.")
 @output_options(
     "Print the sentence alone.", "Print the best points, every point and the sources of the figures too."
@@ -99,6 +102,7 @@ def explore(
     time_ms: int | None,
     check: int | None,
     csv_file: Path | None,
+    parquet: Path | None,
     page: Path | None,
     detail: str,
     as_json: bool,
@@ -124,7 +128,7 @@ def explore(
     one = "" if platform is None or isinstance(platform, list) else f"{platform.name}-"
     file = store or Path(f"{one}{workload_spec.name}.sqlite")
     check_outputs(
-        {"--csv": csv_file, "--html": page},
+        {"--csv": csv_file, "--parquet": parquet, "--html": page},
         (*specs, workload_spec.map_file),
         store=("--store", file),
     )
@@ -152,7 +156,7 @@ def explore(
             budget=budget,
         )
     debug_step("explored")
-    _deliver(study, csv_file, page, detail, as_json)
+    _deliver(study, csv_file, parquet, page, detail, as_json)
     if not as_json and detail != SENTENCE:
         click.echo(f"points kept in {printable(str(file), None)}{_how(study, budget)}")
     if check is not None and not _checked(study, check):
@@ -232,6 +236,9 @@ def _explored(
 )
 @need_option
 @click.option("--csv", "csv_file", type=_FILE, help="Write every point as CSV.")
+@click.option(
+    "--parquet", type=_FILE, help="Write every point as a Parquet file, for pandas, Polars and DuckDB."
+)
 @click.option("--html", "page", type=_FILE, help="Write a self-contained HTML page.")
 @output_options(
     "Print the sentence alone.", "Print the best points, every point and the sources of the figures too."
@@ -242,6 +249,7 @@ def report(
     conditions: tuple[str, ...],
     needs: tuple[str, ...],
     csv_file: Path | None,
+    parquet: Path | None,
     page: Path | None,
     detail: str,
     as_json: bool,
@@ -253,16 +261,20 @@ def report(
     from codesign.cli.outputs import check_outputs
     from codesign.exploration import load_study
 
-    check_outputs({"--csv": csv_file, "--html": page}, [store])
+    check_outputs({"--csv": csv_file, "--parquet": parquet, "--html": page}, [store])
     chosen = settings_of(conditions, "--condition")
-    _deliver(load_study(store).needing(needs).at(chosen), csv_file, page, detail, as_json)
+    _deliver(load_study(store).needing(needs).at(chosen), csv_file, parquet, page, detail, as_json)
 
 
-def _deliver(study: Study, csv_file: Path | None, page: Path | None, detail: str, as_json: bool) -> None:
+def _deliver(
+    study: Study, csv_file: Path | None, parquet: Path | None, page: Path | None, detail: str, as_json: bool
+) -> None:
     from codesign.report import render_text, study_page, study_sentence, study_tables, write_study_csv
 
     if csv_file is not None:
         write_study_csv(study, csv_file)
+    if parquet is not None:
+        study.to_parquet(parquet)
     if page is not None:
         study_page(study, page, command=command_line())
     if as_json:
@@ -274,7 +286,7 @@ def _deliver(study: Study, csv_file: Path | None, page: Path | None, detail: str
     click.echo()
     for table in study_tables(study, everything=detail == TABLES):
         click.echo(render_text(table))
-    for name, path in (("csv", csv_file), ("page", page)):
+    for name, path in (("csv", csv_file), ("parquet", parquet), ("page", page)):
         if path is not None:
             click.echo(f"{name}: {printable(str(path), None)}")
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 import contextlib
 import hashlib
 from collections.abc import Iterable
-from functools import cache
+from functools import cache, lru_cache
 from importlib.machinery import EXTENSION_SUFFIXES, SOURCE_SUFFIXES
 from importlib.resources import files
 from importlib.util import find_spec
@@ -116,7 +116,23 @@ def files_read(explored: Explored) -> dict[Path, str]:
     files = [path for folder in folders for path in sorted(folder.glob("*.yaml"))]
     for values in _map_files(explored.workload).values():
         files += [file for _, read in values for file in read]
-    return {file: _digest_of_files((file,)) for file in files}
+    return {file: _digest_by_status(file) for file in files}
+
+
+def _digest_by_status(file: Path) -> str:
+    """The digest of a file; it is read again if its status has changed since."""
+    try:
+        status = file.stat()
+    except OSError:
+        return _digest_of_files((file,))
+    return _digest_at(
+        file, status.st_dev, status.st_ino, status.st_size, status.st_mtime_ns, status.st_ctime_ns
+    )
+
+
+@lru_cache(maxsize=4096)
+def _digest_at(file: Path, *_status: int) -> str:
+    return _digest_of_files((file,))
 
 
 def _map_files(workload: Workload) -> dict[str, list[tuple[Any, tuple[Path, ...]]]]:

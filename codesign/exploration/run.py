@@ -111,8 +111,7 @@ def explore(
         with contextlib.closing(executor.run(begun, evaluator)) as coming:
             for done in coming:
                 _refuse_changes(files, files_read(explored))
-                kept.put(done)
-                tally.take(done)
+                tally.take(kept.put(done))
     names = [each.name for each in explored.platforms.values()]
     return tally.study(platform_text(names), workload.name, provenance)
 
