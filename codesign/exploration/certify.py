@@ -1,0 +1,131 @@
+"""The certificate of the front of a study: made here, checked by ``codesign.certificates``, which knows no study."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from codesign.certificates.check import Verdict, check
+from codesign.certificates.file import write_certificate
+from codesign.certificates.form import (
+    MAX_BOXES,
+    MAX_ROWS,
+    MAX_SPACE,
+    Certificate,
+    Definition,
+    Head,
+    figures_digest,
+    layout,
+)
+from codesign.errors import CertificateError
+from codesign.exploration.claims import Claims, Excluded
+from codesign.exploration.space import canonical
+from codesign.inputs.aggregate import rule_as_written
+from codesign.inputs.boxes import value_text
+
+if TYPE_CHECKING:
+    from codesign.exploration.study import Study
+
+
+def certify(study: Study, path: Path | str, excluded: Sequence[Excluded] = ()) -> Verdict:
+    """Write the certificate of the front of a study to a file, once the checker has accepted it.
+
+    ``excluded``: boxes of designs that were not computed.
+
+    Raises:
+        CertificateError: the study has no objectives, or more designs than a certificate holds; or nothing excludes a
+            box. RunError: the file cannot be written.
+    """
+    certificate = certificate_of(study, excluded)
+    verdict = check(certificate)
+    write_certificate(certificate, Path(path))
+    return verdict
+
+
+def certificate_of(study: Study, excluded: Sequence[Excluded] = ()) -> Certificate:
+    """The certificate of the front of a study; see ``certify``."""
+    if not study.objectives:
+        raise CertificateError("the study has no objectives, so it has no front", hint="name objectives")
+    space = study.decisions
+    if len(space) > MAX_SPACE or study.judged.count > MAX_ROWS or len(excluded) > MAX_BOXES:
+        most = f"a certificate has at most {MAX_SPACE:,} designs, {MAX_ROWS:,} of them one by one"
+        raise CertificateError(most, hint="certify a part of the study, by --set or --axis")
+    claims = Claims(study, excluded)
+    given = claims.columns
+    definition = _definition(study, claims)
+    text = canonical(definition.model_dump(mode="json")).encode()
+    head = Head(
+        format="hwsw certificate",
+        version=1,
+        rows=len(claims.designs),
+        boxes=len(excluded),
+        reasons=len(claims.reasons.held),
+        parts=[{axis: list(numbers) for axis, numbers in box.axes.items()} for box in space.boxes],
+        tasks=claims.tasks,
+        names=claims.reasons.names,
+        texts=claims.texts.texts,
+        study=hashlib.sha256(text).hexdigest(),
+        figures="",
+    )
+    columns = {
+        name: np.ascontiguousarray(given[name], kind).reshape(shape)
+        for name, (kind, shape) in layout(definition, head).items()
+    }
+    head = head.model_copy(update={"figures": figures_digest(head.study, columns)})
+    return Certificate(definition, text, head, columns)
+
+
+def _definition(study: Study, claims: Claims) -> Definition:
+    """What the study is of, and what for."""
+    space, figures = study.decisions, claims.figures
+    numbers = {axis: [*map(value_text, values)] for axis, values in space.axes.items()}
+    document: dict[str, Any] = {
+        "platform": study.platform,
+        "workload": study.workload,
+        "axes": [
+            {
+                "axis": axis,
+                "values": list(values),
+                "when": {
+                    other: [numbers[other].index(value_text(value)) for value in held]
+                    for other, held in space.when.get(axis, {}).items()
+                },
+            }
+            for axis, values in space.axes.items()
+        ],
+        "conditions": [{"axis": axis, "values": list(values)} for axis, values in study.conditions.items()],
+        "aggregate": {name: rule_as_written(rule) for name, rule in study.aggregate.items()},
+        "derived": {name: figure.as_written for name, figure in study.figures.items()},
+        "figures": [
+            {
+                "name": figure.name,
+                "unit": figure.unit,
+                "best": "greatest" if study.world.maximise(figure) else "least",
+            }
+            for figure in figures
+        ],
+        "objectives": [
+            {
+                "figure": figures.index(figure),
+                "direction": "maximise" if study.world.maximise(figure) else "minimise",
+            }
+            for figure in study.objectives
+        ],
+        "constraints": [
+            {
+                "figure": figures.index(limit.figure),
+                "bound": limit.bound,
+                "limit": limit.value,
+                "budget": claims.budgets.index(limit.of_part) if limit.of_part else None,
+            }
+            for limit in claims.limits
+        ],
+        "budgets": [limit.figure.name for limit in claims.budgets],
+        "identity": dict(study.specs.identity) if study.specs else {},
+        "contents": {axis: dict(own) for axis, own in study.specs.contents.items()} if study.specs else {},
+    }
+    return Definition.model_validate(document)
