@@ -5,21 +5,18 @@ It needs NumPy and the certificate alone, and imports nothing that computes a fr
 
 from __future__ import annotations
 
-import itertools
-import math
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from codesign.certificates.form import MAX_SPACE, Axis, Bound, Certificate, Claim
-from codesign.errors import CertificateError
+from codesign.certificates.cover import covered, require
+from codesign.certificates.form import Bound, Certificate, Claim
 
 Flags = NDArray[np.bool_]
 _BLOCK = 256
 _ENDS = {"at_least": np.greater_equal, "at_most": np.less_equal, "above": np.greater, "below": np.less}
-_HINT = "its front is not proved: write it again, hwsw explore … --certify FILE"
 
 
 @dataclass(frozen=True)
@@ -30,9 +27,9 @@ class Verdict:
     front: tuple[int, ...]
 
     @property
-    def undecided(self) -> int:
-        """How many designs have no figures: not computed, or failed."""
-        return self.designs[Claim.MISSING] + self.designs[Claim.FAILED]
+    def missing(self) -> int:
+        """How many designs were not computed."""
+        return self.designs[Claim.MISSING]
 
 
 def check(certificate: Certificate) -> Verdict:
@@ -42,9 +39,9 @@ def check(certificate: Certificate) -> Verdict:
         CertificateError: the first that does not hold.
     """
     head, columns = certificate.head, certificate.columns
-    _require(head.study == certificate.study, "its definition is not the one that its digest is of")
-    _require(head.figures == certificate.figures, "its columns are not those that their digest is of")
-    sizes = _covered(certificate)
+    require(head.study == certificate.study, "its definition is not the one that its digest is of")
+    require(head.figures == certificate.figures, "its columns are not those that their digest is of")
+    sizes = covered(certificate)
     entries = _Entries(certificate)
     entries.check_numbers()
     entries.check_front()
@@ -52,57 +49,6 @@ def check(certificate: Certificate) -> Verdict:
     entries.check_others()
     claim, front = columns["claim"], columns["design"][entries.of(Claim.FRONT)]
     return Verdict({each: int(sizes[claim == each].sum()) for each in Claim}, tuple(np.sort(front).tolist()))
-
-
-def _covered(certificate: Certificate) -> NDArray[np.int64]:
-    """The number of designs of each entry: together they are every design of the space, each once."""
-    axes, head, columns = certificate.definition.axes, certificate.head, certificate.columns
-    shapes = _parts(axes, head.parts)
-    ends = [0, *itertools.accumulate(map(math.prod, shapes))]
-    _require(ends[-1] <= MAX_SPACE, f"its space has more than {MAX_SPACE:,} designs")
-    design, claim = columns["design"], columns["claim"]
-    _require(bool(((design >= 0) & (design < ends[-1])).all()), "a design is outside the space")
-    taken = np.zeros(ends[-1], np.bool_)
-    taken[design] = True
-    _require(int(taken.sum()) == len(design), "a design stands in two rows")
-    sizes = np.ones(len(claim), np.int64)
-    for box in range(head.boxes):
-        part, low, high = (columns[name][box].tolist() for name in ("part", "low", "high"))
-        known = 0 <= part < len(shapes) and all(
-            0 <= first < last <= count for first, last, count in zip(low, high, shapes[part], strict=True)
-        )
-        _require(known, f"box {box} is outside the space")
-        inside = taken[ends[part] : ends[part + 1]].reshape(shapes[part])[tuple(map(slice, low, high))]
-        _require(not inside.any(), f"box {box} holds a design that another entry holds")
-        inside[...] = True
-        sizes[head.rows + box] = inside.size
-    _require(bool(taken.all()), f"design {int(taken.argmin())} is in no entry")
-    return sizes
-
-
-def _parts(axes: list[Axis], parts: list[dict[str, list[int]]]) -> list[tuple[int, ...]]:
-    """The shape of each part, with 1 for an axis that it lacks: together they are the space, each design once."""
-    values = {axis.axis: set(range(len(axis.values))) for axis in axes}
-    _require(len(values) == len(axes), "an axis stands in it twice")
-    cells = 0
-    for part in parts:
-        chosen = {name: set(numbers) for name, numbers in part.items()}
-        sound = list(part) == [name for name in values if name in part] and all(
-            own <= values[name] and len(own) == len(part[name]) > 0 for name, own in chosen.items()
-        )
-        for axis in axes:
-            # It exists where all conditions hold: for every value of the part, or for none.
-            holds = all(chosen.get(other, {-1}) <= set(held) for other, held in axis.when.items())
-            fails = any(not chosen.get(other, set()) & set(held) for other, held in axis.when.items())
-            sound = sound and (holds if axis.axis in part else fails)
-        _require(sound, "a part of its space does not follow from its axes")
-        # Of the grid of all axes, a design is as many cells as the axes that it lacks have combinations.
-        cells += math.prod(len(part.get(name, own)) for name, own in values.items())
-    for one, other in itertools.combinations(parts, 2):
-        apart = any(not set(one[name]) & set(other[name]) for name in one.keys() & other.keys())
-        _require(apart, "two parts of its space hold the same designs")
-    _require(cells == math.prod(map(len, values.values())), "its parts are not the whole space")
-    return [tuple(len(part.get(name, [0])) for name in values) for part in parts]
 
 
 class _Entries:
@@ -126,26 +72,29 @@ class _Entries:
         ends |= {Claim.UNFIT: head.reasons, Claim.FRONT: 1, Claim.MISSING: 1}
         table = np.array([ends[claim] for claim in Claim] + [0] * (256 - len(Claim)))
         self._refuse((self._by < 0) | (self._by >= table[self._claim]), "names nothing that there is")
-        used = [each.figure for each in (*definition.objectives, *definition.constraints)]
+        used = [
+            *(each.figure for each in definition.objectives),
+            *(each.figure for each in definition.constraints),
+        ]
         sound = all(0 <= number < len(definition.figures) for number in used)
         budgets = [each.budget for each in definition.constraints if each.budget is not None]
-        _require(sound and all(0 <= number < len(definition.budgets) for number in budgets), "a figure lacks")
+        require(sound and all(0 <= number < len(definition.budgets) for number in budgets), "a figure lacks")
         for objective in definition.objectives:
             best = definition.figures[objective.figure].best
-            _require((best == "least") == (objective.direction == "minimise"), "a direction is reversed")
+            require((best == "least") == (objective.direction == "minimise"), "a direction is reversed")
         of_boxes = np.isin(self._claim, (Claim.DOMINATED, Claim.CONSTRAINT, Claim.UNFIT, Claim.MISSING))
         self._refuse(~of_boxes & (np.arange(len(self._claim)) >= head.rows), "is a box with such a claim")
         name, demand, limit = (self._held.columns[each] for each in ("name", "demand", "limit"))
-        _require(bool(((name >= 0) & (name < len(head.names))).all()), "a reason has no name")
+        require(bool(((name >= 0) & (name < len(head.names))).all()), "a reason has no name")
         upper = np.array([each.side == "at_most" for each in head.names], np.bool_)[name]
         passed = np.where(upper, demand > limit, demand < limit)
-        _require(bool(passed.all()), "a reason does not pass its limit")
+        require(bool(passed.all()), "a reason does not pass its limit")
 
     @property
     def _costs(self) -> NDArray[np.float64]:
         objectives = self._held.definition.objectives
         signs = [1.0 if each.direction == "minimise" else -1.0 for each in objectives]
-        return self._figures[[each.figure for each in objectives]] * np.array(signs)[:, None]
+        return np.asarray(self._figures[[each.figure for each in objectives]] * np.array(signs)[:, None])
 
     def check_front(self) -> None:
         """The designs of the front keep all constraints, and none of them dominates another."""
@@ -187,8 +136,8 @@ class _Entries:
                 known &= least & ~np.isnan(self._held.columns["budgets"][bound.budget, entries])
             self._refuse(entries[~holds | (boxes & ~known)], "does not break the constraint that it names")
         lacking = self.of(Claim.LACKING)
-        number = np.array([each.figure for each in definition.objectives])[self._by[lacking]]
-        self._refuse(lacking[~np.isnan(figures[number, lacking])], "has the objective that it is to lack")
+        figure = np.array([each.figure for each in definition.objectives])[self._by[lacking]]
+        self._refuse(lacking[~np.isnan(figures[figure, lacking])], "has the objective that it is to lack")
         empty = np.flatnonzero(np.isin(self._claim, (Claim.FAILED, Claim.MISSING)))
         self._refuse(empty[~np.isnan(figures[:, empty]).all(axis=0)], "was not computed and has figures")
         same = self.of(Claim.SAME)
@@ -212,9 +161,5 @@ class _Entries:
         if len(numbers):
             first, rows = int(numbers[0]), self._held.head.rows
             place = f"design {self._design[first]}" if first < rows else f"box {first - rows}"
-            _require(False, f"{place} {what}")
+            require(False, f"{place} {what}")
 
-
-def _require(holds: bool, what: str) -> None:
-    if not holds:
-        raise CertificateError(what, hint=_HINT)

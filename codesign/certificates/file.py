@@ -1,7 +1,7 @@
 """Certificates as files: a zip of two JSON texts and a ``.npy`` file for each column, sealed by a digest.
 
-The comment at the end of the zip is the SHA-256 of all bytes before it, so no byte can change unseen. Reading is bounded:
-what is read follows from the head, and what the head asks for has a limit.
+The comment at the end of the zip is the SHA-256 of all bytes before it, so no byte can change unseen. Reading is
+bounded: what is read follows from the head, and what the head asks for has a limit.
 """
 
 from __future__ import annotations

@@ -56,6 +56,20 @@ class Claim(IntEnum):
     """It was not computed."""
 
 
+WORDS = {
+    Claim.FRONT: "on the front",
+    Claim.DOMINATED: "dominated",
+    Claim.CONSTRAINT: "break a constraint",
+    Claim.UNFIT: "unfit",
+    Claim.UNREACHED: "goals not reached",
+    Claim.LACKING: "lack an objective",
+    Claim.SAME: "same as another",
+    Claim.FAILED: "failed",
+    Claim.MISSING: "not computed",
+}
+"""What is said of the designs of each claim."""
+
+
 class _Model(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
 

@@ -14,6 +14,7 @@ from codesign.cli.options import (
     TABLES,
     axes_of,
     budget_options,
+    certify_option,
     command_line,
     debug_step,
     memory_option,
@@ -82,6 +83,7 @@ def _cores() -> int:
 )
 @click.option("--csv", "csv_file", type=_FILE, help="Write every point as CSV.")
 @click.option("--html", "page", type=_FILE, help="Write a self-contained HTML page.")
+@certify_option
 @output_options(
     "Print the sentence alone.", "Print the best points, every point and the sources of the figures too."
 )
@@ -100,6 +102,7 @@ def explore(
     check: int | None,
     csv_file: Path | None,
     page: Path | None,
+    certificate: Path | None,
     detail: str,
     as_json: bool,
 ) -> None:
@@ -124,7 +127,7 @@ def explore(
     one = "" if platform is None or isinstance(platform, list) else f"{platform.name}-"
     file = store or Path(f"{one}{workload_spec.name}.sqlite")
     check_outputs(
-        {"--csv": csv_file, "--html": page},
+        {"--csv": csv_file, "--html": page, "--certify": certificate},
         (*specs, workload_spec.map_file),
         store=("--store", file),
     )
@@ -152,7 +155,7 @@ def explore(
             budget=budget,
         )
     debug_step("explored")
-    _deliver(study, csv_file, page, detail, as_json)
+    _deliver(study, csv_file, page, certificate, detail, as_json)
     if not as_json and detail != SENTENCE:
         click.echo(f"points kept in {printable(str(file), None)}{_how(study, budget)}")
     if check is not None and not _checked(study, check):
@@ -233,6 +236,7 @@ def _explored(
 @need_option
 @click.option("--csv", "csv_file", type=_FILE, help="Write every point as CSV.")
 @click.option("--html", "page", type=_FILE, help="Write a self-contained HTML page.")
+@certify_option
 @output_options(
     "Print the sentence alone.", "Print the best points, every point and the sources of the figures too."
 )
@@ -243,6 +247,7 @@ def report(
     needs: tuple[str, ...],
     csv_file: Path | None,
     page: Path | None,
+    certificate: Path | None,
     detail: str,
     as_json: bool,
 ) -> None:
@@ -253,18 +258,28 @@ def report(
     from codesign.cli.outputs import check_outputs
     from codesign.exploration import load_study
 
-    check_outputs({"--csv": csv_file, "--html": page}, [store])
+    check_outputs({"--csv": csv_file, "--html": page, "--certify": certificate}, [store])
     chosen = settings_of(conditions, "--condition")
-    _deliver(load_study(store).needing(needs).at(chosen), csv_file, page, detail, as_json)
+    study = load_study(store).needing(needs).at(chosen)
+    _deliver(study, csv_file, page, certificate, detail, as_json)
 
 
-def _deliver(study: Study, csv_file: Path | None, page: Path | None, detail: str, as_json: bool) -> None:
+def _deliver(
+    study: Study,
+    csv_file: Path | None,
+    page: Path | None,
+    certificate: Path | None,
+    detail: str,
+    as_json: bool,
+) -> None:
     from codesign.report import render_text, study_page, study_sentence, study_tables, write_study_csv
 
     if csv_file is not None:
         write_study_csv(study, csv_file)
     if page is not None:
         study_page(study, page, command=command_line())
+    if certificate is not None:
+        study.certify(certificate)
     if as_json:
         click.echo(study.to_json())
         return
@@ -274,7 +289,7 @@ def _deliver(study: Study, csv_file: Path | None, page: Path | None, detail: str
     click.echo()
     for table in study_tables(study, everything=detail == TABLES):
         click.echo(render_text(table))
-    for name, path in (("csv", csv_file), ("page", page)):
+    for name, path in (("csv", csv_file), ("page", page), ("certificate", certificate)):
         if path is not None:
             click.echo(f"{name}: {printable(str(path), None)}")
 

@@ -79,6 +79,22 @@ def certificate_of(study: Study, excluded: Sequence[Excluded] = ()) -> Certifica
     return Certificate(definition, text, head, columns)
 
 
+def differences(certificate: Certificate, study: Study, excluded: Sequence[Excluded] = ()) -> list[str]:
+    """In what a certificate is not that of a study; nothing where they are equal."""
+    own, its = certificate_of(study, excluded), certificate
+    texts = [each.definition.model_dump(mode="json") for each in (own, its)]
+    names = [name for name in texts[0] if texts[0][name] != texts[1][name]]
+    if names or own.definition_text != its.definition_text:
+        return [f"another definition of {', '.join(names)}"]
+    same = own.head.model_copy(update={"figures": ""}) == its.head.model_copy(update={"figures": ""})
+    heads = [] if same else ["other designs, reasons or texts"]
+    return heads + [
+        f"other values in column {name}"
+        for name, column in own.columns.items()
+        if not np.array_equal(column, its.columns[name], equal_nan=column.dtype.kind == "f")
+    ]
+
+
 def _definition(study: Study, claims: Claims) -> Definition:
     """What the study is of, and what for."""
     space, figures = study.decisions, claims.figures

@@ -275,9 +275,9 @@ class Claims:
     def _failures(self) -> Numbers:
         """The number of the text that says why each design failed."""
         numbers = np.full(self._study.judged.count, -1, np.int64)
-        for point, message in sorted(self._study.outcomes.failures.items(), reverse=True):
-            numbers[point // self._study.judged.conditions] = point
         messages = self._study.outcomes.failures
+        for point in sorted(messages, reverse=True):
+            numbers[point // self._study.judged.conditions] = point
         for design in np.flatnonzero(numbers >= 0).tolist():
             numbers[design] = self.texts.number(messages[int(numbers[design])])
         return numbers
@@ -290,7 +290,7 @@ class Claims:
         own = [number if template.reasons else -1 for number, template in enumerate(outcomes.templates)]
         first = np.array([*own, -1])[outcomes.which]
         first = np.where((first < 0) & (outcomes.reason >= 0), outcomes.reason + late, first)
-        table = judged.by_design(np.where(judged.counts_points, first, -1))
+        table = np.asarray(judged.by_design(np.where(judged.counts_points, first, -1)), np.int64)
         which = np.asarray(table[np.arange(len(table)), (table >= 0).argmax(axis=1)], np.int64)
         held = [
             *(template.reasons[:1] for template in outcomes.templates),
