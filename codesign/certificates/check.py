@@ -162,4 +162,3 @@ class _Entries:
             first, rows = int(numbers[0]), self._held.head.rows
             place = f"design {self._design[first]}" if first < rows else f"box {first - rows}"
             require(False, f"{place} {what}")
-

@@ -21,7 +21,9 @@ _FILE = click.Path(exists=True, dir_okay=False, path_type=Path)
 
 @click.command(name="verify-front", short_help="Check the certificate of a front. Nothing is simulated.")
 @click.argument("file", type=_FILE)
-@click.option("--store", type=_FILE, help="Check too that it is the certificate of the exploration in this store.")
+@click.option(
+    "--store", type=_FILE, help="Check too that it is the certificate of the exploration in this store."
+)
 @click.option(
     "--condition",
     "conditions",
@@ -82,7 +84,9 @@ def _compare(
     study = load_study(store).needing(needs).at(settings_of(conditions, "--condition"))
     different = differences(certificate, study)
     if different:
-        what = f"refused: it is not of the exploration in {store}, which has {clip('; '.join(different), 200)}"
+        what = (
+            f"refused: it is not of the exploration in {store}, which has {clip('; '.join(different), 200)}"
+        )
         hint = f"write its certificate: hwsw report {store} --certify FILE"
         raise CertificateError(what, str(file), hint)
 
@@ -90,10 +94,9 @@ def _compare(
 def _sentence(certificate: Certificate, verdict: Verdict) -> str:
     definition, total = certificate.definition, sum(verdict.designs.values())
     whole = "" if not verdict.missing else f" of those computed ({format_count(verdict.missing)} were not)"
-    names = printable(f"{definition.workload} on {definition.platform}", None)
-    return (
-        f"Accepted: {counted(len(verdict.front), 'design')} of {format_count(total)} of {names} are the front{whole}."
-    )
+    names, count = printable(f"{definition.workload} on {definition.platform}", None), len(verdict.front)
+    are = f"{counted(count, 'design')} of {format_count(total)} {'is' if count == 1 else 'are'} the front"
+    return f"Accepted: of {names}, {are}{whole}."
 
 
 def _counts(verdict: Verdict) -> dict[str, int]:
