@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codesign.certificates.cover import covered, require
-from codesign.certificates.form import Bound, Certificate, Claim
+from codesign.certificates.form import Bound, Certificate, Claim, digests_of
 
 Flags = NDArray[np.bool_]
 _BLOCK = 256
@@ -38,9 +38,9 @@ def check(certificate: Certificate) -> Verdict:
     Raises:
         CertificateError: the first that does not hold.
     """
-    head, columns = certificate.head, certificate.columns
-    require(head.study == certificate.study, "its definition is not the one that its digest is of")
-    require(head.figures == certificate.figures, "its columns are not those that their digest is of")
+    columns, digests = certificate.columns, digests_of(certificate.texts, certificate.columns)
+    require(certificate.digests.study == digests.study, "its definition is not the one that its digest is of")
+    require(certificate.digests.content == digests.content, "its content is not that which its digest is of")
     sizes = covered(certificate)
     entries = _Entries(certificate)
     entries.check_numbers()

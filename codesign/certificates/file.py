@@ -18,20 +18,18 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.lib import format as npy
 from numpy.typing import NDArray
 from pydantic import ValidationError
 
-from codesign.certificates.form import Certificate, Definition, Head, layout
+from codesign.certificates.form import Certificate, Definition, Digests, Head, layout
 from codesign.errors import CertificateError, clip
 from codesign.files import is_special, write_atomically
 
-DEFINITION, HEAD = "definition.json", "head.json"
+DEFINITION, HEAD, DIGESTS = TEXTS = ("definition.json", "head.json", "digests.json")
 
 MAX_FILE = 2**30
 _MAX_TEXT = 2**24
 _MAX_COLUMNS = 2**31
-_MAX_NPY_HEADER = 2**10
 _SEAL = 64
 _AGAIN = "write it again: hwsw explore … --certify FILE"
 _FIXED_DATE = (1980, 1, 1, 0, 0, 0)
@@ -48,14 +46,15 @@ def write_certificate(certificate: Certificate, path: Path) -> None:
 
 def packed(certificate: Certificate) -> bytes:
     """The bytes of the file."""
+    definition, head = certificate.texts
     members = {
-        DEFINITION: certificate.definition_text,
-        HEAD: certificate.head.model_dump_json().encode(),
+        DEFINITION: definition,
+        HEAD: head,
+        DIGESTS: certificate.digests.model_dump_json().encode(),
     }
-    for name in layout(certificate.definition, certificate.head):
-        buffer = io.BytesIO()
-        npy.write_array(buffer, np.ascontiguousarray(certificate.columns[name]), (1, 0), allow_pickle=False)
-        members[f"{name}.npy"] = buffer.getvalue()
+    for name, (kind, shape) in layout(certificate.definition, certificate.head).items():
+        values = np.ascontiguousarray(certificate.columns[name], kind)
+        members[f"{name}.npy"] = _npy_header(kind, shape) + values.tobytes()
     return sealed(members)
 
 
@@ -120,32 +119,35 @@ def unpacked(content: bytes) -> Certificate:
 
 def _certificate(archive: zipfile.ZipFile) -> Certificate:
     names = archive.namelist()
-    if names[:2] != [DEFINITION, HEAD]:
-        raise ValueError(f"it does not begin with {DEFINITION} and {HEAD}")
-    definition_text = _member(archive, DEFINITION, _MAX_TEXT)
-    definition = Definition.model_validate(_json(definition_text))
-    head = Head.model_validate(_json(_member(archive, HEAD, _MAX_TEXT)))
+    if tuple(names[:3]) != TEXTS:
+        raise ValueError(f"it does not begin with {', '.join(TEXTS)}")
+    texts = _member(archive, DEFINITION, _MAX_TEXT), _member(archive, HEAD, _MAX_TEXT)
+    definition, head = Definition.model_validate(_json(texts[0])), Head.model_validate(_json(texts[1]))
+    digests = Digests.model_validate(_json(_member(archive, DIGESTS, _MAX_TEXT)))
     columns = layout(definition, head)
-    if names[2:] != [f"{name}.npy" for name in columns]:
+    if names[3:] != [f"{name}.npy" for name in columns]:
         raise ValueError(f"its columns are not {', '.join(columns)}")
     total = sum(math.prod(shape) * np.dtype(kind).itemsize for kind, shape in columns.values())
     if total > _MAX_COLUMNS:
         raise ValueError(f"its columns are larger than {_MAX_COLUMNS // 2**20} MiB")
     read = {name: _column(archive, name, kind, shape) for name, (kind, shape) in columns.items()}
-    return Certificate(definition, definition_text, head, read)
+    return Certificate(definition, head, read, texts, digests)
 
 
 def _column(archive: zipfile.ZipFile, name: str, kind: str, shape: tuple[int, ...]) -> NDArray[Any]:
-    dtype = np.dtype(kind)
-    size = math.prod(shape) * dtype.itemsize
-    content = _member(archive, f"{name}.npy", size + _MAX_NPY_HEADER)
-    buffer = io.BytesIO(content)
-    if npy.read_magic(buffer) != (1, 0):
-        raise ValueError(f"{name}.npy is not of version 1.0")
-    held, fortran, its = npy.read_array_header_1_0(buffer, max_header_size=_MAX_NPY_HEADER)
-    if (held, fortran, its) != (shape, False, dtype) or len(content) - buffer.tell() != size:
-        raise ValueError(f"{name}.npy is not {dtype.str} of shape {shape}")
-    return np.frombuffer(content, dtype, offset=buffer.tell()).reshape(shape)
+    header, dtype = _npy_header(kind, shape), np.dtype(kind)
+    size = len(header) + math.prod(shape) * dtype.itemsize
+    content = _member(archive, f"{name}.npy", size)
+    if not content.startswith(header) or len(content) != size:
+        raise ValueError(f"{name}.npy is not {kind} of shape {shape}")
+    return np.frombuffer(content, dtype, offset=len(header)).reshape(shape)
+
+
+def _npy_header(kind: str, shape: tuple[int, ...]) -> bytes:
+    """What stands before the values in a ``.npy`` file of version 1.0."""
+    text = f"{{'descr': '{kind}', 'fortran_order': False, 'shape': {shape}, }}"
+    padded = text + " " * (-(len(text) + 11) % 64) + "\n"
+    return b"\x93NUMPY\x01\x00" + struct.pack("<H", len(padded)) + padded.encode()
 
 
 def _member(archive: zipfile.ZipFile, name: str, most: int) -> bytes:
@@ -160,4 +162,9 @@ def _json(text: bytes) -> Any:
     def refuse(constant: str) -> Any:
         raise ValueError(f"{constant} is no number of JSON")
 
-    return json.loads(text.decode(), parse_constant=refuse)
+    def once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+        if len(dict(pairs)) < len(pairs):
+            raise ValueError("a key of its JSON stands twice")
+        return dict(pairs)
+
+    return json.loads(text.decode(), parse_constant=refuse, object_pairs_hook=once)

@@ -7,6 +7,7 @@ may have). The rows come first. docs/certificates.md describes every field.
 from __future__ import annotations
 
 import hashlib
+import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import IntEnum
@@ -154,8 +155,13 @@ class Head(_Model):
     tasks: list[str] = Field(max_length=MAX_TEXTS)
     names: list[ReasonName] = Field(max_length=MAX_TEXTS)
     texts: list[str] = Field(max_length=MAX_TEXTS)
+
+
+class Digests(_Model):
+    """SHA-256, hex: of the definition; and of definition, head and columns."""
+
     study: str
-    figures: str
+    content: str
 
 
 Columns = Mapping[str, NDArray[Any]]
@@ -163,31 +169,35 @@ Columns = Mapping[str, NDArray[Any]]
 
 @dataclass(frozen=True, eq=False)
 class Certificate:
-    """A certificate. ``definition_text``: the definition as it stands in the file, UTF-8."""
+    """A certificate. The texts are the JSON of the file, UTF-8. ``digests``: those that it states."""
 
     definition: Definition
-    definition_text: bytes
     head: Head
     columns: Columns
+    texts: tuple[bytes, bytes]
+    digests: Digests
 
-    @property
-    def study(self) -> str:
-        """SHA-256, hex, of the definition."""
-        return hashlib.sha256(self.definition_text).hexdigest()
-
-    @property
-    def figures(self) -> str:
-        """SHA-256, hex, of all columns, under the definition."""
-        return figures_digest(self.study, self.columns)
+    @classmethod
+    def of(cls, definition: Definition, head: Head, columns: Columns) -> Certificate:
+        """The certificate of these, with its digests."""
+        texts = _text(definition), _text(head)
+        return cls(definition, head, columns, texts, digests_of(texts, columns))
 
 
-def figures_digest(study: str, columns: Columns) -> str:
-    """SHA-256, hex, over the digest of the definition, and name and bytes of every column, in their order."""
-    digest = hashlib.sha256(study.encode())
+def digests_of(texts: tuple[bytes, bytes], columns: Columns) -> Digests:
+    """The digests of the texts of definition and head, and of the columns in their order, each after its name."""
+    study = hashlib.sha256(texts[0]).hexdigest()
+    content = hashlib.sha256(study.encode() + texts[1])
     for name, column in columns.items():
-        digest.update(name.encode())
-        digest.update(np.ascontiguousarray(column).tobytes())
-    return digest.hexdigest()
+        content.update(name.encode())
+        content.update(np.ascontiguousarray(column).tobytes())
+    return Digests(study=study, content=content.hexdigest())
+
+
+def _text(model: BaseModel) -> bytes:
+    """The JSON of a model, the same for equal ones."""
+    document = model.model_dump(mode="json")
+    return json.dumps(document, sort_keys=False, separators=(",", ":"), allow_nan=False).encode()
 
 
 def layout(definition: Definition, head: Head) -> dict[str, tuple[str, tuple[int, ...]]]:

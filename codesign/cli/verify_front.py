@@ -69,8 +69,8 @@ def verify_front(
     click.echo()
     for word, count in _counts(verdict).items():
         click.echo(f"{word:<22}{format_count(count):>14}")
-    click.echo(f"study    {certificate.head.study}")
-    click.echo(f"figures  {certificate.head.figures}")
+    click.echo(f"study    {certificate.digests.study}")
+    click.echo(f"content  {certificate.digests.content}")
     if store is not None:
         click.echo(f"It is the certificate of the exploration in {printable(str(store), None)}.")
 
@@ -84,9 +84,7 @@ def _compare(
     study = load_study(store).needing(needs).at(settings_of(conditions, "--condition"))
     different = differences(certificate, study)
     if different:
-        what = (
-            f"refused: it is not of the exploration in {store}, which has {clip('; '.join(different), 200)}"
-        )
+        what = f"refused: it is not of the exploration in {store}: they differ in {clip(', '.join(different), 200)}"
         hint = f"write its certificate: hwsw report {store} --certify FILE"
         raise CertificateError(what, str(file), hint)
 
@@ -111,6 +109,6 @@ def _document(certificate: Certificate, verdict: Verdict) -> dict[str, object]:
         "workload": certificate.definition.workload,
         "designs": {claim.name.lower(): count for claim, count in verdict.designs.items()},
         "front": list(verdict.front),
-        "study": certificate.head.study,
-        "figures": certificate.head.figures,
+        "study": certificate.digests.study,
+        "content": certificate.digests.content,
     }

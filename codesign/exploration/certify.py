@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import hashlib
+import json
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -18,12 +18,10 @@ from codesign.certificates.form import (
     Certificate,
     Definition,
     Head,
-    figures_digest,
     layout,
 )
 from codesign.errors import CertificateError
 from codesign.exploration.claims import Claims, Excluded
-from codesign.exploration.space import canonical
 from codesign.inputs.aggregate import rule_as_written
 from codesign.inputs.boxes import value_text
 
@@ -57,7 +55,6 @@ def certificate_of(study: Study, excluded: Sequence[Excluded] = ()) -> Certifica
     claims = Claims(study, excluded)
     given = claims.columns
     definition = _definition(study, claims)
-    text = canonical(definition.model_dump(mode="json")).encode()
     head = Head(
         format="hwsw certificate",
         version=1,
@@ -68,31 +65,25 @@ def certificate_of(study: Study, excluded: Sequence[Excluded] = ()) -> Certifica
         tasks=claims.tasks,
         names=claims.reasons.names,
         texts=claims.texts.texts,
-        study=hashlib.sha256(text).hexdigest(),
-        figures="",
     )
     columns = {
         name: np.ascontiguousarray(given[name], kind).reshape(shape)
         for name, (kind, shape) in layout(definition, head).items()
     }
-    head = head.model_copy(update={"figures": figures_digest(head.study, columns)})
-    return Certificate(definition, text, head, columns)
+    return Certificate.of(definition, head, columns)
 
 
 def differences(certificate: Certificate, study: Study, excluded: Sequence[Excluded] = ()) -> list[str]:
     """In what a certificate is not that of a study; nothing where they are equal."""
     own, its = certificate_of(study, excluded), certificate
-    texts = [each.definition.model_dump(mode="json") for each in (own, its)]
-    names = [name for name in texts[0] if texts[0][name] != texts[1][name]]
-    if names or own.definition_text != its.definition_text:
-        return [f"another definition of {', '.join(names)}"]
-    same = own.head.model_copy(update={"figures": ""}) == its.head.model_copy(update={"figures": ""})
-    heads = [] if same else ["other designs, reasons or texts"]
-    return heads + [
-        f"other values in column {name}"
+    heads = [json.loads(each.texts[0]) | json.loads(each.texts[1]) for each in (own, its)]
+    texts = [name for name, value in heads[0].items() if value != heads[1][name]]
+    columns = [
+        f"column {name}"
         for name, column in own.columns.items()
         if not np.array_equal(column, its.columns[name], equal_nan=column.dtype.kind == "f")
     ]
+    return texts or columns or ([] if own.digests == its.digests else ["text"])
 
 
 def _definition(study: Study, claims: Claims) -> Definition:

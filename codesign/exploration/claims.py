@@ -170,10 +170,11 @@ class Claims:
         figures = np.array([judged.figure(figure)[chosen] for figure in self.figures])
         figures[:, judged.state[chosen] != State.DONE] = math.nan
         best = [[box.figures.get(figure.name, math.nan) for box in boxes] for figure in self.figures]
-        task = judged.by_design(outcomes.each(lambda template: self.tasks.index(_task(template)), 0))[
-            chosen, 0
-        ]
-        tasks = [self.tasks.index(box.task) if box.task in self.tasks else 0 for box in boxes]
+        numbers = {name: number for number, name in enumerate(self.tasks)}
+        # A template that no point has counts for nothing.
+        of_points = outcomes.each(lambda template: numbers.get(_task(template), 0), 0)
+        task = judged.by_design(of_points)[chosen, 0]
+        tasks = [numbers.get(box.task, 0) for box in boxes]
         columns: dict[str, NDArray[Any]] = {
             "design": chosen,
             "task": np.concatenate([task, np.array(tasks, np.int64)]),
