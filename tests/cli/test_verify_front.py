@@ -12,6 +12,7 @@ import pytest
 from click.testing import Result
 
 from codesign.exploration import load_study
+from codesign.units import counted
 
 Run = Callable[..., Result]
 Specs = tuple[Path, Path]
@@ -31,8 +32,8 @@ def test_the_certificate_of_an_exploration_is_accepted(explored: Run) -> None:
     result = explored("verify-front", "c", "--store", "s", "--complete")
     assert result.exit_code == 0, result.output
     study = load_study("s")
-    front = f"{len(study.front)} designs of {len(study.designs)} are the front"
-    assert result.output.startswith(f"Accepted: of two-rooms on small-board, {front}.")
+    count = counted(len(study.front), "design")
+    assert result.output.startswith(f"Accepted: of two-rooms on small-board, {count} of 32 ")
     verdict = json.loads(explored("verify-front", "c", "--json").stdout)
     assert verdict["front"] == list(study.front)
     assert sum(verdict["designs"].values()) == len(study.designs)
@@ -51,10 +52,7 @@ def test_the_certificate_of_another_study_is_refused(explored: Run, tmp_path: Pa
     assert explored("verify-front", "other").exit_code == 0
     result = explored("verify-front", "other", "--store", "s")
     assert result.exit_code == 1
-    assert (
-        "other: refused: it is not of the exploration in s: they differ in constraints"
-        in result.stderr
-    )
+    assert "other: refused: it is not of the exploration in s: they differ in constraints" in result.stderr
     assert "hwsw report s --certify FILE" in result.stderr
     assert explored("verify-front", "other", "--store", "s", *need).exit_code == 0
 
