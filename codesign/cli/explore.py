@@ -14,13 +14,13 @@ from codesign.cli.options import (
     TABLES,
     axes_of,
     budget_options,
-    command_line,
     debug_step,
     memory_option,
     need_option,
     output_options,
     settings_of,
 )
+from codesign.cli.study_files import StudyFiles, study_file_options
 from codesign.errors import EXIT_FAILED, EXIT_INFEASIBLE, InputError, printable
 from codesign.units import counted
 
@@ -80,11 +80,7 @@ def _cores() -> int:
     metavar="N",
     help="Run N random points alone too, and compare every figure with the study, to the last bit.",
 )
-@click.option("--csv", "csv_file", type=_FILE, help="Write every point as CSV.")
-@click.option(
-    "--parquet", type=_FILE, help="Write every point as a Parquet file, for pandas, Polars and DuckDB."
-)
-@click.option("--html", "page", type=_FILE, help="Write a self-contained HTML page.")
+@study_file_options
 @output_options(
     "Print the sentence alone.", "Print the best points, every point and the sources of the figures too."
 )
@@ -101,9 +97,7 @@ def explore(
     points: int | None,
     time_ms: int | None,
     check: int | None,
-    csv_file: Path | None,
-    parquet: Path | None,
-    page: Path | None,
+    files: StudyFiles,
     detail: str,
     as_json: bool,
 ) -> None:
@@ -128,7 +122,7 @@ def explore(
     one = "" if platform is None or isinstance(platform, list) else f"{platform.name}-"
     file = store or Path(f"{one}{workload_spec.name}.sqlite")
     check_outputs(
-        {"--csv": csv_file, "--parquet": parquet, "--html": page},
+        files.by_option,
         (*specs, workload_spec.map_file),
         store=("--store", file),
     )
@@ -156,7 +150,7 @@ def explore(
             budget=budget,
         )
     debug_step("explored")
-    _deliver(study, csv_file, parquet, page, detail, as_json)
+    _deliver(study, files, detail, as_json)
     if not as_json and detail != SENTENCE:
         click.echo(f"points kept in {printable(str(file), None)}{_how(study, budget)}")
     if check is not None and not _checked(study, check):
@@ -235,11 +229,7 @@ def _explored(
     help="Show one condition by itself: by its value, or by its number in the list, from 0.",
 )
 @need_option
-@click.option("--csv", "csv_file", type=_FILE, help="Write every point as CSV.")
-@click.option(
-    "--parquet", type=_FILE, help="Write every point as a Parquet file, for pandas, Polars and DuckDB."
-)
-@click.option("--html", "page", type=_FILE, help="Write a self-contained HTML page.")
+@study_file_options
 @output_options(
     "Print the sentence alone.", "Print the best points, every point and the sources of the figures too."
 )
@@ -248,9 +238,7 @@ def report(
     store: Path,
     conditions: tuple[str, ...],
     needs: tuple[str, ...],
-    csv_file: Path | None,
-    parquet: Path | None,
-    page: Path | None,
+    files: StudyFiles,
     detail: str,
     as_json: bool,
 ) -> None:
@@ -261,22 +249,15 @@ def report(
     from codesign.cli.outputs import check_outputs
     from codesign.exploration import load_study
 
-    check_outputs({"--csv": csv_file, "--parquet": parquet, "--html": page}, [store])
+    check_outputs(files.by_option, [store])
     chosen = settings_of(conditions, "--condition")
-    _deliver(load_study(store).needing(needs).at(chosen), csv_file, parquet, page, detail, as_json)
+    _deliver(load_study(store).needing(needs).at(chosen), files, detail, as_json)
 
 
-def _deliver(
-    study: Study, csv_file: Path | None, parquet: Path | None, page: Path | None, detail: str, as_json: bool
-) -> None:
-    from codesign.report import render_text, study_page, study_sentence, study_tables, write_study_csv
+def _deliver(study: Study, files: StudyFiles, detail: str, as_json: bool) -> None:
+    from codesign.report import render_text, study_sentence, study_tables
 
-    if csv_file is not None:
-        write_study_csv(study, csv_file)
-    if parquet is not None:
-        study.to_parquet(parquet)
-    if page is not None:
-        study_page(study, page, command=command_line())
+    files.write(study)
     if as_json:
         click.echo(study.to_json())
         return
@@ -286,9 +267,7 @@ def _deliver(
     click.echo()
     for table in study_tables(study, everything=detail == TABLES):
         click.echo(render_text(table))
-    for name, path in (("csv", csv_file), ("parquet", parquet), ("page", page)):
-        if path is not None:
-            click.echo(f"{name}: {printable(str(path), None)}")
+    files.name()
 
 
 def _words(progress: Progress) -> str:

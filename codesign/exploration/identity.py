@@ -28,7 +28,17 @@ if TYPE_CHECKING:
 
 _IMPORTED = (*SOURCE_SUFFIXES, *EXTENSION_SUFFIXES)
 _NO_PART_IN_RESULTS = frozenset(
-    {"calibrate", "cli", "exploration", "paper", "report", "reproduce", "trace", "__pycache__"}
+    {
+        "calibrate",
+        "certificates",
+        "cli",
+        "exploration",
+        "paper",
+        "report",
+        "reproduce",
+        "trace",
+        "__pycache__",
+    }
 )
 
 

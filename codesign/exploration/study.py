@@ -40,8 +40,11 @@ from codesign.results.result import Result
 from codesign.units import counted, format_count
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from pandas import DataFrame
 
+    from codesign.certificates.check import Verdict
     from codesign.explanation import AxisEffect, Explanation
 
 
@@ -365,6 +368,16 @@ class Study:
         from codesign.exploration.explain_design import explain_design
 
         return explain_design(self, index)
+
+    def certify(self, path: Path | str) -> Verdict:
+        """Write the certificate of the front, which ``hwsw verify-front`` checks; see ``exploration.certify``.
+
+        Raises:
+            CertificateError: the study has no objectives. RunError: the file cannot be written.
+        """
+        from codesign.exploration.certify import certify
+
+        return certify(self, path)
 
     def to_dict(self) -> dict[str, Any]:
         """The study as JSON has it: the same at any worker count, and whether computed now or read from a store."""

@@ -16,7 +16,7 @@ LEVELS: list[list[str]] = [
     ["files", "data_frames"],
     ["interrupts"],
     ["kernel_cache"],
-    ["models", "part", "frame"],
+    ["models", "part", "frame", "certificates"],
     ["records"],
     ["maps", "trace"],
     ["inputs"],
