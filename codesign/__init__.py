@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, cast
 
 from codesign.kernel_cache import provide_kernel_cache
+from codesign.progress import silent
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
     from codesign.exploration.budget import Budget
     from codesign.inputs import Platform, Workload
     from codesign.inputs.files import Source
+    from codesign.progress import Show
     from codesign.records import Listener
     from codesign.results.provenance import Provenance
     from codesign.system import MissionProgress, Result
@@ -153,12 +155,16 @@ def _trace_writer(
 
 
 def explain(
-    platform: Platform | Source, workload: Workload | Source, settings: Mapping[str, Any] | None = None
+    platform: Platform | Source,
+    workload: Workload | Source,
+    settings: Mapping[str, Any] | None = None,
+    show: Show = silent,
 ) -> Explanation:
     """Why a run takes its time and energy, why it is out, what would be better, and how sure that is.
 
     The run is simulated, and so is each of its levers and each step to a next value, by itself. ``settings``: raw
     values by axis, put into platform and workload first. A study has ``Study.explain(index)``.
+    ``show`` is told what is run.
 
     Raises:
         SpecError: platform, workload and map do not belong together, or an axis is none.
@@ -168,7 +174,7 @@ def explain(
 
     asked = _workload(workload)
     point = point_of(_platform(platform), asked, settings or {})
-    return explain_run(*point, asked, settings)
+    return explain_run(*point, asked, settings, show)
 
 
 def explore(

@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from codesign.exploration import Progress, Study
     from codesign.exploration.budget import Budget
     from codesign.inputs import Platform, Workload
+    from codesign.progress import Show
 
 _FILE = click.Path(dir_okay=False, path_type=Path)
 
@@ -112,9 +113,10 @@ def explore(
     import codesign
     from codesign import interrupts
     from codesign.cli.outputs import check_outputs
-    from codesign.cli.progress import COMPILING, Advance, compiling_shown, progress_shown
+    from codesign.cli.progress import compiling, compiling_shown, progress_shown
     from codesign.exploration.budget import Budget
     from codesign.kernel_cache import is_cold
+    from codesign.progress import Advance
 
     debug_step("modules loaded")
     changed = axes_of(axes, "--axis"), axes_of(conditions, "--condition"), needs
@@ -130,15 +132,18 @@ def explore(
     debug_step("files read and checked")
     budget = Budget(points, None if time_ms is None else time_ms / 1000)
     cold = is_cold()
-    with progress_shown(quiet=detail == SENTENCE) as show, compiling_shown(show):
+    with progress_shown(quiet=as_json or detail == SENTENCE) as show, compiling_shown(show):
 
         def progress(state: Progress) -> None:
             nonlocal cold
+            if state.doing:
+                show(Advance(state.done, state.total if state.done else None, state.doing, brief=True))
+                return
+            show(Advance(state.done, state.total, _words(state), state.left_s))
             if cold and workers > 1 and state.done < state.total:
                 # A worker compiles them, which this process does not see.
-                show(Advance(0, None, COMPILING))
+                show(compiling())
             cold = False
-            show(Advance(state.done, state.total, _words(state), state.left_s))
 
         study = codesign.explore(
             platform,
@@ -153,7 +158,7 @@ def explore(
     _deliver(study, files, detail, as_json)
     if not as_json and detail != SENTENCE:
         click.echo(f"points kept in {printable(str(file), None)}{_how(study, budget)}")
-    if check is not None and not _checked(study, check):
+    if check is not None and not _checked(study, check, quiet=as_json or detail == SENTENCE):
         raise click.exceptions.Exit(EXIT_FAILED)
     if len(study.feasible) == len(study.unreached):
         # A design that fits and never reaches its goals is as useless as a design that does not fit.
@@ -171,11 +176,13 @@ def _how(study: Study, budget: Budget) -> str:
     return f"{took}{hint}"
 
 
-def _checked(study: Study, count: int) -> bool:
+def _checked(study: Study, count: int, *, quiet: bool) -> bool:
     """Whether random points that are run alone have the figures of the study; says so on standard error."""
+    from codesign.cli.progress import LATER_S, compiling_shown, progress_shown
     from codesign.exploration.check import check_points
 
-    check = check_points(study, count)
+    with progress_shown(after_s=LATER_S, quiet=quiet) as show, compiling_shown(show):
+        check = check_points(study, count, show=show)
     for line in (check.sentence, *check.differences):
         click.echo(printable(line), err=True)
     return not check.differences
@@ -247,27 +254,39 @@ def report(
     --need judges the designs anew, with a further constraint.
     """
     from codesign.cli.outputs import check_outputs
+    from codesign.cli.progress import LATER_S, progress_shown
     from codesign.exploration import load_study
 
     check_outputs(files.by_option, [store])
     chosen = settings_of(conditions, "--condition")
-    _deliver(load_study(store).needing(needs).at(chosen), files, detail, as_json)
+    with progress_shown(after_s=LATER_S, quiet=as_json or detail == SENTENCE) as show:
+        study = load_study(store, show).needing(needs).at(chosen)
+    _deliver(study, files, detail, as_json)
 
 
 def _deliver(study: Study, files: StudyFiles, detail: str, as_json: bool) -> None:
+    from codesign.cli.progress import LATER_S, progress_shown
+
+    with progress_shown(after_s=LATER_S, quiet=as_json or detail == SENTENCE) as show:
+        files.write(study, show)
+        texts = [study.to_json()] if as_json else _texts(study, detail, show)
+    for text in texts:
+        click.echo(text)
+    if not as_json and detail != SENTENCE:
+        files.name()
+
+
+def _texts(study: Study, detail: str, show: Show) -> list[str]:
+    """The sentence, and the tables unless it is asked for alone."""
+    from codesign.progress import doing
     from codesign.report import render_text, study_sentence, study_tables
 
-    files.write(study)
-    if as_json:
-        click.echo(study.to_json())
-        return
-    click.echo(study_sentence(study))
+    doing(show, "comparing designs")
+    sentence = study_sentence(study)
     if detail == SENTENCE:
-        return
-    click.echo()
-    for table in study_tables(study, everything=detail == TABLES):
-        click.echo(render_text(table))
-    files.name()
+        return [sentence]
+    tables = study_tables(study, everything=detail == TABLES, show=show)
+    return [sentence, "", *(render_text(table, show=show) for table in tables)]
 
 
 def _words(progress: Progress) -> str:

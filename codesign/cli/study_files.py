@@ -15,6 +15,7 @@ from codesign.errors import printable
 
 if TYPE_CHECKING:
     from codesign.exploration import Study
+    from codesign.progress import Show
 
 _FILE = click.Path(dir_okay=False, path_type=Path)
 _OPTIONS = (
@@ -51,17 +52,20 @@ class StudyFiles:
             "--certify": self.certificate,
         }
 
-    def write(self, study: Study) -> None:
+    def write(self, study: Study, show: Show) -> None:
         """Write those that were asked for."""
+        from codesign.progress import doing
         from codesign.report import study_page, write_study_csv
 
         if self.csv is not None:
-            write_study_csv(study, self.csv)
+            write_study_csv(study, self.csv, show)
         if self.parquet is not None:
+            doing(show, "writing Parquet")
             study.to_parquet(self.parquet)
         if self.page is not None:
-            study_page(study, self.page, command=command_line())
+            study_page(study, self.page, command=command_line(), show=show)
         if self.certificate is not None:
+            doing(show, "writing the certificate")
             study.certify(self.certificate)
 
     def name(self) -> None:

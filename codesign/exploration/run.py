@@ -37,6 +37,7 @@ from codesign.exploration.study import Study
 from codesign.exploration.tally import Progress, Tally
 from codesign.inputs import Platform, Workload
 from codesign.inputs.exploration import Exploration
+from codesign.progress import Show, silent, tracked
 from codesign.scenarios import scenario_of
 from codesign.system.memory import share_of_memory
 from codesign.system.problem_map import grid_of
@@ -100,6 +101,7 @@ def explore(
         evaluator = _evaluator(explored, space, grid, share_of_memory(workers, memory), evaluate, opened)
         provenance = provenance_of(explored.platforms.values(), explored.workload)
         definition = definition_text(explored, section, specs, provenance)
+        tally.report("sorting points by what they compute")
         every = list(_works(explored, space, alone=evaluate is not None))
         opened.begin(hashlib.sha256(definition.encode()).hexdigest(), definition, plan_of(every))
         decisions = Space(section.axes, "", when=section.when)
@@ -109,7 +111,7 @@ def explore(
         # Closed by name: after Ctrl-C the traceback would keep the generator, and with it the workers, alive.
         begun = works if budget is None else budget.within(works, partial(_cut, space))
         with contextlib.closing(executor.run(begun, evaluator)) as coming:
-            for done in coming:
+            for done in tally.watched(coming, works, workers if several else 1, budget):
                 _refuse_changes(files, files_read(explored))
                 tally.take(kept.put(done))
     names = [each.name for each in explored.platforms.values()]
@@ -156,7 +158,7 @@ def _pending(kept: Kept, tally: Tally, works: Iterable[Work]) -> list[Work]:
     return pending
 
 
-def load_study(path: Path | str) -> Study:
+def load_study(path: Path | str, show: Show = silent) -> Study:
     """The study that a store's file was last used for, without computing anything.
 
     Points that the interrupted exploration did not reach are in the state ``missing``.
@@ -173,7 +175,10 @@ def load_study(path: Path | str) -> Study:
             definition = read_definition(text)
             tally = Tally(definition.space, definition.section, str(path), specs=definition.specs)
             kept = Kept(store, definition.space, str(path))
-            for done in kept.everything(read_plan(plan, len(definition.space))):
+            kept_works = kept.everything(read_plan(plan, len(definition.space)))
+            for done in tracked(
+                kept_works, show, "points read", len(definition.space), size=lambda done: len(done.work)
+            ):
                 tally.take_kept(done)
             study = tally.study(definition.platform, definition.workload, definition.provenance)
         except (ValueError, KeyError, TypeError, AttributeError, ArithmeticError, RecursionError) as wrong:

@@ -35,6 +35,7 @@ from codesign.inputs.boxes import When
 from codesign.inputs.constraint import Constraint, needs_of
 from codesign.inputs.derived import DerivedFigure
 from codesign.inputs.exploration import not_kept
+from codesign.progress import Show, silent
 from codesign.results.provenance import Provenance
 from codesign.results.result import Result
 from codesign.units import counted, format_count
@@ -357,17 +358,17 @@ class Study:
         """How much of the spread of each figure each axis moves; by default of each objective. See ``axis_effects``."""
         return axis_effects(self, figures or self.objectives)
 
-    def explain(self, index: int) -> Explanation:
+    def explain(self, index: int, show: Show = silent) -> Explanation:
         """Why a design is as it is: time, energy, what keeps it out, its neighbours, and how sure that is.
 
-        ``index``: of a design; without conditions a design is a point.
+        ``index``: of a design; without conditions a design is a point. ``show`` is told what is run.
 
         Raises:
             InputError: there is no such design, it failed, or it was not computed.
         """
         from codesign.exploration.explain_design import explain_design
 
-        return explain_design(self, index)
+        return explain_design(self, index, show)
 
     def certify(self, path: Path | str) -> Verdict:
         """Write the certificate of the front, which ``hwsw verify-front`` checks; see ``exploration.certify``.

@@ -12,7 +12,7 @@ LEVELS: list[list[str]] = [
     ["errors"],
     ["units"],
     ["figures"],
-    ["memo"],
+    ["memo", "progress"],
     ["files", "data_frames"],
     ["interrupts"],
     ["kernel_cache"],
