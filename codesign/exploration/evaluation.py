@@ -5,7 +5,7 @@ from __future__ import annotations
 import traceback
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import PurePath
 from typing import TYPE_CHECKING, Any
 
@@ -55,6 +55,11 @@ class Done:
     def ran(self) -> bool:
         """Whether a plan was computed, so that kernels are compiled."""
         return self.simulated > 0
+
+
+def without_work(done: Done) -> Done:
+    """What came of work, without the work: it need not travel back to the process that sent it."""
+    return replace(done, work=Alone(()))
 
 
 class Evaluator(ABC):
