@@ -33,6 +33,7 @@ if TYPE_CHECKING:
 
 _BATCHES_AHEAD = 2
 _MOST_WORKS = 1000
+_GROWTH = 4
 _SECONDS_TO_CONNECT = 10
 _MOST_OF_A_FILE = 2**20
 _ADDRESS = re.compile(r"(?:(?:tcp|tls|ws|wss|ucx)://)?(?:\[[0-9a-fA-F:.]+\]|[^\s/:\[\]]+):([0-9]{1,5})")
@@ -158,19 +159,21 @@ class _Pace:
 
     def __init__(self) -> None:
         self._seconds: float | None = None
+        self._most = 1
 
     def take(self, seconds: float, works: int) -> None:
         """So many works took so long. Works that were faster count at once: the first ones waited for kernels."""
         a_work = seconds / max(1, works)
         before = a_work if self._seconds is None else self._seconds
         self._seconds = min(a_work, 0.7 * before + 0.3 * a_work)
+        self._most = max(self._most, min(_MOST_WORKS, _GROWTH * works))
 
     @property
     def works(self) -> int:
         """How many works a batch has."""
         if self._seconds is None:
             return 1
-        return max(1, min(_MOST_WORKS, round(SECONDS_A_BATCH / max(self._seconds, 1e-6))))
+        return max(1, min(self._most, round(SECONDS_A_BATCH / max(self._seconds, 1e-6))))
 
 
 def _hand_out(crew: Crew, queue: WorkQueue, pace: _Pace) -> None:

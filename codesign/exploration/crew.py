@@ -108,6 +108,7 @@ class Crew:
         self.where = str(client.scheduler.address) if client.scheduler else "the cluster"
         # Of plain pickles and of functions of the main script, which are pickled by value.
         self._data: bytes = dumps(_Computing(evaluate))
+        self._sending: asyncio.Future[Any] | None = None
         self._sent: distributed.Future | None = None
         self._seats: dict[str, Seat] = {}
         self._events: SimpleQueue[Callable[[], Came | Left | None]] = SimpleQueue()
@@ -213,11 +214,10 @@ class Crew:
             if await self._fetch(self._submit(address, package_digest)) != package_digest():
                 return None, "it has other code of codesign, or other plug-ins"
             # Lost where every worker that had it died.
-            if self._sent is None or self._sent.status not in ("pending", "finished"):
-                sent: Any = self.client.scatter(
-                    self._data, broadcast=True, hash=False, asynchronous=True, direct=False
-                )
-                self._sent = await sent
+            if self._sending is None or (self._sent is not None and self._sent.status != "finished"):
+                sending = self.client.scatter(self._data, broadcast=True, hash=False, asynchronous=True)
+                self._sent, self._sending = None, asyncio.ensure_future(sending)
+            self._sent = await self._sending
             return self._submit(address, node.hold, self._sent, digest), ""
 
     def _joined(self, seat: Seat, end: Future[Any]) -> None:
@@ -272,6 +272,7 @@ class Crew:
     def _let_go(self, seat: Seat) -> None:
         """Cancel what is under way on a seat that is a seat no more."""
         futures = [batch.task for batch in seat.batches] + ([seat.held] if seat.held is not None else [])
+        seat.batches, seat.held = [], None
         if self.client.status == "running":
             self.client.unsubscribe_topic(seat.address)
             if futures:
