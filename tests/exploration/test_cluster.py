@@ -15,11 +15,11 @@ from typing import Any
 
 import pytest
 from click.testing import Result
-from clusters import Cluster, cluster
 from executor_contract import Contract, evaluator, run, works_of
 from explore_fakes import AXES, Fake, computed, exploring
 
 import codesign
+from benchmarks.local_cluster import Cluster, cluster
 from codesign.errors import CodesignError, InputError, RunError
 from codesign.exploration import ClusterExecutor, SerialExecutor, explore, load_study
 from codesign.exploration import crew as crew_module
