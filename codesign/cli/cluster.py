@@ -10,6 +10,7 @@ import click
 from click.core import ParameterSource
 
 from codesign.errors import InputError, printable
+from codesign.units import counted
 
 if TYPE_CHECKING:
     from codesign.exploration import ClusterExecutor
@@ -44,3 +45,9 @@ def cluster_of(address: str | None, *, quiet: bool) -> Iterator[ClusterExecutor 
         if not quiet:
             click.echo(f"cluster {printable(address)}: {executor.words}", err=True)
         yield executor
+        if executor.died and not quiet:
+            died = counted(executor.died, "worker")
+            click.echo(
+                f"cluster {printable(address)}: {died} died, and what was under way was computed again",
+                err=True,
+            )

@@ -52,6 +52,8 @@ class ClusterExecutor:
             stays open.
         patience: seconds to wait for workers where there is none.
 
+    ``died``: how many workers died with work under way, so that it was computed again.
+
     Raises:
         InputError: dask.distributed is not installed, or this is no address. RunError: no scheduler answers.
     """
@@ -60,6 +62,7 @@ class ClusterExecutor:
         self._own = isinstance(cluster, str)
         self.client = _connected(cluster) if isinstance(cluster, str) else cluster
         self.patience = patience
+        self.died = 0
 
     def __enter__(self) -> ClusterExecutor:
         return self
@@ -116,6 +119,7 @@ class ClusterExecutor:
                         case Left(works=lost, expected=True):
                             queue.put_back(lost)
                         case Left(works=lost):
+                            self.died += 1
                             yield from queue.after_death(lost, "")
             finally:
                 crew.end()
