@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from codesign.cli.cluster import cluster_of, cluster_option
 from codesign.cli.options import (
     SENTENCE,
     TABLES,
@@ -73,6 +74,7 @@ def _cores() -> int:
     show_default="the number of cores",
     help="The number of worker processes.",
 )
+@cluster_option
 @memory_option
 @budget_options
 @click.option(
@@ -94,6 +96,7 @@ def explore(
     conditions: tuple[str, ...],
     needs: tuple[str, ...],
     workers: int,
+    cluster: str | None,
     memory: int | None,
     points: int | None,
     time_ms: int | None,
@@ -131,8 +134,12 @@ def explore(
     interrupts.keep("finished points are kept")
     debug_step("files read and checked")
     budget = Budget(points, None if time_ms is None else time_ms / 1000)
-    cold = is_cold()
-    with progress_shown(quiet=as_json or detail == SENTENCE) as show, compiling_shown(show):
+    cold = is_cold() and cluster is None
+    with (
+        cluster_of(cluster, quiet=as_json or detail == SENTENCE) as executor,
+        progress_shown(quiet=as_json or detail == SENTENCE) as show,
+        compiling_shown(show),
+    ):
 
         def progress(state: Progress) -> None:
             nonlocal cold
@@ -149,7 +156,8 @@ def explore(
             platform,
             workload_spec,
             store=file,
-            workers=workers,
+            workers=workers if executor is None else None,
+            executor=executor,
             progress=progress,
             memory=memory,
             budget=budget,

@@ -214,6 +214,18 @@ def code_digest() -> str:
     return digest.hexdigest()
 
 
+@cache
+def package_digest() -> str:
+    """SHA-256 over all sources of this package, those with no part in results too, and over the installed plug-ins.
+
+    Two processes with the same digest understand each other's works and outcomes.
+    """
+    digest = hashlib.sha256(code_digest().encode())
+    for name, text in _sources(files("codesign"), "", frozenset({"__pycache__"})):
+        digest.update(f"{name} {len(text)}\n".encode() + text)
+    return digest.hexdigest()
+
+
 def _package_of(module: str) -> tuple[str, tuple[Path, ...]]:
     """The outermost regular package (or module) around a plug-in's module, and where it lies; nothing is run for it.
 
@@ -247,13 +259,15 @@ def _plug_in_sources(path: Path) -> list[tuple[str, bytes]]:
     return sources
 
 
-def _sources(folder: Traversable, prefix: str) -> list[tuple[str, bytes]]:
+def _sources(
+    folder: Traversable, prefix: str, left_out: frozenset[str] = _NO_PART_IN_RESULTS
+) -> list[tuple[str, bytes]]:
     sources = []
     for item in sorted(folder.iterdir(), key=lambda item: item.name):
-        if item.name in _NO_PART_IN_RESULTS:
+        if item.name in left_out:
             continue
         if item.is_dir():
-            sources.extend(_sources(item, f"{prefix}{item.name}/"))
+            sources.extend(_sources(item, f"{prefix}{item.name}/", left_out))
         elif Path(item.name).suffix == ".py":
             sources.append((f"{prefix}{item.name}", item.read_bytes()))
     return sources

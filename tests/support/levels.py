@@ -16,6 +16,7 @@ LEVELS: list[list[str]] = [
     ["files", "data_frames"],
     ["interrupts"],
     ["kernel_cache"],
+    ["node"],
     ["models", "part", "frame", "certificates"],
     ["records"],
     ["maps", "trace"],
