@@ -398,11 +398,7 @@ class Study:
         return figure_columns(self)
 
     def to_parquet(self, path: Path | str) -> None:
-        """Write every point as a Parquet file; see ``exploration.parquet``.
-
-        Raises:
-            InputError: pyarrow is not installed. RunError: the file cannot be written.
-        """
+        """Write every point as a Parquet file; see ``exploration.parquet.write_parquet``, and what it raises."""
         from codesign.exploration.parquet import write_parquet
 
         write_parquet(self, Path(path))
