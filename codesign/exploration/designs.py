@@ -18,7 +18,7 @@ from codesign.errors import InputError, clip
 from codesign.exploration.aggregation import Draws, Spread, interval, spread
 from codesign.exploration.constraints import budget_of, unsatisfied, with_constraints
 from codesign.exploration.outcomes import STATES, Word
-from codesign.figures import ResultFigure
+from codesign.figures import FIGURES, ResultFigure
 from codesign.inputs.aggregate import Rule, Share, rule_for
 from codesign.records import Listener
 from codesign.results.result import Reason, Result
@@ -101,7 +101,7 @@ class StudyPoint:
             for limit in limits
             for reason in unsatisfied(
                 limit,
-                self.figure(limit.figure),
+                lambda name: self.figure(FIGURES[name]),
                 budget_of(template, limit),
                 feasible=fits,
                 unreached=unreached,

@@ -22,13 +22,14 @@ from codesign.inputs.expression import (
     evaluate_ends,
     figure_node,
     parse,
+    undefined,
     why_undefined,
 )
 from codesign.inputs.unit_powers import known_units, unit_text
 from codesign.models import RefusalError, SpecModel, details_of, raise_all, refusal_details
 
 if TYPE_CHECKING:
-    from codesign.inputs.expression import Column
+    from codesign.inputs.expression import Column, Why
 
 MAX_FIGURES = 16
 MAX_NAME = 60
@@ -76,7 +77,18 @@ class DerivedFigure(ResultFigure):
 
     def why_none(self, figure: Callable[[str], float | None]) -> str | None:
         """Why it has no value for one point (``division by zero in ...``); None where it has one."""
-        return why_undefined(self.node, figure)
+        return why_undefined(self.node, figure) or (None if self.of(figure) is not None else _TOO_LARGE)
+
+    def whys(self, columns: Callable[[str], Column]) -> list[Why]:
+        """Why it has no value for entries of the columns of its ``names``, with these entries.
+
+        The first that holds an entry is its reason: equal to ``why_none`` for each entry by itself.
+        """
+        import numpy as np
+
+        late = np.isnan(derived_column(self, columns))
+        whys = [*undefined(self.node, columns), (_TOO_LARGE, late)]
+        return [(why, np.broadcast_to(where, late.shape)) for why, where in whys]
 
     def limit(self, text: str) -> float:
         """The limit of a text, such as ``3 mJ s``, in its unit.
@@ -100,6 +112,9 @@ class DerivedFigure(ResultFigure):
             "direction": self.direction,
             "label": self.label,
         }
+
+
+_TOO_LARGE = "a number too large for its unit"
 
 
 def _again(*given: Any) -> DerivedFigure:
@@ -130,15 +145,24 @@ def derived_column(figure: DerivedFigure, columns: Callable[[str], Column]) -> C
 
     Equal to ``figure.of`` for each entry by itself, to the bit.
     """
-    return evaluate(figure.node, columns) / figure.size
+    return _finite(evaluate(figure.node, columns) / figure.size)
 
 
 def derived_ends(
     figure: DerivedFigure, ends: Callable[[str], tuple[Column, Column]]
 ) -> tuple[Column, Column]:
     """The least and the greatest value of a derived figure inside the intervals of its ``names``; NaN: none."""
-    low, high = evaluate_ends(figure.node, ends)
-    return low / figure.size, high / figure.size
+    import numpy as np
+
+    low, high = (_finite(each / figure.size) for each in evaluate_ends(figure.node, ends))
+    none = np.isnan(low) | np.isnan(high)
+    return np.where(none, np.nan, low), np.where(none, np.nan, high)
+
+
+def _finite(values: Column) -> Column:
+    import numpy as np
+
+    return np.where(np.isfinite(values), values, np.nan)
 
 
 _SCOPE: ContextVar[Mapping[str, ResultFigure]] = ContextVar("_SCOPE", default=FIGURES)

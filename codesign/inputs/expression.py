@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     Column = NDArray[np.float64]
+    Why = tuple[str, NDArray[np.bool_]]
 
 MAX_TEXT = 500
 MAX_DEPTH = 32
@@ -339,22 +340,28 @@ def why_undefined(node: Node, values: Callable[[str], float | None]) -> str | No
     >>> why_undefined(node, {"cycles": 100.0, "slices": 4.0}.get)
     'division by zero in cycles / (slices - 4)'
     """
-    import math
+    from codesign.inputs.expression_values import column
 
-    from codesign.inputs.expression_values import as_number, column
+    whys = undefined(node, lambda name: column(values(name)))
+    return next((reason for reason, where in whys if where), None)
+
+
+_UNDEFINED = {"sqrt": "root of a negative number", "log": "logarithm of a number that is not above 0"}
+
+
+def undefined(node: Node, values: Callable[[str], Column]) -> Iterator[Why]:
+    """Why an expression has no value, with the entries of the columns (bool) for which that is so.
+
+    The first that holds an entry is its reason: an operand comes before the operation.
+    """
+    import numpy as np
 
     for operand in node.operands:
-        reason = why_undefined(operand, values)
-        if reason is not None:
-            return reason
+        yield from undefined(operand, values)
+    without = np.isnan(evaluate(node, values))
     if node.operation == "figure":
-        return f"there is no {node.name}" if values(node.name) is None else None
-    if not math.isnan(as_number(evaluate(node, lambda name: column(values(name))))):
-        return None
-    if (
-        node.operation == "/"
-        and as_number(evaluate(node.operands[1], lambda name: column(values(name)))) == 0
-    ):
-        return f"division by zero in {node.text}"
-    what = {"sqrt": "root of a negative number", "log": "logarithm of a number that is not above 0"}
-    return f"{what.get(node.operation, 'a number too large')} in {node.text}"
+        yield f"there is no {node.name}", without
+        return
+    if node.operation == "/":
+        yield f"division by zero in {node.text}", without & (evaluate(node.operands[1], values) == 0)
+    yield f"{_UNDEFINED.get(node.operation, 'a number too large')} in {node.text}", without

@@ -78,8 +78,8 @@ def _out_text(explanation: Explanation) -> str:
 
 
 def _against(reason: Reason) -> str:
-    if reason.kind == "mapping":
-        return reason.name
+    if reason.words:
+        return reason.words
     demand, limit = (quantity_text(value, reason.unit) for value in (reason.demand, reason.limit))
     for bound in (f" {name.replace('_', ' ')}" for name in BOUNDS):
         if reason.kind == "constraint" and reason.name.endswith(bound):
