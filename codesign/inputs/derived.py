@@ -14,6 +14,7 @@ from pydantic import Field, PlainSerializer, PlainValidator, ValidationError, Wi
 
 from codesign.errors import choose_hint, clip, show
 from codesign.figures import FIGURES, SHORT_NAMES, ResultFigure
+from codesign.figures import label as label_of
 from codesign.inputs.expression import (
     FUNCTIONS,
     MAX_TEXT,
@@ -33,6 +34,12 @@ if TYPE_CHECKING:
 
 MAX_FIGURES = 16
 MAX_NAME = 60
+
+COLUMNS = frozenset(
+    {"index", "design", "feasible", "on_front", "state", "why_not", "codesign", "platform", "platform_digest"}
+    | {"workload_digest", "map_digest", "seeds", "date"}
+)
+"""The columns of a table of points that are no figures."""
 
 _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 
@@ -232,7 +239,7 @@ def _figure(
         name,
         "derived",
         f"{text}, of the exploration",
-        label or name.replace("_", " "),
+        label or label_of(name),
         unit or unit_text(node.powers),
         maximise,
         definition=text,
@@ -280,7 +287,7 @@ def read_figures(raw: Any) -> dict[str, DerivedFigure]:
     refusals = []
     for name, written in raw.items():
         try:
-            _check_name(name)
+            _check_name(name, raw)
             with in_scope(figures):
                 figures[name] = _read(name, written)
         except RefusalError as refusal:
@@ -306,7 +313,7 @@ def _read(name: str, raw: Any) -> DerivedFigure:
         raise RefusalError(refusal.what, refusal.hint, at) from None
 
 
-def _check_name(name: Any) -> None:
+def _check_name(name: Any, names: Collection[Any]) -> None:
     if not isinstance(name, str) or not _NAME.fullmatch(name) or len(name) > MAX_NAME:
         hint = f"letters, digits and _, a letter first, at most {MAX_NAME}"
         raise RefusalError(f"{show(name)} is not a name", hint, of_key=True)
@@ -320,6 +327,10 @@ def _check_name(name: Any) -> None:
     kind = next((kind for kind, names in kinds.items() if name in names), None)
     if kind is not None:
         raise RefusalError(f"{name} is {kind}", "choose another name", of_key=True)
+    figures = {each.column for each in FIGURES.values()} | set(map(str, names))
+    stem = re.sub("_(low|high)$", "", name)
+    if name in COLUMNS or (name in figures and name not in names) or (stem != name and stem in figures):
+        raise RefusalError(f"{name} is a column of tables", "choose another name", of_key=True)
 
 
 def _as_written(figures: Mapping[str, DerivedFigure]) -> dict[str, Any]:
