@@ -22,6 +22,7 @@ from codesign.inputs.expression import (
     evaluate,
     evaluate_ends,
     figure_node,
+    no_figure,
     parse,
     undefined,
     why_undefined,
@@ -130,21 +131,10 @@ def _again(*given: Any) -> DerivedFigure:
 
 
 def constant_of(node: Node) -> float:
-    """The value of an expression without figures, in base units.
-
-    Raises:
-        RefusalError: it has none.
-    """
-    reason = why_undefined(node, lambda _name: None)
-    if reason is not None:
-        raise RefusalError(reason)
+    """The value of an expression without figures, in base units."""
     from codesign.inputs.expression_values import as_number
 
-    return as_number(evaluate(node, _no_figure))
-
-
-def _no_figure(name: str) -> Column:
-    raise KeyError(name)
+    return as_number(evaluate(node, no_figure))
 
 
 def derived_column(figure: DerivedFigure, columns: Callable[[str], Column]) -> Column:
