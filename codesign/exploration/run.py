@@ -102,7 +102,7 @@ def explore(
     files = files_read(explored)
     grid = grid_of(workload)
     axes = section.every_axis
-    specs = Specs.of(explored, identity_of(explored.single, workload, grid), contents_of(explored))
+    specs = Specs.of(explored, identity_of(explored.single, workload, grid), contents_of(explored), grid)
     space = Space(axes, canonical_digest(specs.identity), specs.contents, section.when)
     where = str(store) if isinstance(store, str | Path) else None
     tally = Tally(space, section, where, progress, specs)
