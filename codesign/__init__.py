@@ -22,8 +22,10 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
     from typing import Any
 
+    from distributed import Client
+
     from codesign.explanation import Explanation
-    from codesign.exploration import Progress, Study
+    from codesign.exploration import Executor, Progress, Study
     from codesign.exploration.budget import Budget
     from codesign.inputs import Platform, Workload
     from codesign.inputs.files import Source
@@ -182,7 +184,8 @@ def explore(
     workload: Workload | Source,
     *,
     store: str | Path | None = None,
-    workers: int = 1,
+    workers: int | None = None,
+    executor: Executor | Client | None = None,
     progress: Callable[[Progress], None] | None = None,
     memory: int | None = None,
     budget: Budget | None = None,
@@ -192,6 +195,8 @@ def explore(
     ``platform``: one, which settles the axis ``platform`` of the workload; a list of several, which become the values
     of that axis; or None, where the workload has it. ``platform``, ``workload``: loaded, or what ``load_platform`` and
     ``load_workload`` take.
+    ``workers``: processes of this machine; by default one. ``executor``: computes in their place, such as
+    ``codesign.exploration.ClusterExecutor(address)`` or a client of dask.distributed.
     ``memory``: bytes that all workers may take together; by default half of what the machine has free.
     ``budget``: how many points to compute, or for how long (``codesign.exploration.budget``); by default all.
 
@@ -209,7 +214,8 @@ def explore(
         platforms,
         _workload(workload),
         store=store,
-        workers=workers,
+        workers=1 if workers is None and executor is None else workers,
+        executor=executor,
         progress=progress,
         memory=memory,
         budget=budget,

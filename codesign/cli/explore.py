@@ -9,18 +9,19 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from codesign.cli.cluster import cluster_of, cluster_option
 from codesign.cli.options import (
     SENTENCE,
     TABLES,
     axes_of,
     budget_options,
-    command_line,
     debug_step,
     memory_option,
     need_option,
     output_options,
     settings_of,
 )
+from codesign.cli.study_files import StudyFiles, study_file_options
 from codesign.errors import EXIT_FAILED, EXIT_INFEASIBLE, InputError, printable
 from codesign.units import counted
 
@@ -73,6 +74,7 @@ def _cores() -> int:
     show_default="the number of cores",
     help="The number of worker processes.",
 )
+@cluster_option
 @memory_option
 @budget_options
 @click.option(
@@ -81,8 +83,7 @@ def _cores() -> int:
     metavar="N",
     help="Run N random points alone too, and compare every figure with the study, to the last bit.",
 )
-@click.option("--csv", "csv_file", type=_FILE, help="Write every point as CSV.")
-@click.option("--html", "page", type=_FILE, help="Write a self-contained HTML page.")
+@study_file_options
 @output_options(
     "Print the sentence alone.", "Print the best points, every point and the sources of the figures too."
 )
@@ -95,12 +96,12 @@ def explore(
     conditions: tuple[str, ...],
     needs: tuple[str, ...],
     workers: int,
+    cluster: str | None,
     memory: int | None,
     points: int | None,
     time_ms: int | None,
     check: int | None,
-    csv_file: Path | None,
-    page: Path | None,
+    files: StudyFiles,
     detail: str,
     as_json: bool,
 ) -> None:
@@ -126,15 +127,19 @@ def explore(
     one = "" if platform is None or isinstance(platform, list) else f"{platform.name}-"
     file = store or Path(f"{one}{workload_spec.name}.sqlite")
     check_outputs(
-        {"--csv": csv_file, "--html": page},
+        files.by_option,
         (*specs, workload_spec.map_file),
         store=("--store", file),
     )
     interrupts.keep("finished points are kept")
     debug_step("files read and checked")
     budget = Budget(points, None if time_ms is None else time_ms / 1000)
-    cold = is_cold()
-    with progress_shown(quiet=as_json or detail == SENTENCE) as show, compiling_shown(show):
+    cold = is_cold() and cluster is None
+    with (
+        cluster_of(cluster, quiet=as_json or detail == SENTENCE) as executor,
+        progress_shown(quiet=as_json or detail == SENTENCE) as show,
+        compiling_shown(show),
+    ):
 
         def progress(state: Progress) -> None:
             nonlocal cold
@@ -151,13 +156,14 @@ def explore(
             platform,
             workload_spec,
             store=file,
-            workers=workers,
+            workers=workers if executor is None else None,
+            executor=executor,
             progress=progress,
             memory=memory,
             budget=budget,
         )
     debug_step("explored")
-    _deliver(study, csv_file, page, detail, as_json)
+    _deliver(study, files, detail, as_json)
     if not as_json and detail != SENTENCE:
         click.echo(f"points kept in {printable(str(file), None)}{_how(study, budget)}")
     if check is not None and not _checked(study, check, quiet=as_json or detail == SENTENCE):
@@ -238,8 +244,7 @@ def _explored(
     help="Show one condition by itself: by its value, or by its number in the list, from 0.",
 )
 @need_option
-@click.option("--csv", "csv_file", type=_FILE, help="Write every point as CSV.")
-@click.option("--html", "page", type=_FILE, help="Write a self-contained HTML page.")
+@study_file_options
 @output_options(
     "Print the sentence alone.", "Print the best points, every point and the sources of the figures too."
 )
@@ -248,8 +253,7 @@ def report(
     store: Path,
     conditions: tuple[str, ...],
     needs: tuple[str, ...],
-    csv_file: Path | None,
-    page: Path | None,
+    files: StudyFiles,
     detail: str,
     as_json: bool,
 ) -> None:
@@ -261,30 +265,23 @@ def report(
     from codesign.cli.progress import LATER_S, progress_shown
     from codesign.exploration import load_study
 
-    check_outputs({"--csv": csv_file, "--html": page}, [store])
+    check_outputs(files.by_option, [store])
     chosen = settings_of(conditions, "--condition")
     with progress_shown(after_s=LATER_S, quiet=as_json or detail == SENTENCE) as show:
         study = load_study(store, show).needing(needs).at(chosen)
-    _deliver(study, csv_file, page, detail, as_json)
+    _deliver(study, files, detail, as_json)
 
 
-def _deliver(study: Study, csv_file: Path | None, page: Path | None, detail: str, as_json: bool) -> None:
+def _deliver(study: Study, files: StudyFiles, detail: str, as_json: bool) -> None:
     from codesign.cli.progress import LATER_S, progress_shown
-    from codesign.report import study_page, write_study_csv
 
     with progress_shown(after_s=LATER_S, quiet=as_json or detail == SENTENCE) as show:
-        if csv_file is not None:
-            write_study_csv(study, csv_file, show)
-        if page is not None:
-            study_page(study, page, command=command_line(), show=show)
+        files.write(study, show)
         texts = [study.to_json()] if as_json else _texts(study, detail, show)
     for text in texts:
         click.echo(text)
-    if as_json or detail == SENTENCE:
-        return
-    for name, path in (("csv", csv_file), ("page", page)):
-        if path is not None:
-            click.echo(f"{name}: {printable(str(path), None)}")
+    if not as_json and detail != SENTENCE:
+        files.name()
 
 
 def _texts(study: Study, detail: str, show: Show) -> list[str]:

@@ -78,6 +78,11 @@ def timed(compute: Callable[[Any, Work], Done]) -> Callable[[Any, Work], Done]:
     return timing
 
 
+def without_work(done: Done) -> Done:
+    """What came of work, without the work: it need not travel back to the process that sent it."""
+    return replace(done, work=Alone(()))
+
+
 class Evaluator(ABC):
     """Computes work. For ``ProcessExecutor`` it must pickle; each worker then works on a copy of its own."""
 

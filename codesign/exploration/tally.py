@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -129,8 +129,7 @@ class Tally:
         indices = np.array(done.work.indices, np.intp)
         batch = Outcomes.empty(len(indices))
         if done.priced is not None:
-            templates = tuple(map(self._shared.result, done.priced.templates))
-            batch.take(np.arange(len(indices)), replace(done.priced, templates=templates))
+            batch.take(np.arange(len(indices)), done.priced)
         for place, entry in enumerate(done.entries):
             if entry.state is EntryState.FAILED:
                 batch.fail(place, entry.text)
