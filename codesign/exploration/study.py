@@ -369,11 +369,7 @@ class Study:
         return explain_design(self, index)
 
     def certify(self, path: Path | str) -> Verdict:
-        """Write the certificate of the front, which ``hwsw verify-front`` checks; see ``exploration.certify``.
-
-        Raises:
-            CertificateError: the study has no objectives. RunError: the file cannot be written.
-        """
+        """Write the certificate of the front, which ``hwsw verify-front`` checks; see ``exploration.certify``."""
         from codesign.exploration.certify import certify
 
         return certify(self, path)
