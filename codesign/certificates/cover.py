@@ -115,6 +115,9 @@ def _parts(axes: list[Axis], parts: list[dict[str, list[int]]]) -> list[tuple[in
     """The shape of each part, with 1 for an axis that it lacks: together they are the space, each design once."""
     values = {axis.axis: set(range(len(axis.values))) for axis in axes}
     require(len(values) == len(axes), "an axis stands in it twice")
+    conditions = [(other, set(held)) for axis in axes for other, held in axis.when.items()]
+    known = all(held <= values.get(other, set()) for other, held in conditions)
+    require(known, "an axis depends on values that there are not")
     cells, sets = 0, [{name: set(numbers) for name, numbers in part.items()} for part in parts]
     for part, chosen in zip(parts, sets, strict=True):
         sound = list(part) == [name for name in values if name in part] and all(
