@@ -7,7 +7,6 @@ import shlex
 import sys
 import time
 from collections.abc import Callable, Iterable
-from pathlib import Path
 from typing import Any, TypeVar
 
 import click
@@ -173,13 +172,6 @@ need_option = click.option(
     multiple=True,
     metavar="LIMIT",
     help='Require a limit, such as "time < 100 ms" or "slices < 80 %". May be repeated.',
-)
-
-certify_option = click.option(
-    "--certify",
-    "certificate",
-    type=click.Path(dir_okay=False, path_type=Path),
-    help="Write the certificate of the front: why each design off it is off it. hwsw verify-front checks it.",
 )
 
 
