@@ -338,9 +338,8 @@ def space_changed(content: bytes, rng: Random) -> bytes:
     elif kind == 1:
         definition["axes"][rng.randrange(4)]["values"].pop()
     elif kind == 2:
-        definition["axes"][3]["when"] = rng.choice(
-            [{}, {"a.b": [0]}, {"a.b": [0, 1]}, {"a.c": [1]}, {"a.b": [-1]}, {"x": [0]}]
-        )
+        other = [{}, {"a.b": [0]}, {"a.b": [0, 1]}, {"a.c": [1]}, {"a.b": [-1]}, {"x": [0]}]
+        definition["axes"][3]["when"] = rng.choice(other)
     elif kind == 3:
         head["parts"].pop(rng.randrange(2))
     else:
