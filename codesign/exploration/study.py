@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codesign.data_frames import data_frame
-from codesign.errors import Fault, InputError, SpecError, choose_hint, clip, show
+from codesign.errors import Fault, SpecError, show
 from codesign.exploration.aggregation import Floats, told_apart
 from codesign.exploration.constraints import Flags
 from codesign.exploration.designs import Conditions, Design, Rows, StudyPoint, checked_index
@@ -41,8 +41,6 @@ from codesign.results.result import Result
 from codesign.units import counted, format_count
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     from pandas import DataFrame
 
     from codesign.certificates.check import Verdict
@@ -266,7 +264,7 @@ class Study:
         """
         if not condition:
             return self
-        chosen = {name: self._listed(name, value) for name, value in condition.items()}
+        chosen = {name: self.world.listed(name, value) for name, value in condition.items()}
         left = {name: values for name, values in self.conditions.items() if name not in chosen}
         each = enumerate(self.world.each)
         kept = [number for number, values in each if chosen.items() <= values.items()]
@@ -295,23 +293,6 @@ class Study:
         if faults:
             raise SpecError(faults)
         return replace(self, constraints=constraints)
-
-    def _listed(self, name: str, value: Any) -> Any:
-        """The value of a condition that is named by itself or by its number."""
-        if name not in self.conditions:
-            hint = choose_hint(name, self.conditions) if self.conditions else "the study has no conditions"
-            raise InputError(f"there is no condition {name}", "condition", hint)
-        values = self.conditions[name]
-        for listed in values:
-            if listed == value and type(listed) is type(value):
-                return listed
-        if isinstance(value, int) and not isinstance(value, bool) and 0 <= value < len(values):
-            return values[value]
-        texts = (clip(json.dumps(listed), 60) for listed in values)
-        numbered = clip("; ".join(f"{number}: {text}" for number, text in enumerate(texts)), 400)
-        raise InputError(
-            f"{name} has no value {show(value)}", "condition", f"its values by number: {numbered}"
-        )
 
     @cached_property
     def reasons(self) -> tuple[ReasonCount, ...]:
@@ -371,11 +352,7 @@ class Study:
         return explain_design(self, index, show)
 
     def certify(self, path: Path | str) -> Verdict:
-        """Write the certificate of the front, which ``hwsw verify-front`` checks; see ``exploration.certify``.
-
-        Raises:
-            CertificateError: the study has no objectives. RunError: the file cannot be written.
-        """
+        """Write the certificate of the front, which ``hwsw verify-front`` checks; see ``exploration.certify``."""
         from codesign.exploration.certify import certify
 
         return certify(self, path)
