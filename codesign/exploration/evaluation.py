@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import time
 import traceback
 from abc import ABC, abstractmethod
@@ -42,7 +43,8 @@ class Done:
     - ``entries``: of points that were simulated by themselves, in their order.
     - ``computations``: those that were computed anew, as JSON by their digest. ``simulated``: how many simulations it
       took.
-    - ``apart``: nothing came of it, as its points have to be simulated each by itself: see ``Evaluator.alone``.
+    - ``why_apart``: why nothing came of it, so that its points have to be simulated each by itself
+      (``Evaluator.alone``); "" where something came of it.
     - ``interrupt``: what struck meanwhile; ``work`` is then what was done before.
     - ``took_s``: seconds that it took where it was computed; ``simulating_s`` of them were simulations of ``priced``
       points. None where this process loaded or compiled kernels meanwhile.
@@ -53,10 +55,15 @@ class Done:
     entries: tuple[Entry, ...] = ()
     computations: Mapping[str, str] = field(default_factory=dict)
     simulated: int = 0
-    apart: bool = False
+    why_apart: str = ""
     interrupt: KeyboardInterrupt | None = None
     took_s: float | None = None
     simulating_s: float | None = None
+
+    @property
+    def apart(self) -> bool:
+        """Whether its points have to be simulated each by itself."""
+        return bool(self.why_apart)
 
     @property
     def ran(self) -> bool:
@@ -176,13 +183,17 @@ class Pricer(Evaluator):
         try:
             platform, workload = self.explored.point(work.axes)
             system = bind(platform, workload, grid=grid_for(workload, self.explored.workload, self.grid))
-            if why_alone(system) or refusal(system, self.memory) is not None:
-                return Done(work, apart=True)
+            why, refused = why_alone(system), refusal(system, self.memory)
+            if why or refused is not None:
+                return Done(work, why_apart=why or " ".join(refused or ()))
             bound, memo = system, self._memo
             priced = price(bound, work.specs, lambda: self._computation(bound, memo, computed))
-        except Exception:
+        except CodesignError as fault:
             # Each point by itself reports what is wrong with it.
-            return Done(work, apart=True)
+            return Done(work, why_apart=str(fault) or type(fault).__name__)
+        except Exception as fault:
+            # A fault of pricing costs time, and no result. Tests of all shipped studies notice it.
+            return Done(work, why_apart=_unexpected(fault))
         return Done(work, priced, computations=computed, simulated=len(computed))
 
     def _computation(self, system: System, memo: Memo, computed: dict[str, str]) -> Computation:
@@ -190,7 +201,9 @@ class Pricer(Evaluator):
         digest = computation_digest(system)
         known = self.computations.get(digest)
         if known is not None:
-            return Computation.read(known)
+            # What cannot be read is computed again.
+            with contextlib.suppress(ValueError, TypeError, KeyError):
+                return Computation.read(known)
         begun = time.perf_counter()
         computation = record(system, memo)
         self.simulating_s += time.perf_counter() - begun
@@ -242,7 +255,11 @@ def _entry_of(evaluate: EvaluatePoint, point: DesignPoint) -> Entry:
         return Entry(point.key, EntryState.FAILED, str(fault))
     except Exception as fault:
         # Not the user's mistake: the place is what a report of it needs.
-        return Entry(point.key, EntryState.FAILED, f"{type(fault).__name__}: {fault} ({_place(fault)})")
+        return Entry(point.key, EntryState.FAILED, _unexpected(fault))
+
+
+def _unexpected(fault: Exception) -> str:
+    return f"{type(fault).__name__}: {fault} ({_place(fault)})"
 
 
 def _place(fault: Exception) -> str:
