@@ -124,29 +124,36 @@ class Pricer(Evaluator):
 
     def _together(self, work: Together) -> Done:
         """Points priced side by side; apart where each has to be simulated, or to be refused, by itself."""
-        if self._memo is None:
-            self._memo = Memo()
         computed: dict[str, str] = {}
-        system: System | None = None
         try:
-            platform, workload = self.explored.point(work.axes)
-            system = bind(platform, workload, grid=grid_for(workload, self.explored.workload, self.grid))
-            if why_alone(system) or refusal(system, self.memory) is not None:
+            system = self.system(work)
+            if system is None:
                 return Done(work, apart=True)
-            bound, memo = system, self._memo
-            priced = price(bound, work.specs, lambda: self._computation(bound, memo, computed))
+            priced = price(system, work.specs, lambda: self.computation(system, computed))
         except Exception:
             # Each point by itself reports what is wrong with it.
             return Done(work, apart=True)
         return Done(work, priced, computations=computed, simulated=len(computed))
 
-    def _computation(self, system: System, memo: Memo, computed: dict[str, str]) -> Computation:
-        """What a system computes, as it was stored or computed now."""
+    def system(self, work: Together) -> System | None:
+        """The bound system of points that compute the same; None where each has to be simulated, or refused, by itself.
+
+        Raises:
+            CodesignError: the points cannot be bound.
+        """
+        platform, workload = self.explored.point(work.axes)
+        system = bind(platform, workload, grid=grid_for(workload, self.explored.workload, self.grid))
+        return None if why_alone(system) or refusal(system, self.memory) is not None else system
+
+    def computation(self, system: System, computed: dict[str, str]) -> Computation:
+        """What a system computes, as it was stored or computed now; what was computed now is put into ``computed``."""
+        if self._memo is None:
+            self._memo = Memo()
         digest = computation_digest(system)
         known = self.computations.get(digest)
         if known is not None:
             return Computation.read(known)
-        computation = record(system, memo)
+        computation = record(system, self._memo)
         computed[digest] = self.computations[digest] = computation.model_dump_json()
         return computation
 

@@ -50,7 +50,7 @@ def study_columns(study: Study, points: range | None = None) -> dict[str, list[S
         columns["design"] = [*(indices // judged.conditions).tolist()]
     levels = study.space.levels(indices)
     for axis, values in study.every_axis.items():
-        name, entries = _axis_column(axis, values)
+        name, entries = axis_column(axis, values)
         # The number -1 of an axis that does not exist takes the last one.
         entries.append(None)
         columns[name] = [entries[level] for level in levels[axis].tolist()]
@@ -104,7 +104,7 @@ def provenance_columns(study: Study, points: range) -> dict[str, list[Scalar]]:
     return columns
 
 
-def _axis_column(axis: str, values: Sequence[Any]) -> tuple[str, list[Scalar]]:
+def axis_column(axis: str, values: Sequence[Any]) -> tuple[str, list[Scalar]]:
     """The name of an axis' column, and the entry for each value."""
     for dimension in Dimension:
         numbers = [_quantity(value, dimension) for value in values]
@@ -115,6 +115,20 @@ def _axis_column(axis: str, values: Sequence[Any]) -> tuple[str, list[Scalar]]:
         value if isinstance(value, str | int | float | None) else json.dumps(value, sort_keys=True)
         for value in values
     ]
+
+
+def order_of(axis: str, values: Sequence[Any]) -> int:
+    """1 where the values of an axis are numbers or quantities that rise, -1 where they fall; else 0.
+
+    >>> order_of("fpga.clock", ["50 MHz", "100 MHz"]), order_of("workload.variant", ["base", "deep"])
+    (1, 0)
+    """
+    entries = axis_column(axis, values)[1]
+    numbers = [each for each in entries if isinstance(each, int | float) and not isinstance(each, bool)]
+    steps = np.diff(np.array(numbers, np.float64))
+    if len(numbers) < len(entries):
+        return 0
+    return int((steps > 0).all()) - int((steps < 0).all()) if len(steps) else 1
 
 
 def _quantity(value: Any, dimension: Dimension) -> float | int | None:

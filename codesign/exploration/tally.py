@@ -7,6 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from codesign.errors import StoreError
 from codesign.exploration.definition import OTHER_VERSION, read_json
@@ -14,6 +15,7 @@ from codesign.exploration.designs import Conditions
 from codesign.exploration.evaluation import Done
 from codesign.exploration.judged import Judged
 from codesign.exploration.outcomes import Outcomes
+from codesign.exploration.search import Searched
 from codesign.exploration.shared import Shared
 from codesign.exploration.space import Space
 from codesign.exploration.specs import Specs
@@ -57,21 +59,29 @@ class Tally:
     ) -> None:
         self.space, self.section, self.where, self.specs = space, section, where, specs
         self.progress = progress
-        self.outcomes = Outcomes.empty(len(space))
+        self.total = len(space)
+        self.outcomes = self._begun()
         self.simulated = 0
+        self.chosen: tuple[int, ...] | None = None
+        self.search: Searched | None = None
         self._shared = Shared()
         self._started = time.monotonic()
         self._first_batch: tuple[float, int] | None = None
-        self._cached = self._computed = self._feasible = 0
+        self.cached = self._computed = self._feasible = self._failed = 0
+
+    @property
+    def done(self) -> int:
+        """How many points came in; ``cached`` of them were found in the store."""
+        return self.cached + self._computed
 
     def take_kept(self, done: Done) -> None:
         """Take what a store had."""
-        self._cached += len(done.work.indices)
+        self.cached += len(done.work)
         self._take(done)
 
     def take(self, done: Done) -> None:
         """Take what was computed."""
-        self._computed += len(done.work.indices)
+        self._computed += len(done.work)
         self.simulated += done.simulated
         self._first_batch = self._first_batch or (time.monotonic(), self._computed)
         self._take(done)
@@ -94,10 +104,16 @@ class Tally:
             section.when,
             dict(section.figures),
             self.simulated if self._computed else None,
+            self.chosen,
+            self.search,
         )
 
+    def _begun(self) -> Outcomes:
+        """What the outcomes are taken into: all points of the space."""
+        return Outcomes.empty(self.total)
+
     def _take(self, done: Done) -> None:
-        indices = np.array(done.work.indices, np.intp)
+        indices = np.array(done.work.indices, np.int64)
         batch = Outcomes.empty(len(indices))
         if done.priced is not None:
             templates = tuple(map(self._shared.result, done.priced.templates))
@@ -105,6 +121,7 @@ class Tally:
         for place, entry in enumerate(done.entries):
             if entry.state is EntryState.FAILED:
                 batch.fail(place, entry.text)
+                self._failed += 1
                 continue
             try:
                 result = Result.model_validate(read_json(entry.text))
@@ -113,28 +130,32 @@ class Tally:
                     "holds a result that this version cannot read", self.where, OTHER_VERSION
                 ) from wrong
             batch.put(place, self._shared.result(result))
-        self.outcomes.join(indices, batch)
+        self._join(indices, batch)
         # With conditions, it is a design that keeps a constraint, by what all of its points come to.
         limits = () if self.section.conditions else self.section.constraints
         self._feasible += int(Judged(batch, Conditions({}, {}), limits).feasible_points.sum())
+
+    def _join(self, indices: NDArray[np.int64], batch: Outcomes) -> None:
+        """Take the outcomes of the points with these places in the enumeration."""
+        self.outcomes.join(indices, batch)
 
     def report(self) -> None:
         """Tell how far the exploration is."""
         if self.progress is None:
             return
         now = time.monotonic()
-        done = self._cached + self._computed
+        done = self.done
         left_s = None
         if self._first_batch is not None and self._computed > self._first_batch[1]:
             since, before = self._first_batch
-            left_s = (now - since) / (self._computed - before) * (len(self.space) - done)
+            left_s = (now - since) / (self._computed - before) * (self.total - done)
         self.progress(
             Progress(
                 done=done,
-                total=len(self.space),
-                cached=self._cached,
+                total=self.total,
+                cached=self.cached,
                 feasible=self._feasible,
-                failed=len(self.outcomes.failures),
+                failed=self._failed,
                 elapsed_s=now - self._started,
                 left_s=left_s,
             )
