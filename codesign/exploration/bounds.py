@@ -33,7 +33,7 @@ from codesign.inputs.exploration import Exploration
 from codesign.models import SpecModel
 from codesign.pricing.boards import boards_of
 from codesign.pricing.computation import Computation
-from codesign.pricing.least import MONOTONE, least
+from codesign.pricing.least import MONOTONE, TRADED, least
 from codesign.pricing.machines import Specs
 from codesign.pricing.price import PRICED, Priced, price
 from codesign.results.result import Result
@@ -49,13 +49,14 @@ class Family:
 
     - ``part``: the number of the box of the space. ``places``: of each axis there, the place of its value; 0 of a
       monotone one. ``axes``: the monotone ones, as numbers of axes of that box. ``rising``: whether each is faster for
-      later values. ``sizes``: how many values each has.
+      later values, and ``traded``, whether faster is also worse in another figure. ``sizes``: how many values each has.
     """
 
     part: int
     places: tuple[int, ...]
     axes: tuple[int, ...]
     rising: tuple[bool, ...]
+    traded: tuple[bool, ...]
     sizes: tuple[int, ...]
 
     def at(self, own: Sequence[int]) -> tuple[int, ...]:
@@ -110,9 +111,13 @@ class Bounds:
                     else range(len(box.axes[name]))
                     for axis, name in enumerate(names)
                 ]
+                directions = (
+                    tuple(each[0] for each in rising.values()),
+                    tuple(each[1] for each in rising.values()),
+                )
                 sizes = tuple(len(box.axes[names[axis]]) for axis in rising)
                 for places in itertools.product(*others):
-                    yield Family(part, places, tuple(rising), tuple(rising.values()), sizes)
+                    yield Family(part, places, tuple(rising), *directions, sizes)
 
     def design(self, part: int, places: Sequence[int]) -> int:
         """The number of a design by its places."""
@@ -158,8 +163,8 @@ class Bounds:
         parting = Parting(self.pricer.explored, self.points, platform, np.array([point]), levels)
         return Member(system, work.specs, priced, computed[0] if computed else None, parting)
 
-    def _monotone(self, part: int, platform: int | None) -> dict[int, bool]:
-        """The monotone axes of a box of the space, by number: whether later values are faster."""
+    def _monotone(self, part: int, platform: int | None) -> dict[int, tuple[bool, bool]]:
+        """The monotone axes of a box of the space, by number: whether later values are faster, and are traded."""
         box, explored = self.decisions.boxes[part], self.pricer.explored
         held: dict[str, Any] = {}
         if platform is not None:
@@ -171,10 +176,11 @@ class Bounds:
         names, rising = list(box.axes), {}
         for name, owned in parting.priced.items():
             for axis in owned:
-                sign = MONOTONE.get(type(models[name]), {}).get(axis.partition(".")[2])
+                kind, key = type(models[name]), axis.partition(".")[2]
+                sign = MONOTONE.get(kind, {}).get(key)
                 values = [self.decisions.axes[axis][number] for number in box.axes.get(axis, ())]
                 if sign is not None and len(values) > 1 and (order := order_of(axis, values)):
-                    rising[names.index(axis)] = sign == order
+                    rising[names.index(axis)] = sign == order, key in TRADED.get(kind, ())
         return dict(sorted(rising.items()))
 
     def model(self, member: Member, name: str, levels: Mapping[str, int]) -> SpecModel | None:
@@ -262,7 +268,10 @@ class OpenFamily:
 
     def broken(self, low: Places, last: Places) -> list[tuple[str, str, int, float]]:
         """The boxes of which every design breaks a constraint: name, figure, box, bound on the figure."""
-        section, found = self.bounds.section, []
+        section = self.bounds.section
+        found: list[tuple[str, str, int, float]] = []
+        if not section.constraints:
+            return found
         lows = self._figures(low, last, [limit.figure for limit in section.constraints])
         for limit, column in zip(section.constraints, lows, strict=True):
             bound = limit if self._is_same(limit.figure) else _upper(limit)

@@ -31,8 +31,9 @@ from codesign.exploration.file_store import FileStore
 from codesign.exploration.identity import canonical_digest, contents_of, files_read, identity_of
 from codesign.exploration.kept import Kept
 from codesign.exploration.partition import Alone, Indices, Work, in_order, parted
-from codesign.exploration.search import Searched, check_search
+from codesign.exploration.search import Searched
 from codesign.exploration.search_run import Rounds, SearchRun, searched_before
+from codesign.exploration.searches import check_search
 from codesign.exploration.simulator import check_some_point
 from codesign.exploration.space import Space
 from codesign.exploration.specs import Specs

@@ -17,7 +17,7 @@ from codesign.exploration.constraints import Floats
 from codesign.exploration.front import non_dominated
 from codesign.exploration.search import ExcludedBox, Problem, comparable
 
-_SPLIT_AT_ONCE = 256
+_PARTS = 16
 _PUT_OFF = 4096
 
 
@@ -36,6 +36,11 @@ class _Box:
     costs: Floats = field(compare=False)
 
     @property
+    def traded(self) -> NDArray[np.bool_]:
+        """The axes on which the fastest design is not the best."""
+        return np.array(self.family.family.traded, np.bool_)
+
+    @property
     def is_single(self) -> bool:
         """Whether it is one design."""
         return bool((self.low == self.last).all())
@@ -48,8 +53,8 @@ class BoundSearch:
     the family. Of the boxes of all families the one with the least score is taken first (Papadias, Tao, Fu and Seeger,
     SIGMOD 2003): what dominates a box has a lesser score, so it mostly comes before it. A box is excluded if an
     evaluated design dominates its bound, strictly better in one objective, or if its bound breaks a constraint. Else
-    it is halved on its longest axis; a single design is evaluated. Where no laws bound a family, all of its designs
-    are evaluated.
+    it is cut on its longest axis, and its fastest design is evaluated once no axis of it is a matter of trade. Where no
+    laws bound a family, all of its designs are evaluated.
 
     - ``excluded``: see ``ExcludedBox``. ``complete``: whether all designs were evaluated or excluded.
     """
@@ -145,23 +150,28 @@ class BoundSearch:
             box = heapq.heappop(self._boxes)
             if self._is_dominated(box):
                 continue
-            if not box.is_single:
-                self._split(box)
-                continue
-            family = box.family.family
-            design = self._bounds.design(family.part, family.at(box.low.tolist()))
-            if design in self._asked:
-                continue
-            if picked.dominating(box.costs) >= 0:
+            design = self._corner(box)
+            if design not in self._asked and not (box.low < box.last)[box.traded].any():
+                if picked.dominating(box.costs) >= 0:
+                    put_off.append(box)
+                    continue
+                picked.costs = np.vstack([picked.costs, box.costs])
+                picked.designs.append(design)
+                self._task[design] = box.family.task
+                asked.append(self._take(design))
+                # What is left of the box is looked at when this design is known.
                 put_off.append(box)
-                continue
-            picked.add(design, box.costs)
-            picked.settle()
-            self._task[design] = box.family.task
-            asked.append(self._take(design))
+            elif not box.is_single:
+                self._split(box)
         for box in put_off:
             heapq.heappush(self._boxes, box)
         return asked
+
+    def _corner(self, box: _Box) -> int:
+        """The fastest design of a box."""
+        family = box.family.family
+        fast, _ = family.corners(box.low[None], box.last[None])
+        return self._bounds.design(family.part, family.at(fast[0].tolist()))
 
     def _is_dominated(self, box: _Box) -> bool:
         """Whether an evaluated design dominates a box, which is then excluded."""
@@ -175,24 +185,16 @@ class BoundSearch:
         return True
 
     def _split(self, box: _Box) -> None:
-        """Halve a box, and the best ones of its family behind it, each on its longest axis."""
-        boxes: list[_Box] = [box]
-        others: list[_Box] = []
-        while self._boxes and len(boxes) + len(others) < _SPLIT_AT_ONCE:
-            other = heapq.heappop(self._boxes)
-            if other.family is not box.family or other.is_single:
-                others.append(other)
-            elif not self._is_dominated(other):
-                boxes.append(other)
-        for other in others:
-            heapq.heappush(self._boxes, other)
-        low, last = np.array([each.low for each in boxes]), np.array([each.last for each in boxes])
-        costs = np.array([each.costs for each in boxes])
-        rows, axis = np.arange(len(low)), (last - low).argmax(axis=1)
-        middle = (low[rows, axis] + last[rows, axis]) // 2
-        upper, lower = low.copy(), last.copy()
-        lower[rows, axis], upper[rows, axis] = middle, middle + 1
-        self._put(box.family, np.vstack([low, upper]), np.vstack([lower, last]), np.vstack([costs, costs]))
+        """Cut a box on its longest axis, on one that is traded before any other."""
+        sizes = np.where(box.traded, box.last - box.low + 1, 1)
+        sizes = sizes if sizes.max(initial=1) > 1 else box.last - box.low + 1
+        axis = int(sizes.argmax())
+        cuts = np.linspace(box.low[axis], box.last[axis] + 1, min(_PARTS, int(sizes[axis])) + 1).astype(
+            np.int64
+        )
+        low, last = (np.repeat(each[None], len(cuts) - 1, axis=0) for each in (box.low, box.last))
+        low[:, axis], last[:, axis] = cuts[:-1], cuts[1:] - 1
+        self._put(box.family, low, last, box.costs)
 
     def _put(self, family: OpenFamily, low: Places, last: Places, above: Floats | None = None) -> None:
         """Put in boxes, with bounds no less than those of the boxes that they are parts of."""

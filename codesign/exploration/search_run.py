@@ -21,7 +21,8 @@ from codesign.exploration.judged import Judged
 from codesign.exploration.kept import Kept
 from codesign.exploration.outcomes import Outcomes, State
 from codesign.exploration.partition import Work
-from codesign.exploration.search import Problem, Search, Searched, Trace, search_of
+from codesign.exploration.search import Problem, Search, Searched, Trace
+from codesign.exploration.searches import search_of
 from codesign.exploration.space import Space
 from codesign.exploration.specs import Specs
 from codesign.exploration.tally import Tally

@@ -38,6 +38,9 @@ MONOTONE: Mapping[type[SpecModel], Mapping[str, int]] = {
 - A serial line takes half_bits / (2 · baud).
 """
 
+TRADED: Mapping[type[SpecModel], frozenset[str]] = {FpgaComponent: frozenset({"clock"})}
+"""What of these is a matter of trade: faster is also worse in another figure. Of others, the fastest is best."""
+
 _ROUNDED = {"plan_time_95_s", "energy_j"}
 _ROUNDING = 1e-9
 """Relative, far more than sums of floats may be off. All other figures are whole picoseconds or products: exact."""
