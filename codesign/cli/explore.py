@@ -21,6 +21,7 @@ from codesign.cli.options import (
     output_options,
     settings_of,
 )
+from codesign.cli.search import check_search_options, search_options
 from codesign.errors import EXIT_FAILED, EXIT_INFEASIBLE, InputError, printable
 from codesign.units import counted
 
@@ -74,6 +75,7 @@ def _cores() -> int:
 )
 @memory_option
 @budget_options
+@search_options
 @click.option(
     "--check",
     type=click.IntRange(min=1),
@@ -97,6 +99,8 @@ def explore(
     memory: int | None,
     points: int | None,
     time_ms: int | None,
+    search: str | None,
+    seed: int | None,
     check: int | None,
     csv_file: Path | None,
     page: Path | None,
@@ -119,6 +123,7 @@ def explore(
     from codesign.kernel_cache import is_cold
 
     debug_step("modules loaded")
+    check_search_options(search, seed)
     changed = axes_of(axes, "--axis"), axes_of(conditions, "--condition"), needs
     platform, workload_spec = _explored(specs, settings_of(settings), *changed)
     one = "" if platform is None or isinstance(platform, list) else f"{platform.name}-"
@@ -150,6 +155,8 @@ def explore(
             progress=progress,
             memory=memory,
             budget=budget,
+            search=search,
+            seed=seed or 0,
         )
     debug_step("explored")
     _deliver(study, csv_file, page, detail, as_json)

@@ -239,7 +239,7 @@ class SearchRun:
 
     def _compute(self, points: Indices, unheld: Sequence[int]) -> None:
         self._tally.begin(self._points(unheld))
-        works = list(self._parted(points))
+        works = list(self._parted(np.sort(points)))
         self._works += works
         if len(self._works) >= _GROWN * self._count_noted:
             self._noted(self._works)
