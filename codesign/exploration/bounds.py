@@ -39,6 +39,12 @@ from codesign.pricing.price import PRICED, Priced, price
 from codesign.results.result import Result
 from codesign.system.bind import System
 
+_MOST = 1e100
+"""No time, power or energy is more."""
+
+_ROUNDING = 1e-9
+"""Relative: more than what an expression in floats may be off."""
+
 Places = NDArray[np.int64]
 """Places of values in the list of an axis in its box of the space: boxes × monotone axes."""
 
@@ -380,7 +386,7 @@ class Best:
     def ends(self, name: str) -> tuple[Floats, Floats]:
         """The least and the greatest value that a declared figure may have in each box; NaN: none."""
         if name in self.lows:
-            return self.lows[name], np.full(self.count, math.inf)
+            return self.lows[name], np.full(self.count, _MOST)
         value = self.pilot[name] if name in PRICED else figure_of(self.template, FIGURES[name])
         held = np.full(self.count, math.nan if value is None else value)
         return held, held
@@ -392,6 +398,7 @@ def _best_of(figure: ResultFigure, best: Best) -> Floats:
     if isinstance(figure, DerivedFigure):
         with np.errstate(all="ignore"):
             low, high = derived_ends(figure, best.ends)
+            low, high = low - _ROUNDING * np.abs(low), high + _ROUNDING * np.abs(high)
     else:
         low, high = best.ends(figure.name)
     bound = np.asarray(high if figure.maximise else low, np.float64)

@@ -177,7 +177,7 @@ class _Run:
         names = dict.fromkeys((name, "random"))
         with contextlib.closing(run):
             found = run.run(list(names), run.problem(self.decisions, bounds), seed, budget)
-        rounds.gather(list(run.designs), run.conditions)
+        rounds.gather(run.in_order, run.conditions)
         return found
 
     def works(self, points: Indices) -> Iterator[Work]:

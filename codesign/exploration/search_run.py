@@ -140,6 +140,7 @@ class SearchRun:
         self._feed = Feed()
         self._coming = compute(self._feed)
         self._works: list[Work] = []
+        self._earlier = earlier
         self._count_noted = 0
         self._verdicts: dict[int, tuple[Floats, Floats]] = {}
         self.limits = (*_bound_names(section), _SHARE, _FIT, _COMPARABLE)
@@ -154,6 +155,12 @@ class SearchRun:
         figures = self._section.objectives
         maximise = tuple(self.world.maximise(figure) for figure in figures)
         return Problem(decisions, tuple(figure.name for figure in figures), maximise, self.limits, bounds)
+
+    @property
+    def in_order(self) -> list[int]:
+        """The designs in the order in which the store's plan has them."""
+        plan = [*self._earlier, *(("", np.array(sorted(work.indices), np.int64)) for work in self._works)]
+        return self._kept.designs_of(plan, self.conditions)
 
     def close(self) -> None:
         """End all work, and note what was asked for."""
