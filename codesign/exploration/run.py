@@ -5,11 +5,12 @@ from __future__ import annotations
 import contextlib
 import hashlib
 import os
+import sys
 from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
@@ -17,6 +18,7 @@ from codesign.errors import InputError, RunError, StoreError
 from codesign.exploration.blocks import Plan, plan_of, read_plan
 from codesign.exploration.bounds import Bounds
 from codesign.exploration.budget import Budget
+from codesign.exploration.cluster import ClusterExecutor
 from codesign.exploration.definition import (
     MAX_STUDY_POINTS,
     OTHER_VERSION,
@@ -42,12 +44,15 @@ from codesign.exploration.study import Study
 from codesign.exploration.tally import Progress, Tally
 from codesign.inputs import Platform, Workload
 from codesign.inputs.exploration import Exploration
+from codesign.progress import Show, silent, tracked
 from codesign.scenarios import scenario_of
 from codesign.system.memory import share_of_memory
 from codesign.system.problem_map import grid_of
 from codesign.system.provenance import provenance_of
 
 if TYPE_CHECKING:
+    from distributed import Client
+
     from codesign.maps import OccupancyGrid
 
 
@@ -57,6 +62,7 @@ def explore(
     *,
     store: Path | str | Store | None = None,
     workers: int | None = None,
+    executor: Executor | Client | None = None,
     progress: Callable[[Progress], None] | None = None,
     evaluate: EvaluatePoint | None = None,
     memory: int | None = None,
@@ -73,6 +79,8 @@ def explore(
             nothing.
         workers: processes; by default one for each processor of this machine. The study is the same
             whatever it is.
+        executor: computes in the place of processes of this machine, such as ``ClusterExecutor(address)``; or a client
+            of dask.distributed.
         progress: called at the start and whenever points come in.
         evaluate: computes one point; by default it is simulated. Must pickle where there are several
             workers. A store tells results apart by platform, workload and axes, not by this: use one
@@ -83,18 +91,21 @@ def explore(
             says why.
 
     Raises:
-        InputError: the workload has no ``explore`` section, or more than ``MAX_STUDY_POINTS`` points.
+        InputError: the workload has no ``explore`` section, or more than ``MAX_STUDY_POINTS`` points; or ``workers``
+            and ``executor`` are both given.
         SpecError: axes that do not fit the platform; or none of the first points can be built: the faults of the first.
-        StoreError: the store cannot be used. RunError: a worker process died, or a part, host or map file changed
-            meanwhile. What was finished is kept.
+        StoreError: the store cannot be used. RunError: a worker process died, a cluster went away, or a part, host or
+            map file changed meanwhile. What was finished is kept.
     """
     explored = Explored.of(platform, workload)
     if search is not None:
         check_search(search, seed)
     section = _section(explored, search)
+    given = _given(executor, workers)
     workers = _processors() if workers is None else workers
     if workers < 1:
         raise InputError(f"{workers} workers", "workers", "give at least 1")
+    share = share_of_memory(workers, memory) if given is None else given.share(memory)
     if evaluate is None:
         explored.check_axes()
     files = files_read(explored)
@@ -106,11 +117,18 @@ def explore(
     rounds = Rounds(space, section, where, progress, specs) if search is not None else None
     tally = rounds or Tally(space, section, where, progress, specs)
     with _open_store(store) as opened:
-        evaluator = _evaluator(explored, space, grid, share_of_memory(workers, memory), evaluate, opened)
+        evaluator = _evaluator(explored, space, grid, share, evaluate, opened)
         provenance = provenance_of(explored.platforms.values(), explored.workload)
         definition = definition_text(explored, section, specs, provenance)
         run = _Run(
-            explored, section, Kept(opened, space, where), tally, evaluator, workers, definition, files
+            explored,
+            section,
+            Kept(opened, space, where),
+            tally,
+            evaluator,
+            given or workers,
+            definition,
+            files,
         )
         if search is None or rounds is None:
             run.every_point(budget)
@@ -122,14 +140,17 @@ def explore(
 
 @dataclass(frozen=True)
 class _Run:
-    """An exploration with an open store. ``files``: their digests when it began."""
+    """An exploration with an open store. ``computing``: an executor, or how many processes of this machine.
+
+    ``files``: their digests when it began.
+    """
 
     explored: Explored
     section: Exploration
     kept: Kept
     tally: Tally
     evaluator: Evaluator
-    workers: int
+    computing: Executor | int
     definition: str
     files: Mapping[Path, str]
 
@@ -156,14 +177,16 @@ class _Run:
 
     def every_point(self, budget: Budget | None) -> None:
         """Compute all points, or as many as the budget allows."""
+        self.tally.report("sorting points by what they compute")
         every = list(self.works(np.arange(len(self.space))))
         self.kept.store.begin(self.key, self.definition, plan_of(every, earlier=self.earlier))
         pending = _pending(self.kept, self.tally, every)
         works = in_order(pending, self.decisions, len(self.space) // len(self.decisions))
         begun = works if budget is None else budget.within(works, partial(_cut, self.space))
         # Closed by name: after Ctrl-C the traceback would keep the generator, and with it the workers, alive.
-        with contextlib.closing(self._computed(begun, several=len(works) > 1)) as coming:
-            for done in coming:
+        executor = self._executor(several=len(works) > 1)
+        with contextlib.closing(executor.run(begun, self.evaluator)) as coming:
+            for done in self.tally.watched(coming, works, executor.workers, budget):
                 self._came(done)
 
     def search(self, rounds: Rounds, name: str, seed: int, budget: Budget | None) -> Searched:
@@ -187,11 +210,13 @@ class _Run:
             return
         yield from (Alone((self.space.point(point),)) for point in points.tolist())
 
-    def _computed(self, works: Iterable[Work], *, several: bool = True) -> Generator[Done, None, None]:
-        executor: Executor = (
-            ProcessExecutor(self.workers) if several and self.workers > 1 else SerialExecutor()
-        )
-        return executor.run(works, self.evaluator)
+    def _executor(self, *, several: bool = True) -> Executor:
+        if not isinstance(self.computing, int):
+            return self.computing
+        return ProcessExecutor(self.computing) if several and self.computing > 1 else SerialExecutor()
+
+    def _computed(self, works: Iterable[Work]) -> Generator[Done, None, None]:
+        return self._executor().run(works, self.evaluator)
 
     def _note(self, works: Sequence[Work]) -> None:
         plan = plan_of(works, alone=True, earlier=self.earlier)
@@ -199,11 +224,21 @@ class _Run:
 
     def _came(self, done: Done) -> None:
         _refuse_changes(self.files, files_read(self.explored))
-        self.kept.put(done)
-        self.tally.take(done)
+        self.tally.take(self.kept.put(done))
         if isinstance(self.evaluator, Pricer):
             # Where a worker computed it, this process has not.
             self.evaluator.computations.update(done.computations)
+
+
+def _given(executor: Executor | Client | None, workers: int | None) -> Executor | None:
+    """The executor that was handed in; that of a client of dask.distributed computes with its cluster."""
+    if executor is not None and workers is not None:
+        what = f"{workers} local workers and an executor are asked for at once"
+        raise InputError(what, "workers", "leave one of the two out: workers are processes of this machine")
+    distributed = sys.modules.get("distributed")
+    if distributed is not None and isinstance(executor, distributed.Client):
+        return ClusterExecutor(executor)
+    return cast("Executor | None", executor)
 
 
 def _evaluator(
@@ -238,7 +273,7 @@ def _pending(kept: Kept, tally: Tally, works: Iterable[Work]) -> list[Work]:
     return pending
 
 
-def load_study(path: Path | str) -> Study:
+def load_study(path: Path | str, show: Show = silent) -> Study:
     """The study that a store's file was last used for, without computing anything.
 
     Points that the interrupted exploration did not reach are in the state ``missing``.
@@ -260,7 +295,13 @@ def load_study(path: Path | str) -> Study:
                 tally: Tally = searched_before(kept, section, planned, definition.specs)
             else:
                 tally = Tally(space, section, str(path), specs=definition.specs)
-                for done in kept.everything(planned):
+                for done in tracked(
+                    kept.everything(planned),
+                    show,
+                    "points read",
+                    len(space),
+                    size=lambda done: len(done.work),
+                ):
                     tally.take_kept(done)
             study = tally.study(definition.platform, definition.workload, definition.provenance)
         except (ValueError, KeyError, TypeError, AttributeError, ArithmeticError, RecursionError) as wrong:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import time
 from collections import deque
 from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 
@@ -49,6 +50,12 @@ class Rounds(Tally):
         self._held: list[tuple[Indices, Outcomes]] = []
         self._place: dict[int, tuple[int, int]] = {}
         return Outcomes.empty(0)
+
+    def left_s(self) -> float | None:
+        """Seconds to go, by the mean of the points so far; None without a number of them."""
+        if not self._computed or not self.total:
+            return None
+        return (time.monotonic() - self._started) / self.done * max(0, self.total - self.done)
 
     def begin(self, points: Indices) -> None:
         """A round of points, none of which was in a round before."""

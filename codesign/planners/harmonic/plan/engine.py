@@ -32,6 +32,8 @@ class Engine:
 
     ``spare_planes``: planes allocated above those in use. ``budget``: see ``BUDGET``. ``transposed``: whether rows and
     columns are exchanged inside; None: where that takes fewer vectors. None of these arguments changes a result.
+
+    ``published``: whether stages end by the published test, not by the sound one. It may be changed between stages.
     """
 
     def __init__(
@@ -43,7 +45,7 @@ class Engine:
     ) -> None:
         # The arguments are not kept: their start would take as much memory again as the values.
         self._iterations = arguments.iterations
-        self._published = arguments.termination == "published"
+        self.published = arguments.termination == "published"
         self._spare, self._budget = spare_planes, budget
         shape, block = arguments.free.shape, arguments.block
         self._transposed = better_transposed(block) if transposed is None else transposed
@@ -67,6 +69,11 @@ class Engine:
     def _turned(self, array: NDArray[Any]) -> NDArray[Any]:
         # Always a copy: numba compiles anew for arrays that are read-only or not contiguous.
         return np.array(array.swapaxes(0, 1) if self._transposed else array, order="C")
+
+    @property
+    def settled(self) -> bool:
+        """Whether no visit would change a bit any more."""
+        return not self._state.active.any()
 
     def run(
         self,
@@ -100,7 +107,7 @@ class Engine:
                 counts[: min(ends) - visits] if ends else counts,
                 self._iterations,
                 self._budget,
-                self._published,
+                self.published,
                 self._signed,
             )
             if status == kernels.CYCLE and most_sweeps is None:
