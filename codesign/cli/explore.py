@@ -149,7 +149,7 @@ def explore(
         def progress(state: Progress) -> None:
             nonlocal cold
             if state.doing:
-                show(Advance(state.done, state.total if state.done else None, state.doing, brief=True))
+                show(Advance(state.done, state.total, state.doing))
                 return
             show(Advance(state.done, state.total, _words(state), state.left_s))
             if cold and workers > 1 and state.done < state.total:

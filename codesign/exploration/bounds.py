@@ -18,16 +18,16 @@ from numpy.typing import NDArray
 
 from codesign.errors import CodesignError
 from codesign.exploration.aggregation import aggregated
-from codesign.exploration.constraints import Floats, broken_bounds, budget_of, figure_of
+from codesign.exploration.bound_figures import Best, best_of, upper_of, value_of
+from codesign.exploration.constraints import Floats, broken_bounds, budget_of
 from codesign.exploration.designs import Conditions
 from codesign.exploration.evaluation import Pricer
 from codesign.exploration.partition import Parting, Together, parted
 from codesign.exploration.rows import order_of
 from codesign.exploration.space import Space
-from codesign.figures import FIGURES, ResultFigure
+from codesign.figures import ResultFigure
 from codesign.inputs.aggregate import Share
-from codesign.inputs.constraint import LOWER, Constraint
-from codesign.inputs.derived import DerivedFigure, derived_ends
+from codesign.inputs.derived import DerivedFigure
 from codesign.inputs.edit import PLATFORM_AXIS
 from codesign.inputs.exploration import Exploration
 from codesign.models import SpecModel
@@ -38,12 +38,6 @@ from codesign.pricing.machines import Specs
 from codesign.pricing.price import PRICED, Priced, price
 from codesign.results.result import Result
 from codesign.system.bind import System
-
-_MOST = 1e100
-"""No time, power or energy is more."""
-
-_ROUNDING = 1e-9
-"""Relative: more than what an expression in floats may be off."""
 
 Places = NDArray[np.int64]
 """Places of values in the list of an axis in its box of the space: boxes × monotone axes."""
@@ -280,7 +274,7 @@ class OpenFamily:
             return found
         lows = self._figures(low, last, [limit.figure for limit in section.constraints])
         for limit, column in zip(section.constraints, lows, strict=True):
-            bound = limit if self._is_same(limit.figure) else _upper(limit)
+            bound = limit if self._is_same(limit.figure) else upper_of(limit)
             if bound is None:
                 continue
             budgets = [budget_of(member.template, limit) for member in self.members]
@@ -304,7 +298,7 @@ class OpenFamily:
         members = [self._best(member, fast, slow) for member in self.members]
         world, columns = self.bounds.world, []
         for figure in figures:
-            values = np.column_stack([_best_of(figure, best) for best in members])
+            values = np.column_stack([best_of(figure, best) for best in members])
             if values.shape[1] == 1:
                 columns.append(values[:, 0])
                 continue
@@ -359,7 +353,7 @@ class OpenFamily:
 
     def _is_lacking(self, figure: ResultFigure) -> bool:
         return any(
-            _value(figure, member.template, member.priced) is None and not isinstance(figure, DerivedFigure)
+            value_of(figure, member.template, member.priced) is None and not isinstance(figure, DerivedFigure)
             for member in self.members
         )
 
@@ -369,51 +363,3 @@ class OpenFamily:
         return not isinstance(figure, DerivedFigure) and (
             figure.name not in PRICED or figure.name == "cycles"
         )
-
-
-@dataclass(frozen=True, eq=False)
-class Best:
-    """What boxes may come to in one condition: ``lows``, bounds below figures.
-
-    ``pilot``: figures of the slowest design. ``template``: has the figures that no price moves. ``count``: of boxes.
-    """
-
-    lows: Mapping[str, Floats]
-    pilot: Mapping[str, float]
-    template: Result
-    count: int
-
-    def ends(self, name: str) -> tuple[Floats, Floats]:
-        """The least and the greatest value that a declared figure may have in each box; NaN: none."""
-        if name in self.lows:
-            return self.lows[name], np.full(self.count, _MOST)
-        value = self.pilot[name] if name in PRICED else figure_of(self.template, FIGURES[name])
-        held = np.full(self.count, math.nan if value is None else value)
-        return held, held
-
-
-def _best_of(figure: ResultFigure, best: Best) -> Floats:
-    """The best value of a figure that boxes may have: infinite where no bound is known."""
-    unknown = math.inf if figure.maximise else -math.inf
-    if isinstance(figure, DerivedFigure):
-        with np.errstate(all="ignore"):
-            low, high = derived_ends(figure, best.ends)
-            low, high = low - _ROUNDING * np.abs(low), high + _ROUNDING * np.abs(high)
-    else:
-        low, high = best.ends(figure.name)
-    bound = np.asarray(high if figure.maximise else low, np.float64)
-    return np.where(np.isnan(bound), unknown, bound)
-
-
-def _value(figure: ResultFigure, template: Result, priced: Priced) -> float | None:
-    if figure.name in PRICED:
-        value = float(priced.figures[figure.name][0])
-        return None if math.isnan(value) else value
-    return figure_of(template, figure)
-
-
-def _upper(limit: Constraint) -> Constraint | None:
-    """The upper bounds of a constraint alone; None where it has none."""
-    kept = {name: value for name, value in limit.bounds.items() if name not in LOWER}
-    lower: dict[str, Any] = dict.fromkeys(LOWER)
-    return limit.model_copy(update=lower) if kept else None

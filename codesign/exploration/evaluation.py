@@ -8,16 +8,17 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import wraps
-from pathlib import PurePath
+from pathlib import Path, PurePath
 from typing import TYPE_CHECKING, Any
 
 from codesign.errors import CodesignError
 from codesign.exploration.explored import Explored
-from codesign.exploration.identity import canonical_digest, code_digest
+from codesign.exploration.identity import canonical_digest, code_digest, files_read
 from codesign.exploration.partition import Alone, Together, Work
 from codesign.exploration.simulator import Simulator, grid_for
 from codesign.exploration.space import DesignPoint, Space, group_limit
 from codesign.exploration.store import Entry, EntryState
+from codesign.inputs.files import data_folder
 from codesign.memo import Memo
 from codesign.pricing.computation import Computation, record
 from codesign.pricing.price import Priced, price, why_alone
@@ -103,6 +104,10 @@ class Evaluator(ABC):
         """The points of work, in order."""
         return iter(work.points) if isinstance(work, Alone) else map(self.space.point, work.indices)
 
+    def files(self) -> dict[Path, str]:
+        """The files that each worker reads, by a digest of what they hold now; not those that ship."""
+        return {}
+
     def alone(self, work: Work, workers: int) -> list[Work]:
         """The points of work, to be simulated each by itself: enough works that all workers end at about the same time.
 
@@ -155,6 +160,12 @@ class Pricer(Evaluator):
         if isinstance(work, Together):
             return self._together(work)
         return _one_by_one(work, self.points(work), self._simulator)
+
+    def files(self) -> dict[Path, str]:
+        """Parts, hosts, calibrations and maps of axes, which are not in the pickle of this."""
+        shipped = data_folder("platforms")
+        read = files_read(self.explored)
+        return {file: digest for file, digest in read.items() if shipped not in file.parents}
 
     def _together(self, work: Together) -> Done:
         """Points priced side by side; apart where each has to be simulated, or to be refused, by itself."""

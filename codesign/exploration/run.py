@@ -111,7 +111,7 @@ def explore(
     files = files_read(explored)
     grid = grid_of(workload)
     axes = section.every_axis
-    specs = Specs.of(explored, identity_of(explored.single, workload, grid), contents_of(explored))
+    specs = Specs.of(explored, identity_of(explored.single, workload, grid), contents_of(explored), grid)
     space = Space(axes, canonical_digest(specs.identity), specs.contents, section.when)
     where = str(store) if isinstance(store, str | Path) else None
     rounds = Rounds(space, section, where, progress, specs) if search is not None else None
@@ -177,8 +177,7 @@ class _Run:
 
     def every_point(self, budget: Budget | None) -> None:
         """Compute all points, or as many as the budget allows."""
-        self.tally.report("sorting points by what they compute")
-        every = list(self.works(np.arange(len(self.space))))
+        every = list(self.tally.sorting(self.works(np.arange(len(self.space)))))
         self.kept.store.begin(self.key, self.definition, plan_of(every, earlier=self.earlier))
         pending = _pending(self.kept, self.tally, every)
         works = in_order(pending, self.decisions, len(self.space) // len(self.decisions))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -26,6 +26,11 @@ class Sample(Space):
         super().__init__(whole.axes, whole.fingerprint, whole.contents, whole.when)
         self.whole, self.places = whole, places
         self._rows = {place: number for number, place in enumerate(places.tolist())}
+
+    @classmethod
+    def of(cls, whole: Space, designs: Sequence[int], conditions: int = 1) -> Sample:
+        """The points of designs, each in all conditions."""
+        return cls(whole, points_of(designs, conditions))
 
     def __reduce__(self) -> tuple[type[Sample], tuple[Any, ...]]:
         return Sample, (self.whole, self.places)
@@ -53,3 +58,9 @@ class Sample(Space):
     def levels(self, indices: NDArray[np.int64]) -> dict[str, NDArray[np.int32]]:
         """See ``Space.levels``."""
         return self.whole.levels(self.places[indices])
+
+
+def points_of(designs: Sequence[int], conditions: int) -> NDArray[np.int64]:
+    """The places of the points of designs, each in all conditions, in their order."""
+    begins = np.array(designs, np.int64) * conditions
+    return np.asarray((begins[:, None] + np.arange(conditions)).reshape(-1), np.int64)

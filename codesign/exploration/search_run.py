@@ -22,6 +22,7 @@ from codesign.exploration.judged import Judged
 from codesign.exploration.kept import Kept
 from codesign.exploration.outcomes import Outcomes, State
 from codesign.exploration.partition import Work
+from codesign.exploration.sample import points_of
 from codesign.exploration.search import Problem, Search, Searched, Trace
 from codesign.exploration.searches import search_of
 from codesign.exploration.space import Space
@@ -283,12 +284,6 @@ def searched_before(kept: Kept, section: Exploration, plan: Plan, specs: Specs) 
         rounds.take_kept(done)
     rounds.gather(designs, conditions)
     return rounds
-
-
-def points_of(designs: Sequence[int], conditions: int) -> Indices:
-    """The points of designs, in their order."""
-    begins = np.array(designs, np.int64) * conditions
-    return np.asarray((begins[:, None] + np.arange(conditions)).reshape(-1), np.int64)
 
 
 def verdicts(

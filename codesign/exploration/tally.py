@@ -41,8 +41,8 @@ class Progress:
         simulated: how many simulations were made for those that were computed.
         elapsed_s: seconds since the start. ``left_s``: seconds to go, see ``ExplorationPace``; None as long as they are
             not known.
-        doing: what goes on before the first point is computed, in words; "" afterwards. ``done`` and ``total`` then
-            count that.
+        doing: what is done with points before the first one is computed, in words; "" afterwards. ``done`` then counts
+            that.
     """
 
     done: int
@@ -86,12 +86,21 @@ class Tally:
         """How many points came in; ``cached`` of them were found in the store."""
         return self.cached + self._computed
 
+    def sorting(self, works: Iterable[Work]) -> Iterator[Work]:
+        """The works of a space, while ``progress`` is told how many points are in them."""
+        points = 0
+        for work in works:
+            points += len(work)
+            if time.monotonic() - self._reported > _SECONDS_BETWEEN:
+                self.report("points sorted by what they compute", points)
+            yield work
+
     def take_kept(self, done: Done) -> None:
         """Take what a store had."""
         self.cached += len(done.work)
         self._take(done)
         if time.monotonic() - self._reported > _SECONDS_BETWEEN:
-            self.report("points read from the store")
+            self.report("points read from the store", self.cached)
 
     def watched(
         self, coming: Iterable[Done], works: Sequence[Work], workers: int, budget: Budget | None
@@ -162,14 +171,14 @@ class Tally:
         """Seconds to go; None as long as they are not known."""
         return None if self._pace is None else self._pace.left_s(self._budget)
 
-    def report(self, doing: str = "") -> None:
-        """Tell how far the exploration is."""
+    def report(self, doing: str = "", done: int | None = None) -> None:
+        """Tell how far the exploration is; or what goes on before, and with how many points it is done."""
         if self.progress is None:
             return
         now = self._reported = time.monotonic()
         self.progress(
             Progress(
-                done=self.done,
+                done=self.done if done is None else done,
                 total=self.total,
                 cached=self.cached,
                 feasible=self._feasible,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from codesign.figures import label
 from codesign.progress import Show, doing, silent
 from codesign.report.aggregated import aggregated_cell, aim_text, kind_of_row, spread_table
 from codesign.report.certainty import winners_certainty_table
@@ -41,10 +42,19 @@ def study_sentence(study: Study) -> str:
     if best is not None:
         value = aggregated_cell(study, best, study.objectives[0], spread=True).text
         end = f"; {aim_text(study, study.objectives[0])}: {value}, {kind} {best.index}"
+    elif lack := _lack(study):
+        end = f"; no {kind} has {label(lack)}"
     elif nearest:
         design = study.designs[nearest[0]]
         end = f"; nearest to feasible: {kind} {design.index}, {why_out(study, design)}"
     return printable(f"{head}{end}.")
+
+
+def _lack(study: Study) -> str:
+    """The first objective, and why, where feasible designs have none; "" where none is feasible."""
+    first = study.objectives[0].name
+    lacks = (reason.name for reason in study.reasons if reason.kind == "no figure")
+    return next((name for name in lacks if name.partition(": ")[0] == first), "")
 
 
 def study_tables(study: Study, *, everything: bool = False, show: Show = silent) -> tuple[Table, ...]:
