@@ -26,6 +26,8 @@ from codesign.exploration.reasons import ReasonCount, nearest_designs, reason_co
 from codesign.exploration.rivals import StudyRivals
 from codesign.exploration.rows import FigureColumn, figure_columns, study_columns
 from codesign.exploration.same import Indices, first_of_same
+from codesign.exploration.sample import Sample
+from codesign.exploration.search import Searched
 from codesign.exploration.sensitivity import axis_effects
 from codesign.exploration.space import Space
 from codesign.exploration.specs import Specs
@@ -61,6 +63,8 @@ class Study:
         provenance: version, digests and seeds; without a date, which only what is written has.
         when: for which values of other decisions a decision exists. figures: those that it derives, by name.
         simulations: how many were made for its points when it was computed; None where it was read.
+        chosen: the designs that it holds, by their place among all, in its order; None: all, as they are not too many.
+        search: what searches made of the space; None where all points were asked for, or the study was read.
 
     Designs are named by their index in ``designs``. Of designs that differ only in what changes nothing for them
     (``same``), the first one alone counts.
@@ -79,6 +83,8 @@ class Study:
     when: When = field(default_factory=dict)
     figures: Mapping[str, DerivedFigure] = field(default_factory=dict)
     simulations: int | None = field(default=None, compare=False)
+    chosen: tuple[int, ...] | None = None
+    search: Searched | None = field(default=None, compare=False)
 
     def __post_init__(self) -> None:
         assert len(self.space) == len(self.outcomes), (
@@ -101,12 +107,14 @@ class Study:
     @cached_property
     def space(self) -> Space:
         """The axes of the points by their index."""
-        return Space(self.every_axis, "", when=self.when)
+        whole = Space(self.every_axis, "", when=self.when)
+        return whole if self.chosen is None else Sample.of(whole, self.chosen, len(self.world.each))
 
     @cached_property
     def decisions(self) -> Space:
         """The axes of the designs by their index."""
-        return Space(self.axes, "", when=self.when)
+        whole = Space(self.axes, "", when=self.when)
+        return whole if self.chosen is None else Sample.of(whole, self.chosen)
 
     @cached_property
     def judged(self) -> Judged:
