@@ -63,7 +63,7 @@ def read_block(data: bytes, parts: Parts) -> Priced:
     Raises:
         ValueError, KeyError, TypeError: the bytes are no block that this version can read.
     """
-    text, _, rest = _inflated(data).partition(b"\n")
+    text, _, rest = inflated(data).partition(b"\n")
     header = read_json(text.decode())
     count = int(header["count"])
     reader = _Reader(rest, count)
@@ -112,7 +112,7 @@ def read_plan(data: bytes, count: int) -> list[tuple[str, Indices]]:
     Raises:
         ValueError, KeyError, TypeError: the bytes are no plan that this version can read.
     """
-    text, _, rest = _inflated(data).partition(b"\n")
+    text, _, rest = inflated(data).partition(b"\n")
     plan = []
     place = 0
     for key, size in read_json(text.decode()):
@@ -127,7 +127,12 @@ def read_plan(data: bytes, count: int) -> list[tuple[str, Indices]]:
     return plan
 
 
-def _inflated(data: bytes) -> bytes:
+def inflated(data: bytes) -> bytes:
+    """What was compressed, of bounded size.
+
+    Raises:
+        ValueError: the bytes are damaged, or too many come of them.
+    """
     inflate = zlib.decompressobj()
     try:
         raw = inflate.decompress(data, _MOST_BYTES)

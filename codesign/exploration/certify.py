@@ -20,7 +20,8 @@ from codesign.certificates.form import (
     layout,
 )
 from codesign.errors import CertificateError
-from codesign.exploration.claims import Claims, Excluded
+from codesign.exploration.claims import Claims
+from codesign.exploration.entries import Excluded
 from codesign.inputs.aggregate import rule_as_written
 from codesign.inputs.boxes import value_text
 
@@ -28,14 +29,14 @@ if TYPE_CHECKING:
     from codesign.exploration.study import Study
 
 
-def certify(study: Study, path: Path | str, excluded: Sequence[Excluded] = ()) -> Verdict:
+def certify(study: Study, path: Path | str, excluded: Sequence[Excluded] | None = None) -> Verdict:
     """Write the certificate of the front of a study to a file, once the checker has accepted it.
 
-    ``excluded``: boxes of designs that were not computed.
+    ``excluded``: boxes of designs that were not computed; by default those of the study.
 
     Raises:
         CertificateError: the study has no objectives, or more designs than a certificate holds; or nothing excludes a
-            box. RunError: the file cannot be written.
+            box, or a design betters its box. RunError: the file cannot be written.
     """
     certificate = certificate_of(study, excluded)
     verdict = check(certificate)
@@ -43,22 +44,22 @@ def certify(study: Study, path: Path | str, excluded: Sequence[Excluded] = ()) -
     return verdict
 
 
-def certificate_of(study: Study, excluded: Sequence[Excluded] = ()) -> Certificate:
+def certificate_of(study: Study, excluded: Sequence[Excluded] | None = None) -> Certificate:
     """The certificate of the front of a study; see ``certify``."""
     if not study.objectives:
         raise CertificateError("the study has no objectives, so it has no front", hint="name objectives")
     space = study.decisions
-    if study.judged.count > MAX_ROWS or len(excluded) > MAX_BOXES:
+    claims = Claims(study, study.excluded if excluded is None else excluded)
+    if len(claims.designs) > MAX_ROWS or len(claims.boxes) > MAX_BOXES:
         most = f"a certificate has at most {MAX_ROWS:,} designs one by one, and {MAX_BOXES:,} boxes"
         raise CertificateError(most, hint="certify a part of the study, by --set or --axis")
-    claims = Claims(study, excluded)
     given = claims.columns
     definition = _definition(study, claims)
     head = Head(
         format="hwsw certificate",
         version=1,
         rows=len(claims.designs),
-        boxes=len(excluded),
+        boxes=len(claims.boxes),
         reasons=len(claims.reasons.held),
         parts=[{axis: list(numbers) for axis, numbers in box.axes.items()} for box in space.boxes],
         tasks=claims.tasks,
@@ -72,7 +73,9 @@ def certificate_of(study: Study, excluded: Sequence[Excluded] = ()) -> Certifica
     return Certificate.of(definition, head, columns)
 
 
-def differences(certificate: Certificate, study: Study, excluded: Sequence[Excluded] = ()) -> list[str]:
+def differences(
+    certificate: Certificate, study: Study, excluded: Sequence[Excluded] | None = None
+) -> list[str]:
     """In what a certificate is not that of a study; nothing where they are equal."""
     own, its = certificate_of(study, excluded), certificate
     heads = [json.loads(each.texts[0]) | json.loads(each.texts[1]) for each in (own, its)]

@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Literal, Protocol
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from codesign.certificates.form import MAX_TEXTS, Claim, ReasonName
 from codesign.errors import CertificateError, clip
+from codesign.exploration.entries import Entries, Excluded
 from codesign.exploration.front import dominators
 from codesign.exploration.outcomes import State
 from codesign.figures import FIGURES, ResultFigure
@@ -25,42 +26,6 @@ if TYPE_CHECKING:
 
 Numbers = NDArray[np.int64]
 Floats = NDArray[np.float64]
-
-
-class Excluded(Protocol):
-    """A box of designs that need not be computed.
-
-    - ``part``: the number of its part of the space (``Space.boxes``). ``low``, ``high``: of each axis of the part the
-      places of its values there: from ``low`` to before ``high``.
-    - ``bound``: by name what no design of the box betters: the least value, or the greatest of what is maximised; of
-      the objectives, or of a figure that a constraint bounds. None where ``why`` alone excludes it.
-    - ``by``: a design that dominates the bound. ``why``: in a word or a sentence why it is excluded; empty: its designs
-      are missing.
-    """
-
-    @property
-    def part(self) -> int:
-        """The number of its part."""
-
-    @property
-    def low(self) -> tuple[int, ...]:
-        """Where it begins on each axis."""
-
-    @property
-    def high(self) -> tuple[int, ...]:
-        """Before where it ends."""
-
-    @property
-    def bound(self) -> Mapping[str, float] | None:
-        """What none of its designs betters, by figure."""
-
-    @property
-    def by(self) -> int | None:
-        """The design that dominates it."""
-
-    @property
-    def why(self) -> str:
-        """Why it is excluded."""
 
 
 @dataclass(frozen=True)
@@ -127,23 +92,14 @@ class Reasons:
 
 
 class Claims:
-    """The entries of a certificate: first the rows, ``designs``, then the boxes that are ``excluded``."""
+    """The entries of a certificate: first the rows, of ``designs`` of the study, then the ``boxes``."""
 
     def __init__(self, study: Study, excluded: Sequence[Excluded]) -> None:
-        self._study, self._excluded = study, excluded
+        entries = Entries.of(study, excluded)
+        self._study, self.boxes, self._places = entries.study, entries.boxes, entries.places
         self.reasons, self.texts = Reasons(), Listed()
-        held = self._inside()
-        self.designs = np.flatnonzero(~held)
+        self.designs, held = entries.rows, entries.holder >= 0
         self._row = np.where(held, -1, np.cumsum(~held) - 1)
-
-    def _inside(self) -> NDArray[np.bool_]:
-        """Which designs are in a box."""
-        inside = np.zeros(self._study.judged.count, np.bool_)
-        for box in self._excluded:
-            part = self._study.decisions.boxes[box.part]
-            own = inside[part.begin : part.begin + part.size].reshape([*map(len, part.axes.values())])
-            own[tuple(map(slice, box.low, box.high))] = True
-        return inside
 
     def _ends_of(self, box: Excluded) -> tuple[list[int], list[int]]:
         """The places of a box on all axes of the space: 0 and 1 on those that its part lacks."""
@@ -151,6 +107,11 @@ class Claims:
         own = dict(zip(space.boxes[box.part].axes, zip(box.low, box.high, strict=True), strict=True))
         low, high = zip(*(own.get(axis, (0, 1)) for axis in space.axes), strict=True)
         return list(low), list(high)
+
+    def _row_of(self, design: int | None) -> int:
+        """The row of the study that a design has; the first one where it has none."""
+        row = 0 if design is None else int(np.searchsorted(self._places, design))
+        return row if row < len(self._places) and self._places[row] == design else 0
 
     @cached_property
     def figures(self) -> tuple[ResultFigure, ...]:
@@ -187,7 +148,7 @@ class Claims:
     def columns(self) -> dict[str, NDArray[Any]]:
         """The columns of the certificate, by name."""
         study, chosen = self._study, self.designs
-        judged, outcomes, boxes = study.judged, study.outcomes, self._excluded
+        judged, outcomes, boxes = study.judged, study.outcomes, self.boxes
         figures = np.array([judged.figure(figure)[chosen] for figure in self.figures])
         figures[:, judged.state[chosen] != State.DONE] = math.nan
         bounds = [box.bound or {} for box in boxes]
@@ -196,10 +157,10 @@ class Claims:
         # A template that no point has counts for nothing.
         of_points = outcomes.each(lambda template: numbers.get(_task(template), 0), 0)
         task = judged.by_design(of_points)[chosen, 0]
-        tasks = [of_points[(box.by or 0) * judged.conditions] for box in boxes]
+        tasks = [of_points[self._row_of(box.by) * judged.conditions] for box in boxes]
         ends = [self._ends_of(box) for box in boxes]
         columns: dict[str, NDArray[Any]] = {
-            "design": chosen,
+            "design": self._places[chosen],
             "task": np.concatenate([task, np.array(tasks, np.int64)]),
             "figures": np.concatenate(
                 [figures, np.array(best, np.float64).reshape(figures.shape[0], -1)], axis=1
@@ -244,7 +205,7 @@ class Claims:
         front = np.zeros(judged.count, np.bool_)
         front[list(study.front)] = True
         put(front, Claim.FRONT, nothing)
-        for number, box in enumerate(self._excluded, len(chosen)):
+        for number, box in enumerate(self.boxes, len(chosen)):
             claim[number], by[number] = self._of_box(box, figures[:, number])
         self._put_dominators(claim, by, figures, task)
         return claim, by

@@ -7,7 +7,7 @@ import hashlib
 import os
 import sys
 from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, cast
@@ -32,6 +32,7 @@ from codesign.exploration.explored import Explored
 from codesign.exploration.file_store import FileStore
 from codesign.exploration.identity import canonical_digest, contents_of, files_read, identity_of
 from codesign.exploration.kept import Kept
+from codesign.exploration.kept_boxes import boxes_of, keep_boxes
 from codesign.exploration.partition import Alone, Indices, Work, in_order, parted
 from codesign.exploration.search import Searched
 from codesign.exploration.search_run import Rounds, SearchRun, searched_before
@@ -134,8 +135,9 @@ def explore(
             run.every_point(budget)
         else:
             tally.search = run.search(rounds, search, seed, budget)
+        excluded = boxes_of(run.kept, run.key, run.decisions)
     names = [each.name for each in explored.platforms.values()]
-    return tally.study(platform_text(names), workload.name, provenance)
+    return replace(tally.study(platform_text(names), workload.name, provenance), excluded=excluded)
 
 
 @dataclass(frozen=True)
@@ -200,6 +202,7 @@ class _Run:
         with contextlib.closing(run):
             found = run.run(list(names), run.problem(self.decisions, bounds), seed, budget)
         rounds.gather(run.in_order, run.conditions)
+        keep_boxes(self.kept, self.key, found.excluded, self.decisions)
         return found
 
     def works(self, points: Indices) -> Iterator[Work]:
@@ -303,6 +306,8 @@ def load_study(path: Path | str, show: Show = silent) -> Study:
                 ):
                     tally.take_kept(done)
             study = tally.study(definition.platform, definition.workload, definition.provenance)
+            key = hashlib.sha256(text.encode()).hexdigest()
+            study = replace(study, excluded=boxes_of(kept, key, study.decisions))
         except (ValueError, KeyError, TypeError, AttributeError, ArithmeticError, RecursionError) as wrong:
             raise StoreError(
                 "holds a study that this version cannot read", str(path), OTHER_VERSION

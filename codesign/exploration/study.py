@@ -27,7 +27,7 @@ from codesign.exploration.rivals import StudyRivals
 from codesign.exploration.rows import FigureColumn, figure_columns, study_columns
 from codesign.exploration.same import Indices, first_of_same
 from codesign.exploration.sample import Sample
-from codesign.exploration.search import Searched
+from codesign.exploration.search import ExcludedBox, Searched
 from codesign.exploration.sensitivity import axis_effects
 from codesign.exploration.space import Space
 from codesign.exploration.specs import Specs
@@ -65,6 +65,7 @@ class Study:
         simulations: how many were made for its points when it was computed; None where it was read.
         chosen: the designs that it holds, by their place among all, in its order; None: all, as they are not too many.
         search: what searches made of the space; None where all points were asked for, or the study was read.
+        excluded: the boxes of which a search proved that none of their designs is on the front.
 
     Designs are named by their index in ``designs``. Of designs that differ only in what changes nothing for them
     (``same``), the first one alone counts.
@@ -85,6 +86,7 @@ class Study:
     simulations: int | None = field(default=None, compare=False)
     chosen: tuple[int, ...] | None = None
     search: Searched | None = field(default=None, compare=False)
+    excluded: tuple[ExcludedBox, ...] = field(default=(), compare=False)
 
     def __post_init__(self) -> None:
         assert len(self.space) == len(self.outcomes), (
@@ -283,6 +285,7 @@ class Study:
             conditions=left,
             aggregate=self.aggregate if left else {},
             outcomes=self.outcomes.chosen((designs + np.array(kept)).reshape(-1)),
+            excluded=(),
         )
 
     def needing(self, needs: Sequence[str]) -> Study:
@@ -300,7 +303,7 @@ class Study:
         ]
         if faults:
             raise SpecError(faults)
-        return replace(self, constraints=constraints)
+        return replace(self, constraints=constraints, excluded=() if needs else self.excluded)
 
     @cached_property
     def reasons(self) -> tuple[ReasonCount, ...]:
