@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from small_search import AXES, MHZ, of, small_workload
 
 import codesign
 from codesign.errors import InputError
@@ -15,20 +16,17 @@ from codesign.exploration import explore, load_study
 from codesign.exploration.bounds import Bounds
 from codesign.exploration.budget import Budget
 from codesign.exploration.evaluation import Pricer
-from codesign.exploration.explored import Explored, _with_section
+from codesign.exploration.explored import Explored
 from codesign.exploration.hypervolume import Scale, curves_of
 from codesign.exploration.search import Problem, Search
 from codesign.exploration.searches import SEARCHES, search_of
 from codesign.exploration.space import Space
 from codesign.figures import FIGURES
 from codesign.inputs import Platform, Workload
-from codesign.inputs.constraint import constraint_of
-from codesign.inputs.exploration import Exploration
 
 pytest.importorskip("optuna")
 
 SAMPLING = [name for name in SEARCHES if name != "bound"]
-MHZ = "{} MHz".format
 
 
 @pytest.fixture(scope="module")
@@ -38,54 +36,7 @@ def platform() -> Platform:
 
 @pytest.fixture(scope="module")
 def small(tmp_path_factory: pytest.TempPathFactory) -> Workload:
-    folder = tmp_path_factory.mktemp("search")
-    text = """
-kind: workload
-name: small
-planner: harmonic
-problem:
-  map: {generate: rooms, rows: 18, columns: 24, room: [5, 5], door: 2, seed: 1}
-  goals: [[2, 2]]
-  starts: {count: 4, seed: 1}
-mapping:
-  relax: {component: fpga, block: [6, 8], iterations: 4, schedule: {first: 7, step: 8, last: 31}}
-  decide: {component: fpga}
-variants:
-  other:
-    mapping:
-      relax: {component: fpga, block: [6, 8], iterations: 2, schedule: {first: 7, step: 8, last: 31}}
-"""
-    (folder / "small.yaml").write_text(text)
-    return codesign.load_workload(folder / "small.yaml")
-
-
-def of(
-    workload: Workload,
-    axes: dict[str, Any],
-    objectives: tuple[str, ...] = ("plan_time_worst_s", "slices", "power"),
-    constraints: tuple[str, ...] = (),
-    when: dict[str, Any] | None = None,
-    conditions: dict[str, Any] | None = None,
-) -> Workload:
-    section = Exploration.model_validate(
-        {
-            "axes": axes,
-            "when": when or {},
-            "conditions": conditions or {},
-            "objectives": list(objectives),
-            "constraints": [constraint_of(each) for each in constraints],
-        }
-    )
-    return _with_section(workload, section)
-
-
-AXES = {
-    "relax.iterations": [2, 4],
-    "fpga.part": ["XC2V6000-4", "XC4VLX160-12"],
-    "fpga.clock": [MHZ(mhz) for mhz in range(60, 150, 15)],
-    "pci.clock": [MHZ(mhz) for mhz in (66, 50, 33, 10)],
-    "pci.setup_cycles": [2, 8, 20],
-}
+    return small_workload(tmp_path_factory.mktemp("search"))
 
 
 def space_of(axes: dict[str, Any], when: dict[str, Any] | None = None) -> Space:
