@@ -13,7 +13,6 @@ from codesign.planners.harmonic.plan import kernels, limbs
 from codesign.planners.harmonic.plan.arguments import Arguments
 from codesign.planners.harmonic.plan.fixed_point import Field, limbs_needed
 from codesign.planners.harmonic.plan.layout import (
-    LANES,
     addresses,
     better_transposed,
     make_layout,
@@ -145,7 +144,7 @@ class Engine:
                 self._by_plane(target, self._layout.planes)[:, :depth] = self._by_plane(source, old_planes)[
                     :, :depth
                 ]
-            elif name not in ("ring", "ring_width"):
+            elif name != "ring":
                 target[:] = source
 
     def _by_plane(self, words: NDArray[np.uint64], planes: int) -> NDArray[np.uint64]:
@@ -165,7 +164,9 @@ class Engine:
         new.mask[:] = old.mask
         source = self._by_plane(old.residual, old_planes)
         target = self._by_plane(new.residual, self._layout.planes)
-        words = np.repeat(old.width, LANES).reshape(-1, self._layout.plane)
+        words = np.zeros((len(old.active), self._layout.plane), np.int64)
+        for segment, (begin, end) in enumerate(zip(old.begin, old.end, strict=True)):
+            words[:, begin:end] = old.width.reshape(len(old.active), -1)[:, segment, None]
         # plane   0 .. shift - 1   shift   shift + 1  ..
         #         0    0           r_0     r_1        ..         new memory is 0 already
         for plane in range(count):

@@ -18,6 +18,7 @@ import operator
 
 from llvmlite import ir
 from numba import types
+from numba.core import cgutils
 from numba.extending import intrinsic, models, overload, register_model
 
 from codesign.planners.harmonic.plan.layout import LANES, WORD_BITS
@@ -115,6 +116,25 @@ def any_bit(typing_context, lanes):
         return builder.icmp_unsigned("!=", packed, ir.Constant(ir.IntType(LANES), 0))
 
     return types.boolean(lanes_type), generate
+
+
+@intrinsic
+def majority(typing_context, a, b, c):
+    """The carry of a + b + c, bit by bit. The sum is a ^ b ^ c."""
+
+    # Bit by bit a + b + c = 2 · carry + sum: a full adder, 64 of them in a word.
+    def generate(context, builder, signature, arguments):
+        a, b, c = arguments
+        features = context.codegen().magic_tuple()[2].split(",")
+        if "+avx512f" not in features:
+            return builder.or_(builder.and_(a, b), builder.and_(c, builder.or_(a, b)))
+        # LLVM makes two instructions of this; the processor has one for any function of three bits, here the eight
+        # values 1 1 1 0 1 0 0 0 for a b c from 111 down to 000.
+        kind = ir.FunctionType(_VECTOR, [_VECTOR] * 3 + [ir.IntType(32)])
+        function = cgutils.get_or_insert_function(builder.module, kind, "llvm.x86.avx512.pternlog.q.512")
+        return builder.call(function, [a, b, c, ir.IntType(32)(0b11101000)])
+
+    return lanes_type(lanes_type, lanes_type, lanes_type), generate
 
 
 @intrinsic

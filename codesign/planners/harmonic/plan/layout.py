@@ -26,9 +26,12 @@ from codesign.errors import RunError
 # This halo may be 0 because it stands for *steps*: while a block is visited no other one steps, and what their steps
 # were before has been added to r already (``visits.push_all``).
 WORD_BITS = 64
+WORD_BYTES = 8
 LANES = 8
-# The steps of this many iterations are summed at once. The ring holds as many slots, one more, and one that stays zero.
-SLOTS = 4
+# The steps of this many iterations, a *turn*, are summed at once. The ring holds a slot less, and one that stays zero.
+SLOTS = 6
+# Most groups that are counted as one.
+SEGMENT_GROUPS = 4
 
 
 class Layout(NamedTuple):
@@ -39,6 +42,7 @@ class Layout(NamedTuple):
     Within a plane: ``first`` is the word of row 0 in the first word column, ``rows`` a multiple of 8, ``stride``
     leads to the next word column, ``end`` is behind the last; ``plane`` counts its words with all margins, ``groups``
     its vectors. Group g is words 8g to 8g + 7, so its neighbours are g - 1, g + 1 and g -+ stride / 8.
+    ``each``: the segments of a word column, of ``segment`` words each, the last perhaps of fewer; ``segments``: of all.
     ``transposed``: rows and columns of the map are exchanged, so that raster order runs down the columns.
     """
 
@@ -54,6 +58,9 @@ class Layout(NamedTuple):
     end: int
     plane: int
     groups: int
+    segment: int
+    each: int
+    segments: int
     transposed: bool
 
 
@@ -61,12 +68,13 @@ class State(NamedTuple):
     """The memory of the kernel: flat arrays, uint64 planes and int64 widths; in the kernel, their addresses.
 
     ``mask``: ones where a node is computed, one plane a block. ``residual``: r. ``odometer``: d. ``ring``: r of the
-    visited block over the last iterations, ``SLOTS`` + 1 slots, and one slot that stays zero. ``visit``: the
-    sums that the current visit adds to d.
-    ``width``, ``ring_width``: planes of the step t of each group (r has two more), and ``active`` the most of any
-    group of a block: 0 where it is settled. ``odometer_width``, ``visit_width``, ``deepest``: likewise for d.
-    Planes above a width are undefined, and mean zero, or the sign; in the ring they are zero, unless r has a sign:
-    then all groups of a block have one width.
+    visited block in the middle of a turn, ``SLOTS`` - 1 slots, and one slot that stays zero. ``visit``: the sums that
+    the current visit adds to d.
+    ``begin``, ``end``: the words of each segment of a plane.
+    ``width``: planes of the step t of each segment (r has two more), and ``active`` the most of any segment of a block:
+    0 where it is settled. ``odometer_width``, ``visit_width``, ``deepest``: likewise for d. Planes above a width are
+    undefined, and mean zero, or the sign; where r has a sign, all segments of a block have one width.
+    ``turn_width``: planes of t that a turn computes. ``read_width``: planes of t that it reads.
     ``snapshot``, ``snapshot_active``: r and its widths at an earlier sweep, to notice a start that never settles.
     """
 
@@ -75,8 +83,11 @@ class State(NamedTuple):
     odometer: np.ndarray
     ring: np.ndarray
     visit: np.ndarray
+    begin: np.ndarray
+    end: np.ndarray
     width: np.ndarray
-    ring_width: np.ndarray
+    turn_width: np.ndarray
+    read_width: np.ndarray
     active: np.ndarray
     odometer_width: np.ndarray
     visit_width: np.ndarray
@@ -98,9 +109,34 @@ def make_layout(
     # An odd number of cache lines, so that planes do not fall on each other in the cache.
     groups = (end + margin) // LANES + 1 | 1
     down, across = -(-shape[0] // block[0]), -(-shape[1] // block[1])
+    each = -(-rows // (SEGMENT_GROUPS * LANES))
+    segment = -(-rows // (each * LANES)) * LANES
+    each = -(-rows // segment)
     return Layout(
-        *block, down, across, planes, columns, rows, stride, first, end, groups * LANES, groups, transposed
+        *block,
+        down,
+        across,
+        planes,
+        columns,
+        rows,
+        stride,
+        first,
+        end,
+        groups * LANES,
+        groups,
+        segment,
+        each,
+        columns * each,
+        transposed,
     )
+
+
+def segment_words(layout: Layout) -> tuple[np.ndarray, np.ndarray]:
+    """The first word of each segment of a plane, and the word behind its last: int64 arrays."""
+    tops = layout.first + layout.stride * np.arange(layout.columns)[:, None]
+    below = layout.segment * np.arange(layout.each + 1)
+    begin, end = tops + below[:-1], tops + np.minimum(below[1:], layout.rows)
+    return begin.ravel().astype(np.int64), end.ravel().astype(np.int64)
 
 
 def better_transposed(block: tuple[int, int]) -> bool:
@@ -121,7 +157,7 @@ def plane_bytes(shape: tuple[int, int], block: tuple[int, int]) -> int:
         shape, block = shape[::-1], block[::-1]
     layout = make_layout(shape, block, 1, transposed)
     # One slot of the ring stays zero, and is never touched.
-    return 8 * layout.plane * (2 * layout.down * layout.across + SLOTS + 2)
+    return 8 * layout.plane * (2 * layout.down * layout.across + SLOTS)
 
 
 def make_state(layout: Layout, signed: bool) -> State:
@@ -129,10 +165,10 @@ def make_state(layout: Layout, signed: bool) -> State:
 
     Raises RunError where the machine cannot even reserve the addresses.
     """
-    blocks, groups = layout.down * layout.across, layout.groups
+    blocks = layout.down * layout.across
     room = blocks * layout.planes * layout.plane
     try:
-        return _zero_state(layout, blocks, groups, room, signed)
+        return _zero_state(layout, blocks, room, signed)
     except MemoryError as error:
         raise RunError(
             f"{blocks} blocks in {layout.planes} planes take {room * 16 >> 30} GiB, more than there is",
@@ -141,18 +177,23 @@ def make_state(layout: Layout, signed: bool) -> State:
         ) from error
 
 
-def _zero_state(layout: Layout, blocks: int, groups: int, room: int, signed: bool) -> State:
+def _zero_state(layout: Layout, blocks: int, room: int, signed: bool) -> State:
+    segments = layout.segments
+    begin, end = segment_words(layout)
     return State(
         mask=_aligned(blocks * layout.plane),
         residual=_aligned(room),
         odometer=_aligned(room),
-        ring=_aligned((SLOTS + 2) * layout.planes * layout.plane),
+        ring=_aligned(SLOTS * layout.planes * layout.plane),
         visit=_aligned(layout.planes * layout.plane),
-        width=np.zeros(blocks * groups, np.int64),
-        ring_width=np.zeros((SLOTS + 2) * groups, np.int64),
+        begin=begin,
+        end=end,
+        width=np.zeros(blocks * segments, np.int64),
+        turn_width=np.zeros(segments, np.int64),
+        read_width=np.zeros(segments, np.int64),
         active=np.zeros(blocks, np.int64),
-        odometer_width=np.zeros(blocks * groups, np.int64),
-        visit_width=np.zeros(groups, np.int64),
+        odometer_width=np.zeros(blocks * segments, np.int64),
+        visit_width=np.zeros(segments, np.int64),
         deepest=np.zeros(blocks, np.int64),
         snapshot=_aligned(room if signed else 0),
         snapshot_active=np.full(blocks, -1, np.int64),

@@ -101,6 +101,13 @@ def _place(layout, row, column):
 
 
 @njit(cache=True, nogil=True)
+def _segment(layout, row, column):
+    """Segment of a cell within its block."""
+    inner_row, inner_column = row % layout.block_rows, column % layout.block_columns
+    return inner_column // 64 * layout.each + inner_row // layout.segment
+
+
+@njit(cache=True, nogil=True)
 def fill_mask(layout, movable, mask):
     """Set the bits of ``mask`` (zero before) at the movable cells."""
     for row in range(movable.shape[0]):
@@ -156,7 +163,7 @@ def _gather(planes, word, step, first, width, signed, digits):
 
 @njit(cache=True, nogil=True)
 def raise_field(layout, limbs, shift, planes, widths, signed, raised):
-    """Put (limbs << shift) + d into ``raised``; d is given by its planes and the width of each group."""
+    """Put (limbs << shift) + d into ``raised``; d is given by its planes and the width of each segment."""
     # h = (H << shift) + d, a limb at a time with its carry, where
     # (H << shift)[k] = H[k - words] << bits | H[k - words - 1] >> (64 - bits).
     words, bits = shift // 64, np.uint64(shift % 64)
@@ -165,7 +172,8 @@ def raise_field(layout, limbs, shift, planes, widths, signed, raised):
         column = 0
         while column < raised.shape[1]:
             block, word, _ = _place(layout, row, column)
-            width = widths[block * layout.groups + word // 8]
+            segment = _segment(layout, row, column)
+            width = widths[block * layout.segments + segment]
             word += block * layout.planes * layout.plane
             # As many columns as share the word.
             inner = column % layout.block_columns
