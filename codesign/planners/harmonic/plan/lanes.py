@@ -137,6 +137,23 @@ def majority(typing_context, a, b, c):
     return lanes_type(lanes_type, lanes_type, lanes_type), generate
 
 
+def _funnel(name, what):
+    def shift(typing_context, a, b):
+        def generate(context, builder, signature, arguments):
+            kind = ir.FunctionType(_VECTOR, [_VECTOR] * 3)
+            function = cgutils.get_or_insert_function(builder.module, kind, f"llvm.{name}.v{LANES}i{WORD_BITS}")
+            return builder.call(function, [*arguments, ir.Constant(_VECTOR, [1] * LANES)])
+
+        return lanes_type(lanes_type, lanes_type), generate
+
+    shift.__doc__ = what
+    return intrinsic(shift)
+
+
+shift_up = _funnel("fshl", "Each word of the first, one bit up; its lowest bit is the highest of the second's word.")
+shift_down = _funnel("fshr", "Each word of the second, one bit down; its highest bit is the lowest of the first's word.")
+
+
 @intrinsic
 def spread(typing_context, word):
     """The same word in every lane."""

@@ -11,7 +11,7 @@ import numpy as np
 
 from codesign.errors import RunError
 
-# One plane of a block of 2 word columns (65 to 128 columns), every box 8 words or more. Zeros lie in all boxes but R:
+# One plane of a block, every box 8 words or more. Zeros lie in all boxes but R:
 #
 #   |<--- margin --->|<--- stride --->|<--- stride --->|<--- margin --->|
 #   +----------------+-----+----------+-----+----------+----------------+-----
@@ -19,12 +19,18 @@ from codesign.errors import RunError
 #   +----------------+-----+----------+-----+----------+----------------+-----
 #                          ^ first          ^ first + stride    ^ end
 #
-# R: one word a row. The gap of 8 words is the row above the first and below the last. The margins are the word
-# columns west of the first and east of the last. So every node has four neighbours in memory, and none is tested for
-# a border.
+# R: the rows of up to 64 columns, one after another. More columns make more *word columns* of one word a row; the
+# margins are those west of the first and east of the last. Rows of fewer columns take as few bytes (``pitch``) as they
+# and one idle column need, which is the eastern neighbour of the last column and the western of the first:
+#
+#   byte   0        1        2        3        4        5
+#          00000000 11111111 22222222 33333333 3333.... 00000000 ..      36 columns, 5 bytes a row; '.' is idle
+#
+# The gap of 8 words is the row above the first and below the last. So every node has four neighbours in memory, and
+# none is tested for a border.
 #
 # This halo may be 0 because it stands for *steps*: while a block is visited no other one steps, and what their steps
-# were before has been added to r already (``visits.push_all``).
+# were before has been added to r already (``borders.push_all``).
 WORD_BITS = 64
 WORD_BYTES = 8
 LANES = 8
@@ -32,6 +38,8 @@ LANES = 8
 SLOTS = 6
 # Most groups that are counted as one.
 SEGMENT_GROUPS = 4
+# Where gains come from, as seen by the visited block: from inside, or across one of its borders.
+WEST, EAST, NORTH, SOUTH, INSIDE = range(5)
 
 
 class Layout(NamedTuple):
@@ -39,9 +47,10 @@ class Layout(NamedTuple):
 
     ``block_rows``, ``block_columns``: nodes of a full block. ``down``, ``across``: number of blocks. ``planes``: how
     many planes of a block there is room for; plane i of block b begins at word (b * planes + i) * plane.
-    Within a plane: ``first`` is the word of row 0 in the first word column, ``rows`` a multiple of 8, ``stride``
-    leads to the next word column, ``end`` is behind the last; ``plane`` counts its words with all margins, ``groups``
-    its vectors. Group g is words 8g to 8g + 7, so its neighbours are g - 1, g + 1 and g -+ stride / 8.
+    Within a plane: ``first`` is the word of row 0 in the first word column, ``words`` how many it has, a multiple of 8,
+    ``pitch`` the bytes from row to row, ``stride`` leads to the next word column, ``end`` is behind the last;
+    ``plane`` counts its words with all margins. ``beside``: how many words off a row goes on in another word; 0 where
+    none does.
     ``each``: the segments of a word column, of ``segment`` words each, the last perhaps of fewer; ``segments``: of all.
     ``transposed``: rows and columns of the map are exchanged, so that raster order runs down the columns.
     """
@@ -52,12 +61,13 @@ class Layout(NamedTuple):
     across: int
     planes: int
     columns: int
-    rows: int
+    words: int
+    pitch: int
+    beside: int
     stride: int
     first: int
     end: int
     plane: int
-    groups: int
     segment: int
     each: int
     segments: int
@@ -70,6 +80,7 @@ class State(NamedTuple):
     ``mask``: ones where a node is computed, one plane a block. ``residual``: r. ``odometer``: d. ``ring``: r of the
     visited block in the middle of a turn, ``SLOTS`` - 1 slots, and one slot that stays zero. ``visit``: the sums that
     the current visit adds to d.
+    ``sides``: the nodes of a block that gains of a neighbour go to, a plane for each side of that neighbour.
     ``begin``, ``end``: the words of each segment of a plane.
     ``width``: planes of the step t of each segment (r has two more), and ``active`` the most of any segment of a block:
     0 where it is settled. ``odometer_width``, ``visit_width``, ``deepest``: likewise for d. Planes above a width are
@@ -83,6 +94,7 @@ class State(NamedTuple):
     odometer: np.ndarray
     ring: np.ndarray
     visit: np.ndarray
+    sides: np.ndarray
     begin: np.ndarray
     end: np.ndarray
     width: np.ndarray
@@ -100,30 +112,33 @@ def make_layout(
     shape: tuple[int, int], block: tuple[int, int], planes: int, transposed: bool = False
 ) -> Layout:
     """The layout of a map of ``shape`` in blocks of ``block``, with room for ``planes`` planes."""
-    rows = -(-block[0] // LANES) * LANES
+    pitch, words = _packed(block)
     columns = -(-block[1] // WORD_BITS)
-    stride = rows + LANES
+    stride = words + LANES
     # With one word column no word of the west or east is read (``planes._around``).
     margin = stride if columns > 1 else 0
+    beside = stride if columns > 1 else int(WORD_BYTES % pitch > 0)
     first, end = margin + LANES, margin + columns * stride
-    # An odd number of cache lines, so that planes do not fall on each other in the cache.
+    # An odd number of cache lines, so that planes do not fall on each other in the cache. Behind the last row there is
+    # always a gap.
     groups = (end + margin) // LANES + 1 | 1
     down, across = -(-shape[0] // block[0]), -(-shape[1] // block[1])
-    each = -(-rows // (SEGMENT_GROUPS * LANES))
-    segment = -(-rows // (each * LANES)) * LANES
-    each = -(-rows // segment)
+    each = -(-words // (SEGMENT_GROUPS * LANES))
+    segment = -(-words // (each * LANES)) * LANES
+    each = -(-words // segment)
     return Layout(
         *block,
         down,
         across,
         planes,
         columns,
-        rows,
+        words,
+        pitch,
+        beside,
         stride,
         first,
         end,
         groups * LANES,
-        groups,
         segment,
         each,
         columns * each,
@@ -131,12 +146,48 @@ def make_layout(
     )
 
 
+def _packed(block: tuple[int, int]) -> tuple[int, int]:
+    """The bytes from row to row, and the words of a word column.
+
+    >>> _packed((66, 36)), _packed((96, 48)), _packed((24, 12))
+    ((5, 48), (8, 96), (2, 8))
+    """
+    rows, columns = block
+    # Without an idle column where the columns fill the word: a shift brings in zeros.
+    least = min(columns // 8 + 1, WORD_BYTES)
+    whole = next(pitch for pitch in (1, 2, 4, 8) if pitch >= least)
+    groups = {pitch: -(-rows * pitch // (LANES * WORD_BYTES)) for pitch in (least, whole)}
+    # Rows that go on in another word take two loads more, about a tenth of the time.
+    pitch = least if 1.1 * groups[least] < groups[whole] else whole
+    return pitch, groups[pitch] * LANES
+
+
 def segment_words(layout: Layout) -> tuple[np.ndarray, np.ndarray]:
     """The first word of each segment of a plane, and the word behind its last: int64 arrays."""
     tops = layout.first + layout.stride * np.arange(layout.columns)[:, None]
     below = layout.segment * np.arange(layout.each + 1)
-    begin, end = tops + below[:-1], tops + np.minimum(below[1:], layout.rows)
+    begin, end = tops + below[:-1], tops + np.minimum(below[1:], layout.words)
     return begin.ravel().astype(np.int64), end.ravel().astype(np.int64)
+
+
+def _side_planes(layout: Layout) -> np.ndarray:
+    """The nodes that gains go to: those of the west to the last column, of the north to the last row."""
+    planes = _aligned(4 * layout.plane)
+    rows, columns = layout.block_rows, layout.block_columns
+    bits = planes.view(np.uint8).reshape(4, -1)
+    for row in range(rows):
+        for column, side in ((columns - 1, WEST), (0, EAST)):
+            bits[side, byte_of(layout, row, column)] |= 1 << column % 8
+    for column in range(columns):
+        for row, side in ((rows - 1, NORTH), (0, SOUTH)):
+            bits[side, byte_of(layout, row, column)] |= 1 << column % 8
+    return planes
+
+
+def byte_of(layout: Layout, row: int, column: int) -> int:
+    """The byte of a node within a plane."""
+    word = layout.first + column // WORD_BITS * layout.stride
+    return word * WORD_BYTES + row * layout.pitch + column % WORD_BITS // 8
 
 
 def better_transposed(block: tuple[int, int]) -> bool:
@@ -145,9 +196,9 @@ def better_transposed(block: tuple[int, int]) -> bool:
     >>> better_transposed((36, 66)), better_transposed((96, 48))
     (True, False)
     """
-    # The vectors of a block: groups of 8 rows times words of 64 columns, either way round.
+    # The vectors of a block, either way round.
     height, width = block
-    return -(-width // LANES) * -(-height // WORD_BITS) < -(-height // LANES) * -(-width // WORD_BITS)
+    return -(-height // WORD_BITS) * _packed((width, height))[1] < -(-width // WORD_BITS) * _packed(block)[1]
 
 
 def plane_bytes(shape: tuple[int, int], block: tuple[int, int]) -> int:
@@ -186,6 +237,7 @@ def _zero_state(layout: Layout, blocks: int, room: int, signed: bool) -> State:
         odometer=_aligned(room),
         ring=_aligned(SLOTS * layout.planes * layout.plane),
         visit=_aligned(layout.planes * layout.plane),
+        sides=_side_planes(layout),
         begin=begin,
         end=end,
         width=np.zeros(blocks * segments, np.int64),

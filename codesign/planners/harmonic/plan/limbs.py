@@ -96,15 +96,16 @@ def _place(layout, row, column):
     # Where ``layout`` has it: block in raster order, word column of 64 columns, row.
     block = row // layout.block_rows * layout.across + column // layout.block_columns
     inner_row, inner_column = row % layout.block_rows, column % layout.block_columns
-    word = layout.first + inner_column // 64 * layout.stride + inner_row
-    return block, word, np.uint64(inner_column % 64)
+    bits = inner_row * layout.pitch * 8 + inner_column % 64
+    word = layout.first + inner_column // 64 * layout.stride + bits // 64
+    return block, word, np.uint64(bits % 64)
 
 
 @njit(cache=True, nogil=True)
-def _segment(layout, row, column):
-    """Segment of a cell within its block."""
-    inner_row, inner_column = row % layout.block_rows, column % layout.block_columns
-    return inner_column // 64 * layout.each + inner_row // layout.segment
+def _segment(layout, word):
+    """Segment of a word of a plane."""
+    column, below = (word - layout.first) // layout.stride, (word - layout.first) % layout.stride
+    return column * layout.each + below // layout.segment
 
 
 @njit(cache=True, nogil=True)
@@ -141,24 +142,27 @@ def fill_residual(layout, limbs, movable, planes, count):
 
 
 @njit(cache=True, nogil=True)
-def _gather(planes, word, step, first, width, signed, digits):
-    """Bits ``first`` to ``first`` + 63 of the 64 numbers of ``width`` planes that share a word."""
-    # The transpose back, 64 nodes at once: bit c of plane i goes to bit i of number c.
+def _gather(planes, word, step, first, width, signed, low, together, digits):
+    """Bits ``first`` to ``first`` + 63 of ``together`` numbers of ``width`` planes, which share a word from bit ``low``.
+    """
+    # The transpose back: bit ``low`` + c of plane i goes to bit i of number c.
     #
     #   planes (a word each)         digits (a number each)
     #   i = 2   . . . x . .          x . .  c = 3:  .. b_2 b_1 b_0
     #   i = 1   . . . x . .    ->    x . .
     #   i = 0   . . . x . .          x . .          above the top plane: zeros, or copies of the sign
+    digits[:] = 0
     last = min(first + 64, width)
-    sign = planes[word + (width - 1) * step] if signed and width > 0 else np.uint64(0)
-    for column in range(64):
-        negative = (sign >> np.uint64(column)) & np.uint64(1)
+    if signed and width > 0 and last - first < 64:
+        sign = planes[word + (width - 1) * step] >> low
         above = ~np.uint64(0) if last <= first else ~np.uint64(0) << np.uint64(last - first)
-        digits[column] = above * negative if last - first < 64 else np.uint64(0)
+        for column in range(together):
+            digits[column] = above * (sign >> np.uint64(column) & np.uint64(1))
     for plane in range(first, last):
-        bits, weight = planes[word + plane * step], np.uint64(plane - first)
-        for column in range(64):
-            digits[column] |= (bits >> np.uint64(column) & np.uint64(1)) << weight
+        bits, weight = planes[word + plane * step] >> low, np.uint64(plane - first)
+        if bits:
+            for column in range(together):
+                digits[column] |= (bits >> np.uint64(column) & np.uint64(1)) << weight
 
 
 @njit(cache=True, nogil=True)
@@ -171,16 +175,15 @@ def raise_field(layout, limbs, shift, planes, widths, signed, raised):
     for row in range(raised.shape[0]):
         column = 0
         while column < raised.shape[1]:
-            block, word, _ = _place(layout, row, column)
-            segment = _segment(layout, row, column)
-            width = widths[block * layout.segments + segment]
+            block, word, low = _place(layout, row, column)
+            width = widths[block * layout.segments + _segment(layout, word)]
             word += block * layout.planes * layout.plane
             # As many columns as share the word.
             inner = column % layout.block_columns
-            together = min(64, layout.block_columns - inner, raised.shape[1] - column)
+            together = min(64 - np.int64(low), layout.block_columns - inner, raised.shape[1] - column)
             carries[:] = 0
             for limb in range(raised.shape[2]):
-                _gather(planes, word, layout.plane, limb * 64, width, signed, digits)
+                _gather(planes, word, layout.plane, limb * 64, width, signed, low, together, digits)
                 source = limb - words
                 for index in range(together):
                     value = np.uint64(0)

@@ -11,29 +11,39 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from codesign.planners.harmonic.plan.lanes import any_bit, load, majority, spread, store, zeros
-from codesign.planners.harmonic.plan.layout import LANES, WORD_BITS
+from codesign.planners.harmonic.plan.lanes import (
+    any_bit,
+    load,
+    majority,
+    shift_down,
+    shift_up,
+    spread,
+    store,
+    zeros,
+)
+from codesign.planners.harmonic.plan.layout import EAST, INSIDE, LANES, WEST
 
 
 @njit(inline="always", nogil=True)
-def _around(stride, ring, at, wide):
+def _around(layout, ring, at, joined):
     """North, south, east and west of eight words of a plane."""
-    one_bit, other_bits = spread(np.uint64(1)), spread(np.uint64(WORD_BITS - 1))
-    # A word holds 64 columns of one row, bit b for column b; the next row is the next word:
+    # Rows follow each other after ``pitch`` bytes, so north and south are the same plane ``pitch`` bytes off; columns
+    # are bits. One bit up puts each node's western neighbour into its own bit:
     #
-    #    at - stride          at             at + stride
+    #    at - beside          at             at + beside
     #   ..  61 62 63 |  0  1  2 ..  63 |  0  1  2  ..
-    #              '--> <<1       >>1 <--'
+    #              '--> up       down <--'
     #
-    # << 1 puts each node's western neighbour into its own bit. Bit 0 has it in bit 63 of the word column to the west.
-    # With one word column the zeros that a shift brings in are right: outside of the block every step is 0
-    # (``layout``).
+    # Bit 0 has it in bit 63 of the word before, or of the word column to the west. Where rows fill whole words, the
+    # zeros that a shift brings in are right: outside of the block every step is 0 (``layout``).
     centre = load(ring, at)
-    west, east = centre << one_bit, centre >> one_bit
-    if wide:
-        west |= load(ring, at - stride) >> other_bits
-        east |= load(ring, at + stride) << other_bits
-    return load(ring, at - 1), load(ring, at + 1), east, west
+    if joined:
+        west = shift_up(centre, load(ring, at - layout.beside))
+        east = shift_down(load(ring, at + layout.beside), centre)
+    else:
+        one_bit = spread(np.uint64(1))
+        west, east = centre << one_bit, centre >> one_bit
+    return load(ring - layout.pitch, at), load(ring + layout.pitch, at), east, west
 
 
 @njit(inline="always", nogil=True)
@@ -52,9 +62,9 @@ def _add_seven(n, s, e, w, a, b, c):
 
 
 @njit(inline="always", nogil=True)
-def iterate_group(layout, source, target, word, free, width, wide, signed):
-    """One iteration of eight words of a block. ``wide``: the block has several word columns."""
-    step, stride = layout.plane, layout.stride
+def iterate_group(layout, source, target, word, free, width, joined, signed):
+    """One iteration of eight words of a block. ``joined``: some row goes on in another word."""
+    step = layout.plane
     # r' = (r mod 4) + t_N + t_E + t_S + t_W with t = r >> 2. The shift is free: plane i of t is plane i + 2 of r.
     #
     #   weight       2^(w-1)  ..   2    1
@@ -65,7 +75,7 @@ def iterate_group(layout, source, target, word, free, width, wide, signed):
     #   r mod 4                    c    low      plane 0 takes no carries, so only two leave it: a and b.
     #   carries      a b c    ..   a b           Plane 1 of r fills the place of the third, c.
     at, out = word + 2 * step, word
-    n, s, e, w = _around(stride, source, at, wide)
+    n, s, e, w = _around(layout, source, at, joined)
     low, c = load(source, word), load(source, word + step)
     around = n ^ s ^ e
     # ``free`` keeps r of obstacles, of goals and of cells outside of the map at 0, so that they never step.
@@ -74,7 +84,7 @@ def iterate_group(layout, source, target, word, free, width, wide, signed):
     for _ in range(1, width):
         at += step
         out += step
-        n, s, e, w = _around(stride, source, at, wide)
+        n, s, e, w = _around(layout, source, at, joined)
         total, a, b, c = _add_seven(n, s, e, w, a, b, c)
         store(target, out, total & free)
     out += step
@@ -187,22 +197,33 @@ def sum_more_steps(slots, at, visit, out, step, width, have, signed):
 
 
 @njit(inline="always", nogil=True)
-def add_gains(planes, at, have, gains, source, count, right, left, select, step):
-    """Add gains, shifted ``right``, then ``left``, where selected, to a number; what is carried out of it.
+def _moved(gains, source, shift, side, select):
+    """Eight words of gains, moved from a border to where the neighbour stands in its own words."""
+    x = load(gains, source)
+    if side == WEST:
+        x = x << shift
+    elif side == EAST:
+        x = x >> shift
+    return x if side == INSIDE else x & select
 
-    The number has ``have`` planes, the gains ``count``. It has the more of both then, and one more, the carry.
+
+@njit(inline="always", nogil=True)
+def add_gains(planes, at, have, gains, source, count, shift, side, select, step):
+    """Add gains to a number; what is carried out of it.
+
+    The number has ``have`` planes, the gains ``count``. It has the more of both then, and one more, the carry. Gains
+    that go across a border are shifted by columns, and all but the border's nodes are left out (``select``).
     """
-    # Ripple carry. The gains go from one block to another across a border, so their column or row is first moved to
-    # where the neighbour stands in its own words, and all other nodes are left out (``select``).
+    # Ripple carry.
     carry = zeros()
     for _ in range(min(have, count)):
-        x, y = ((load(gains, source) >> right) << left) & select, load(planes, at)
+        x, y = _moved(gains, source, shift, side, select), load(planes, at)
         store(planes, at, x ^ y ^ carry)
         carry = majority(x, y, carry)
         at += step
         source += step
     for _ in range(have, count):
-        x = ((load(gains, source) >> right) << left) & select
+        x = _moved(gains, source, shift, side, select)
         store(planes, at, x ^ carry)
         carry &= x
         at += step
@@ -216,15 +237,15 @@ def add_gains(planes, at, have, gains, source, count, right, left, select, step)
     return carry
 
 
-@njit(nogil=True)
-def add_signed_gains(planes, at, have, gains, source, count, right, left, select, step):
+@njit(inline="always", nogil=True)
+def add_signed_gains(planes, at, have, gains, source, count, shift, side, select, step):
     """``add_gains`` in two's complement; the planes that the number has then: one more than the longer."""
     x = y = carry = zeros()
     total = max(have, count) + 1
     # Both numbers go on with their sign, the last plane loaded.
     for plane in range(total):
         if plane < count:
-            x = ((load(gains, source + plane * step) >> right) << left) & select
+            x = _moved(gains, source + plane * step, shift, side, select)
         if plane < have:
             y = load(planes, at + plane * step)
         store(planes, at + plane * step, x ^ y ^ carry)

@@ -33,7 +33,7 @@ def iterate(layout, state, block, source, target, signed):
     for segment in range(layout.segments):
         width, read = get(state.turn_width, segment), get(state.read_width, segment)
         begin, end = get(state.begin, segment), get(state.end, segment)
-        if width > 0 and layout.columns > 1:
+        if width > 0 and layout.beside > 0:
             for word in range(begin, end, LANES):
                 iterate_group(layout, source, target, word, load(mask, word), width, True, signed)
         elif width > 0:
@@ -108,6 +108,7 @@ def _accumulate(layout, state, own, count, signed):
         first + 4 * slot if count > 4 else nothing,
         first + 5 * slot if count > 5 else nothing,
     )
+    most = 0
     for segment in range(layout.segments):
         width, have = get(state.turn_width, segment), get(state.visit_width, segment)
         if width == 0:
@@ -126,7 +127,13 @@ def _accumulate(layout, state, own, count, signed):
             total = max(have, total) + 1
             for word in range(begin, end, LANES):
                 sum_more_steps(slots, word + 2 * step, state.visit, word, step, width, have, signed)
-        put(state.visit_width, segment, needed_planes(state.visit, begin, end, step, total, 0, signed))
+        have = needed_planes(state.visit, begin, end, step, total, 0, signed)
+        put(state.visit_width, segment, have)
+        most = max(most, have)
+    if signed:
+        # As with r, all segments have one width.
+        for segment in range(layout.segments):
+            put(state.visit_width, segment, most)
 
 
 @njit(nogil=True)
@@ -195,5 +202,5 @@ def visit_block(layout, state, block, done, iterations, budget, signed):
             put(state.width, block * layout.segments + segment, get(state.turn_width, segment))
         trim(layout, state, block, signed)
         done += count if get(state.active, block) > 0 else _steps_made(layout, state, count)
-        budget -= count * layout.columns * layout.rows
+        budget -= count * layout.columns * layout.words
     return done, budget
