@@ -23,27 +23,30 @@ from codesign.planners.harmonic.plan.stages import Stage, StageEnd, VisitBatch
 VISITS_PER_BATCH = 1 << 14
 # Words times iterations between two chances for an interrupt: some tenth of a second.
 BUDGET = 1 << 25
-SPARE_PLANES = 48
+# Planes above those in use, besides those for the sum of the steps of a visit: memory that is seldom touched.
+SPARE_PLANES = 16
 
 
 class Engine:
     """Runs stage after stage of one relaxation.
 
-    ``spare_planes``: planes allocated above those in use. ``budget``: see ``BUDGET``. ``transposed``: whether rows and
+    ``spare_planes``: planes allocated above those in use; None: as many as a visit may need. ``budget``: see ``BUDGET``. ``transposed``: whether rows and
     columns are exchanged inside; None: where that takes fewer vectors. None of these arguments changes a result.
     """
 
     def __init__(
         self,
         arguments: Arguments,
-        spare_planes: int = SPARE_PLANES,
+        spare_planes: int | None = None,
         budget: int = BUDGET,
         transposed: bool | None = None,
     ) -> None:
         # The arguments are not kept: their start would take as much memory again as the values.
         self._iterations = arguments.iterations
         self._published = arguments.termination == "published"
-        self._spare, self._budget = spare_planes, budget
+        self._budget = budget
+        bits_of_a_visit = arguments.iterations.bit_length()
+        self._spare = SPARE_PLANES + bits_of_a_visit if spare_planes is None else spare_planes
         shape, block = arguments.free.shape, arguments.block
         self._transposed = better_transposed(block) if transposed is None else transposed
         if self._transposed:
@@ -57,7 +60,7 @@ class Engine:
         # r always has its two low planes, and a sign in two's complement.
         # At the start of a stage r = N + E + S + W - 4H of its first values, and d = 0.
         count = max(bits, 2) + self._signed
-        self._layout = make_layout(shape, block, count + spare_planes, self._transposed)
+        self._layout = make_layout(shape, block, count + self._spare, self._transposed)
         self._state = make_state(self._layout, self._signed)
         limbs.fill_mask(self._layout, self._movable, self._state.mask)
         limbs.fill_residual(self._layout, self._limbs, self._movable, self._state.residual, count)

@@ -5,6 +5,7 @@ Numba's cache does not see edits in this file: ``kernels`` names the remedy.
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -170,24 +171,28 @@ def segment_words(layout: Layout) -> tuple[np.ndarray, np.ndarray]:
     return begin.ravel().astype(np.int64), end.ravel().astype(np.int64)
 
 
+@lru_cache(maxsize=64)
+def _fixed(layout: Layout) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """What every state of a layout shares, whatever its planes: ``sides``, ``begin`` and ``end``."""
+    return _side_planes(layout), *segment_words(layout)
+
+
 def _side_planes(layout: Layout) -> np.ndarray:
     """The nodes that gains go to: those of the west to the last column, of the north to the last row."""
     planes = _aligned(4 * layout.plane)
     rows, columns = layout.block_rows, layout.block_columns
     bits = planes.view(np.uint8).reshape(4, -1)
-    for row in range(rows):
-        for column, side in ((columns - 1, WEST), (0, EAST)):
-            bits[side, byte_of(layout, row, column)] |= 1 << column % 8
-    for column in range(columns):
-        for row, side in ((rows - 1, NORTH), (0, SOUTH)):
-            bits[side, byte_of(layout, row, column)] |= 1 << column % 8
+    every_row, every_column = np.arange(rows), np.arange(columns)
+    for side, row, column in (
+        (WEST, every_row, columns - 1),
+        (EAST, every_row, 0),
+        (NORTH, rows - 1, every_column),
+        (SOUTH, 0, every_column),
+    ):
+        words = layout.first + column // WORD_BITS * layout.stride
+        places = words * WORD_BYTES + row * layout.pitch + column % WORD_BITS // 8
+        np.bitwise_or.at(bits[side], places, (1 << column % 8) * np.ones(1, np.uint8))
     return planes
-
-
-def byte_of(layout: Layout, row: int, column: int) -> int:
-    """The byte of a node within a plane."""
-    word = layout.first + column // WORD_BITS * layout.stride
-    return word * WORD_BYTES + row * layout.pitch + column % WORD_BITS // 8
 
 
 def better_transposed(block: tuple[int, int]) -> bool:
@@ -230,14 +235,14 @@ def make_state(layout: Layout, signed: bool) -> State:
 
 def _zero_state(layout: Layout, blocks: int, room: int, signed: bool) -> State:
     segments = layout.segments
-    begin, end = segment_words(layout)
+    sides, begin, end = _fixed(layout._replace(planes=0))
     return State(
         mask=_aligned(blocks * layout.plane),
         residual=_aligned(room),
         odometer=_aligned(room),
         ring=_aligned(SLOTS * layout.planes * layout.plane),
         visit=_aligned(layout.planes * layout.plane),
-        sides=_side_planes(layout),
+        sides=sides,
         begin=begin,
         end=end,
         width=np.zeros(blocks * segments, np.int64),
@@ -254,7 +259,7 @@ def _zero_state(layout: Layout, blocks: int, room: int, signed: bool) -> State:
 
 def addresses(state: State) -> State:
     """The addresses of the arrays: arrays inside the kernel would have their references counted at every use."""
-    return State(*(array.ctypes.data for array in state))  # type: ignore[arg-type]
+    return State(*(array.__array_interface__["data"][0] for array in state))  # type: ignore[arg-type]
 
 
 def _aligned(words: int) -> np.ndarray:

@@ -43,6 +43,20 @@ def _all_zero(limbs, row, column):
 
 
 @njit(cache=True, nogil=True)
+def _rows_with_values(limbs):
+    """Whether some value of a row, of the one above or of the one below is not 0."""
+    rows = limbs.shape[0]
+    some = np.zeros(rows + 2, np.bool_)
+    for row in range(rows):
+        bits = np.uint64(0)
+        for column in range(limbs.shape[1]):
+            for limb in range(limbs.shape[2]):
+                bits |= limbs[row, column, limb]
+        some[row + 1] = bits != 0
+    return some[:rows] | some[1 : rows + 1] | some[2:]
+
+
+@njit(cache=True, nogil=True)
 def _residual(limbs, row, column, residual):
     """N + E + S + W - 4h of a cell, in two's complement halves; the bits it takes, and whether it is negative."""
     if _all_zero(limbs, row, column):
@@ -81,7 +95,10 @@ def residual_bits(limbs, movable):
     """Most bits that r of any movable cell takes, its sign not counted, and whether any is negative."""
     residual = np.empty(2 * limbs.shape[2] + 1, np.int64)
     most, any_negative = 0, False
+    some = _rows_with_values(limbs)
     for row in range(limbs.shape[0]):
+        if not some[row]:
+            continue
         for column in range(limbs.shape[1]):
             if movable[row, column]:
                 bits, negative = _residual(limbs, row, column, residual)
@@ -112,10 +129,16 @@ def _segment(layout, word):
 def fill_mask(layout, movable, mask):
     """Set the bits of ``mask`` (zero before) at the movable cells."""
     for row in range(movable.shape[0]):
-        for column in range(movable.shape[1]):
-            if movable[row, column]:
-                block, word, bit = _place(layout, row, column)
-                mask[block * layout.plane + word] |= np.uint64(1) << bit
+        column = 0
+        while column < movable.shape[1]:
+            # The cells of a row that share a word.
+            block, word, bit = _place(layout, row, column)
+            together = min(64 - np.int64(bit), layout.block_columns - column % layout.block_columns)
+            bits = np.uint64(0)
+            for index in range(min(together, movable.shape[1] - column)):
+                bits |= np.uint64(movable[row, column + index]) << np.uint64(index)
+            mask[block * layout.plane + word] |= bits << bit
+            column += together
 
 
 @njit(cache=True, nogil=True)
@@ -123,7 +146,10 @@ def fill_residual(layout, limbs, movable, planes, count):
     """Set ``count`` bits of r of every movable cell in ``planes`` (zero before), negative ones in two's complement."""
     # The transpose: a number a node becomes one bit in each of ``count`` planes.
     residual = np.empty(2 * limbs.shape[2] + 1, np.int64)
+    some = _rows_with_values(limbs)
     for row in range(limbs.shape[0]):
+        if not some[row]:
+            continue
         for column in range(limbs.shape[1]):
             if not movable[row, column]:
                 continue
@@ -212,10 +238,32 @@ def _greater(limbs, row, column, other_row, other_column):
 
 
 @njit(cache=True, nogil=True)
+def _count_of_one_limb(values, candidates):
+    """``count_local_maxima`` of values of 63 bits or fewer, without a branch a cell."""
+    rows, columns = values.shape
+    outside = np.zeros(columns, np.uint64)
+    count = 0
+    for row in range(rows):
+        here = values[row]
+        north = values[row - 1] if row > 0 else outside
+        south = values[row + 1] if row < rows - 1 else outside
+        for column in range(columns):
+            highest = max(north[column], south[column])
+            if column > 0:
+                highest = max(highest, here[column - 1])
+            if column < columns - 1:
+                highest = max(highest, here[column + 1])
+            count += candidates[row, column] & (highest <= here[column])
+    return count
+
+
+@njit(cache=True, nogil=True)
 def count_local_maxima(limbs, candidates):
     """The number of candidates without a strictly greater one among their four neighbours."""
     # Section 4.1 stops once "no such local extremum is detected". Local minima do not matter to an ascent.
     count = 0
+    if limbs.shape[2] == 1:
+        return _count_of_one_limb(limbs[:, :, 0], candidates)
     for row in range(limbs.shape[0]):
         for column in range(limbs.shape[1]):
             if candidates[row, column] and not (
