@@ -17,6 +17,7 @@ from codesign.planners.harmonic.plan.layout import (
     better_transposed,
     make_layout,
     make_state,
+    segmented,
 )
 from codesign.planners.harmonic.plan.stages import Stage, StageEnd, VisitBatch
 
@@ -162,7 +163,8 @@ class Engine:
         # 0 <= r < 4. A stage that the published test ended early leaves more, and one that cycles may leave r < 0.
         self._signed &= bool(old.active.any())
         count = int(old.active.max()) + 2
-        self._layout = self._layout._replace(planes=shift + count + self._signed + self._spare)
+        layout = segmented(self._layout, shift + count)
+        self._layout = layout._replace(planes=shift + count + self._signed + self._spare)
         new = self._state = make_state(self._layout, self._signed)
         new.mask[:] = old.mask
         source = self._by_plane(old.residual, old_planes)
@@ -175,9 +177,11 @@ class Engine:
         for plane in range(count):
             np.copyto(target[:, shift + plane], source[:, plane], where=plane < words + 2)
         # r of 2 planes, its steps 0, is now t = r >> 2 with ``shift`` planes: the stage begins unsettled.
-        new.width[:] = old.width + shift
+        # A segment of this layout may lie in one of the last, or be made of several.
+        widest = np.stack([words[:, begin:end].max(axis=1) for begin, end in zip(new.begin, new.end, strict=True)], 1)
+        new.width[:] = widest.ravel() + shift
         if self._signed:
-            new.width[old.width == 0] += 1
+            new.width[widest.ravel() == 0] += 1
         kernels.trim_all(self._layout, addresses(new), self._signed)
 
     def _forget(self, *names: str) -> None:

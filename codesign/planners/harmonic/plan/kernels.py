@@ -50,7 +50,7 @@ from codesign.planners.harmonic.plan.lanes import get, put
 from codesign.planners.harmonic.plan.visits import trim, visit_block
 
 CALLED = ("borders", "lanes", "layout", "planes", "visits")
-CALLED_DIGEST = "a01539b264050657"
+CALLED_DIGEST = "9a5659729df3fb95"
 
 RUNNING, CONVERGED, GROW, CYCLE = range(4)
 POSITION, DONE_ITERATIONS, UNSETTLED, SWEEPS, POWER, SINCE = range(6)

@@ -37,8 +37,10 @@ WORD_BYTES = 8
 LANES = 8
 # The steps of this many iterations, a *turn*, are summed at once. The ring holds a slot less, and one that stays zero.
 SLOTS = 6
-# Most groups that are counted as one.
-SEGMENT_GROUPS = 4
+# Bytes of r of the iterations of a turn that the first cache holds beside all else.
+CACHE = 1 << 15
+# Most groups that are counted as one, at the start of a stage of few bits.
+SEGMENT_GROUPS, NARROW = 4, 12
 # Where gains come from, as seen by the visited block: from inside, or across one of its borders.
 WEST, EAST, NORTH, SOUTH, INSIDE = range(5)
 
@@ -124,10 +126,7 @@ def make_layout(
     # always a gap.
     groups = (end + margin) // LANES + 1 | 1
     down, across = -(-shape[0] // block[0]), -(-shape[1] // block[1])
-    each = -(-words // (SEGMENT_GROUPS * LANES))
-    segment = -(-words // (each * LANES)) * LANES
-    each = -(-words // segment)
-    return Layout(
+    layout = Layout(
         *block,
         down,
         across,
@@ -140,11 +139,23 @@ def make_layout(
         first,
         end,
         groups * LANES,
-        segment,
-        each,
-        columns * each,
+        0,
+        0,
+        0,
         transposed,
     )
+    return segmented(layout, 0)
+
+
+def segmented(layout: Layout, shift: int) -> Layout:
+    """The layout for a stage of ``shift`` more bits: segments as long as their groups take about as many planes."""
+    # Values fall by two bits from row to row, at the most and where a goal is far away: by 16 from group to group. So
+    # where steps take many planes, one group takes many more than the next.
+    most = SEGMENT_GROUPS if shift <= NARROW else 1
+    each = -(-layout.words // (most * LANES))
+    segment = -(-layout.words // (each * LANES)) * LANES
+    each = -(-layout.words // segment)
+    return layout._replace(segment=segment, each=each, segments=layout.columns * each)
 
 
 def _packed(block: tuple[int, int]) -> tuple[int, int]:

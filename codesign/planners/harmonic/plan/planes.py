@@ -164,24 +164,91 @@ def sum_steps(slots, at, visit, out, step, width):
 
 
 @njit(inline="always", nogil=True)
-def sum_more_steps(slots, at, visit, out, step, width, have, signed):
-    """Add six steps of ``width`` planes to a sum of ``have`` planes; they have max(``have``, ``width`` + 3) + 1 then.
+def sum_more_steps(slots, at, visit, out, step, width, have):
+    """Add six unsigned steps of ``width`` planes to a sum of ``have`` planes: max(``have``, ``width`` + 3) + 1 then."""
+    # As ``sum_steps``, with the sum so far, x, in one more full adder.
+    x = a = b = c = d = e = f = zeros()
+    for plane in range(width):
+        t0, t1, t2, t3, t4, t5 = _steps(slots, at)
+        x = load(visit, out) if plane < have else zeros()
+        first, second = t0 ^ t1 ^ t2, t3 ^ t4 ^ t5
+        third = first ^ second ^ a
+        fourth = third ^ b ^ c
+        fifth = fourth ^ d ^ e
+        store(visit, out, fifth ^ x ^ f)
+        f = majority(fifth, x, f)
+        e = majority(fourth, d, e)
+        d = majority(third, b, c)
+        c = majority(first, second, a)
+        a, b = majority(t0, t1, t2), majority(t3, t4, t5)
+        at += step
+        out += step
+    # Six carries are left, then three, two and one.
+    x = load(visit, out) if width < have else zeros()
+    first, second = a ^ b ^ c, d ^ e ^ f
+    store(visit, out, first ^ second ^ x)
+    a, b, c = majority(a, b, c), majority(d, e, f), majority(first, second, x)
+    out += step
+    x = load(visit, out) if width + 1 < have else zeros()
+    first = a ^ b ^ c
+    store(visit, out, first ^ x)
+    a, b = majority(a, b, c), first & x
+    out += step
+    x = load(visit, out) if width + 2 < have else zeros()
+    store(visit, out, a ^ b ^ x)
+    a = majority(a, b, x)
+    for _ in range(width + 3, have):
+        out += step
+        x = load(visit, out)
+        store(visit, out, x ^ a)
+        a &= x
+    store(visit, out + step, a)
+
+
+@njit(inline="always", nogil=True)
+def sum_three_steps(slots, at, visit, out, step, width, have):
+    """Add three unsigned steps of ``width`` planes to a sum of ``have`` planes: max(``have``, ``width`` + 2) + 1 then.
     """
-    # As ``sum_steps``, with the sum so far in one more full adder. Numbers that have ended go on with their sign: they
-    # are not loaded again and keep their last plane. Without a sign they go on with zeros.
+    x = a = b = c = zeros()
+    for plane in range(width):
+        t0, t1, t2 = load(slots[0], at), load(slots[1], at), load(slots[2], at)
+        x = load(visit, out) if plane < have else zeros()
+        first = t0 ^ t1 ^ t2
+        second = first ^ a ^ b
+        store(visit, out, second ^ x ^ c)
+        c = majority(second, x, c)
+        b = majority(first, a, b)
+        a = majority(t0, t1, t2)
+        at += step
+        out += step
+    x = load(visit, out) if width < have else zeros()
+    first = a ^ b ^ c
+    store(visit, out, first ^ x)
+    a, b = majority(a, b, c), first & x
+    out += step
+    x = load(visit, out) if width + 1 < have else zeros()
+    store(visit, out, a ^ b ^ x)
+    a = majority(a, b, x)
+    for _ in range(width + 2, have):
+        out += step
+        x = load(visit, out)
+        store(visit, out, x ^ a)
+        a &= x
+    store(visit, out + step, a)
+
+
+@njit(nogil=True)
+def sum_signed_steps(slots, at, visit, out, step, width, have):
+    """``sum_more_steps`` in two's complement."""
+    # Numbers that have ended go on with their sign: they are not loaded again and keep their last plane.
     x = a = b = c = d = e = f = zeros()
     t0 = t1 = t2 = t3 = t4 = t5 = zeros()
-    total = max(have, width + 3) + 1
-    for plane in range(total):
+    for plane in range(max(have, width + 3) + 1):
         if plane < width:
             t0, t1, t2, t3, t4, t5 = _steps(slots, at)
             at += step
-        elif not signed:
-            t0 = t1 = t2 = t3 = t4 = t5 = zeros()
         if plane < have:
             x = load(visit, out)
-        elif not signed:
-            x = zeros()
         first, second = t0 ^ t1 ^ t2, t3 ^ t4 ^ t5
         third = first ^ second ^ a
         fourth = third ^ b ^ c
@@ -193,7 +260,6 @@ def sum_more_steps(slots, at, visit, out, step, width, have, signed):
         c = majority(first, second, a)
         a, b = majority(t0, t1, t2), majority(t3, t4, t5)
         out += step
-    return total
 
 
 @njit(inline="always", nogil=True)
@@ -228,12 +294,16 @@ def add_gains(planes, at, have, gains, source, count, shift, side, select, step)
         carry &= x
         at += step
         source += step
-    for _ in range(count, have):
+    # A carry seldom gets far. So after some planes it is worth a look whether one of the 512 nodes still carries.
+    top = at + max(have - count, 0) * step
+    for plane in range(count, have):
+        if plane >= count + 4 and not any_bit(carry):
+            break
         y = load(planes, at)
         store(planes, at, y ^ carry)
         carry &= y
         at += step
-    store(planes, at, carry)
+    store(planes, top, carry)
     return carry
 
 

@@ -14,13 +14,15 @@ from __future__ import annotations
 from numba import njit
 
 from codesign.planners.harmonic.plan.lanes import get, load, put, store
-from codesign.planners.harmonic.plan.layout import LANES, SLOTS, WORD_BYTES
+from codesign.planners.harmonic.plan.layout import CACHE, LANES, SLOTS, WORD_BYTES
 from codesign.planners.harmonic.plan.planes import (
     clear_planes,
     iterate_group,
     needed_planes,
     sum_more_steps,
+    sum_signed_steps,
     sum_steps,
+    sum_three_steps,
 )
 
 
@@ -94,7 +96,16 @@ def _copy(layout, state, source, target):
 
 
 @njit(nogil=True)
-def _accumulate(layout, state, own, count, signed):
+def _widest_step(slots, begin, end, step, width):
+    """The planes that the steps of a segment take in any iteration of a turn, ``width`` or fewer."""
+    least = 0
+    for slot in slots:
+        least = max(least, needed_planes(slot, begin, end, step, width + 2, least + 2, False) - 2)
+    return least
+
+
+@njit(nogil=True)
+def _accumulate(layout, state, block, own, count, signed):
     """Add the steps of a turn of ``count`` iterations to the sums of the visit."""
     step, slot = layout.plane, layout.planes * layout.plane * WORD_BYTES
     # d of the visit += t of all iterations. The steps are not stored: they are r of each slot from plane 2 on. A turn
@@ -114,19 +125,26 @@ def _accumulate(layout, state, own, count, signed):
         if width == 0:
             continue
         begin, end = get(state.begin, segment), get(state.end, segment)
-        total = width + 3
-        if have == 0:
-            if signed:
-                for word in range(begin, end, LANES):
-                    sum_more_steps(slots, word + 2 * step, state.visit, word, step, width, 0, True)
-                total += 1
-            else:
-                for word in range(begin, end, LANES):
-                    sum_steps(slots, word + 2 * step, state.visit, word, step, width)
-        else:
-            total = max(have, total) + 1
+        if not signed and width > get(state.width, block * layout.segments + segment):
+            # A wider segment beside this one may or may not have led to wider steps here.
+            width = _widest_step(slots, begin, end, step, width)
+            if width == 0:
+                continue
+        total = max(have, width + 3) + 1
+        if signed:
             for word in range(begin, end, LANES):
-                sum_more_steps(slots, word + 2 * step, state.visit, word, step, width, have, signed)
+                sum_signed_steps(slots, word + 2 * step, state.visit, word, step, width, have)
+        elif count <= 3:
+            total = max(have, width + 2) + 1
+            for word in range(begin, end, LANES):
+                sum_three_steps(slots, word + 2 * step, state.visit, word, step, width, have)
+        elif have > 0:
+            for word in range(begin, end, LANES):
+                sum_more_steps(slots, word + 2 * step, state.visit, word, step, width, have)
+        else:
+            total = width + 3
+            for word in range(begin, end, LANES):
+                sum_steps(slots, word + 2 * step, state.visit, word, step, width)
         have = needed_planes(state.visit, begin, end, step, total, 0, signed)
         put(state.visit_width, segment, have)
         most = max(most, have)
@@ -186,14 +204,15 @@ def visit_block(layout, state, block, done, iterations, budget, signed):
     own = state.residual + block * slot
     while get(state.active, block) > 0 and done < iterations and budget > 0:
         # Turns of about the same length, so that none is left with a single iteration.
-        turns = (iterations - done + SLOTS - 1) // SLOTS
+        most = max(2, min(SLOTS, CACHE // ((get(state.active, block) + 2) * layout.plane * WORD_BYTES)))
+        turns = (iterations - done + most - 1) // most
         count = (iterations - done + turns - 1) // turns
         _begin_turn(layout, state, block, own, signed)
         source = own
         for made in range(count - 1):
             iterate(layout, state, block, source, state.ring + made * slot, signed)
             source = state.ring + made * slot
-        _accumulate(layout, state, own, count, signed)
+        _accumulate(layout, state, block, own, count, signed)
         if count == 1:
             _copy(layout, state, own, state.ring)
             source = state.ring
