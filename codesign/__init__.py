@@ -16,16 +16,20 @@ from pathlib import Path
 from typing import TYPE_CHECKING, cast
 
 from codesign.kernel_cache import provide_kernel_cache
+from codesign.progress import silent
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
     from typing import Any
 
+    from distributed import Client
+
     from codesign.explanation import Explanation
-    from codesign.exploration import Progress, Study
+    from codesign.exploration import Executor, Progress, Study
     from codesign.exploration.budget import Budget
     from codesign.inputs import Platform, Workload
     from codesign.inputs.files import Source
+    from codesign.progress import Show
     from codesign.records import Listener
     from codesign.results.provenance import Provenance
     from codesign.system import MissionProgress, Result
@@ -153,12 +157,16 @@ def _trace_writer(
 
 
 def explain(
-    platform: Platform | Source, workload: Workload | Source, settings: Mapping[str, Any] | None = None
+    platform: Platform | Source,
+    workload: Workload | Source,
+    settings: Mapping[str, Any] | None = None,
+    show: Show = silent,
 ) -> Explanation:
     """Why a run takes its time and energy, why it is out, what would be better, and how sure that is.
 
     The run is simulated, and so is each of its levers and each step to a next value, by itself. ``settings``: raw
     values by axis, put into platform and workload first. A study has ``Study.explain(index)``.
+    ``show`` is told what is run.
 
     Raises:
         SpecError: platform, workload and map do not belong together, or an axis is none.
@@ -168,7 +176,7 @@ def explain(
 
     asked = _workload(workload)
     point = point_of(_platform(platform), asked, settings or {})
-    return explain_run(*point, asked, settings)
+    return explain_run(*point, asked, settings, show)
 
 
 def explore(
@@ -176,7 +184,8 @@ def explore(
     workload: Workload | Source,
     *,
     store: str | Path | None = None,
-    workers: int = 1,
+    workers: int | None = None,
+    executor: Executor | Client | None = None,
     progress: Callable[[Progress], None] | None = None,
     memory: int | None = None,
     budget: Budget | None = None,
@@ -186,6 +195,8 @@ def explore(
     ``platform``: one, which settles the axis ``platform`` of the workload; a list of several, which become the values
     of that axis; or None, where the workload has it. ``platform``, ``workload``: loaded, or what ``load_platform`` and
     ``load_workload`` take.
+    ``workers``: processes of this machine; by default one. ``executor``: computes in their place, such as
+    ``codesign.exploration.ClusterExecutor(address)`` or a client of dask.distributed.
     ``memory``: bytes that all workers may take together; by default half of what the machine has free.
     ``budget``: how many points to compute, or for how long (``codesign.exploration.budget``); by default all.
 
@@ -203,7 +214,8 @@ def explore(
         platforms,
         _workload(workload),
         store=store,
-        workers=workers,
+        workers=1 if workers is None and executor is None else workers,
+        executor=executor,
         progress=progress,
         memory=memory,
         budget=budget,

@@ -87,6 +87,10 @@ class StoreError(CodesignError):
     """A file of explored points cannot be read or written."""
 
 
+class CertificateError(CodesignError):
+    """A certificate of a front cannot be made or read, or is refused."""
+
+
 class Interrupted(KeyboardInterrupt):
     """Ctrl-C struck a command.
 

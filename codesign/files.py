@@ -84,12 +84,24 @@ def write_atomically(path: Path, content: bytes) -> None:
     if is_stream(path):
         _write_through(path, content)
         return
+    with written_atomically(path) as part:
+        part.write_bytes(content)
+
+
+@contextmanager
+def written_atomically(path: Path) -> Iterator[Path]:
+    """A temporary file to write to. It is renamed to ``path`` at the end. Until then the old file remains.
+
+    Raises:
+        RunError: see ``write_atomically``; or ``path`` is a stream.
+    """
     if is_special(path):
         raise RunError("cannot write: is no regular file", str(path), "name a file")
     target = landing(path)
     try:
         # The name is cut, so that the longer temporary name is not too long for any file system.
         handle, name = tempfile.mkstemp(prefix=f".{target.name[:16]}.", suffix=".part", dir=target.parent)
+        os.close(handle)
     except (OSError, ValueError) as error:
         raise RunError(
             f"cannot write: {_reason(error)}",
@@ -98,8 +110,7 @@ def write_atomically(path: Path, content: bytes) -> None:
         ) from error
     with passing(Path(name)) as part:
         try:
-            with os.fdopen(handle, "wb") as file:
-                file.write(content)
+            yield part
             part.chmod(_mode_of(target))
             part.replace(target)
         except OSError as error:

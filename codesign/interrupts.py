@@ -40,11 +40,12 @@ SIGNALS: dict[int, type[Interrupted]] = {signal.SIGINT: Interrupted, signal.SIGT
 
 
 class _Ending:
-    """The signal that struck this process, and what the message says is kept."""
+    """The signal that struck this process, what the message says is kept, and what cleans the terminal."""
 
     def __init__(self) -> None:
         self.struck: type[Interrupted] | None = None
         self.kept = ""
+        self.cleaning = b""
 
     def strike(self, number: int, frame: FrameType | None) -> None:
         """The handler: interrupt the main thread once. The watcher handles signals while it unwinds."""
@@ -102,6 +103,14 @@ def leave_in_peace() -> None:
 def keep(kept: str) -> None:
     """Set what the message says is kept when this process ends, such as "finished points are kept"."""
     _ending.kept = kept
+
+
+def clean_terminal_by(codes: bytes) -> None:
+    """Set what is written to standard error before the message, where the watcher ends this process.
+
+    It erases what a display has drawn there, which the main thread then cannot do.
+    """
+    _ending.cleaning = codes
 
 
 def struck(fault: BaseException | None = None) -> type[Interrupted] | None:
@@ -225,7 +234,7 @@ def _watch(reading: int) -> None:
     # Not through sys.stderr: the main thread may hold its lock. Nothing waits for a reader that does not read.
     with suppress(OSError):
         if select.select([], [2], [], 0)[1]:
-            os.write(2, f"{word(interrupt)}\n".encode())
+            os.write(2, _ending.cleaning + f"{word(interrupt)}\n".encode())
     os._exit(interrupt.exit_code)
 
 

@@ -1,19 +1,32 @@
 """The folder of numba's compiled kernels, and when kernels are compiled.
 
 Where neither this package's folder nor the user's cache is writable, kernels get a private temporary folder.
+
+A worker of a cluster keeps its kernels in a folder of its node, as a home folder may be that of many nodes. The folder
+bears any number of readers and one writer. So of all processes of a node, one at a time compiles, and a process that
+waited finds the kernel there (``compiled_once``).
 """
 
 from __future__ import annotations
 
 import os
+import platform
 import stat
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
+
+try:
+    import fcntl
+except ImportError:  # on Windows
+    fcntl = None  # type: ignore[assignment]
 
 VARIABLE = "NUMBA_CACHE_DIR"
+_NODES = "nodes"
+
+T = TypeVar("T")
 
 
 def provide_kernel_cache() -> None:
@@ -30,6 +43,10 @@ def provide_kernel_cache() -> None:
     folder = _private_folder()
     if folder is None:
         return
+    _keep_in(folder)
+
+
+def _keep_in(folder: str) -> None:
     os.environ[VARIABLE] = folder
     if "numba" in sys.modules:
         sys.modules["numba"].config.reload_config()
@@ -72,6 +89,64 @@ def compiling_reported(report: Callable[[int], None]) -> Iterator[None]:
 
     with event.install_listener("numba:compile", Watch()):
         yield
+
+
+def keep_kernels_on_node(digest: str) -> str:
+    """Keep the kernels of this process in a folder of this machine; why that is too late, or "".
+
+    ``digest``: of the code. Each code has a folder of its own, so that a kernel of other code is never taken for one of
+    this.
+
+    Raises:
+        OSError: the folder cannot be made.
+    """
+    node = "".join(mark if mark.isalnum() else "-" for mark in platform.node())
+    # Without locks between processes each of them keeps its own.
+    own = f"{node}-{digest[:16]}" + ("" if fcntl else f"-{os.getpid()}")
+    base = os.environ.get(VARIABLE) or _private_folder()
+    if base is None:
+        raise OSError("there is no folder for temporary files")
+    if Path(base).parent.name == _NODES:
+        base = str(Path(base).parent.parent)
+    folder = Path(base, _NODES, own)
+    if os.environ.get(VARIABLE) != str(folder):
+        if any(name.startswith("codesign.planners.") for name in sys.modules):
+            return "it loaded kernels before: restart it"
+        folder.mkdir(parents=True, exist_ok=True)
+        _keep_in(str(folder))
+    return ""
+
+
+def compiled_once(compute: Callable[[], T]) -> T:
+    """What ``compute`` gives; of all processes with this cache, one at a time compiles the kernels that it needs.
+
+    ``compute`` begins again where a kernel is missing. For a process with one folder of kernels
+    (``keep_kernels_on_node``).
+    """
+    if fcntl is None:
+        return compute()
+    from numba.core import event
+
+    class Refuse(event.Listener):
+        """Ends a computation that would compile."""
+
+        def on_start(self, _event: Any) -> None:
+            raise _MissingKernel
+
+        def on_end(self, _event: Any) -> None:
+            """Nothing was compiled."""
+
+    try:
+        with event.install_listener("numba:compile", Refuse()):
+            return compute()
+    except _MissingKernel:
+        with open(Path(os.environ[VARIABLE], "lock"), "wb") as lock:
+            fcntl.flock(lock, fcntl.LOCK_EX)
+            return compute()
+
+
+class _MissingKernel(BaseException):
+    """A kernel is not compiled. No exception that code handles: it passes through all of it."""
 
 
 def _user_cache() -> Path:

@@ -93,3 +93,42 @@ def test_the_first_run_announces_the_compilation_and_the_second_does_not(tmp_pat
     assert first.stderr == "compiling kernels, once: about 20 s\n"
     assert second.stderr == ""
     assert first.stdout == second.stdout
+
+
+ON_NODE = """
+from codesign.kernel_cache import compiled_once, keep_kernels_on_node
+
+assert keep_kernels_on_node("digest") == ""
+import numba
+
+@numba.njit(cache=True)
+def total(count):
+    return count * (count + 1) // 2
+
+assert compiled_once(lambda: total(3)) == 6
+print(sum(total.stats.cache_hits.values()))
+"""
+
+
+def test_of_the_processes_of_a_node_one_compiles(tmp_path: Path) -> None:
+    """Two processes need one kernel at the same time: it is compiled once, in the folder of the node."""
+    script = tmp_path / "script.py"
+    script.write_text(ON_NODE)
+    command = [sys.executable, str(script)]
+    environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path / "cache")}
+    both = [subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=environment) for _ in range(2)]
+    found = [process.communicate(timeout=120)[0] for process in both]
+    assert [process.returncode for process in both] == [0, 0]
+    assert sorted(found) == ["0\n", "1\n"], "one compiled it, the other found it"
+    (node,) = (tmp_path / "cache" / "nodes").iterdir()
+    assert len(list(node.rglob("*.nbc"))) == 1
+    assert not list((tmp_path / "cache").glob("*.nbi"))
+
+
+def test_a_process_that_loaded_kernels_before_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
+    monkeypatch.setitem(sys.modules, "codesign.planners.some", pytest)
+    assert kernel_cache.keep_kernels_on_node("digest") == "it loaded kernels before: restart it"
+    assert list(tmp_path.iterdir()) == []

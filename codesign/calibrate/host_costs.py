@@ -20,6 +20,7 @@ from typing import Any
 from codesign.errors import InputError
 from codesign.figures import Figure, Status
 from codesign.planners.plug_in import Probe
+from codesign.progress import Show, silent, tracked
 from codesign.system import catalog
 
 LEAST_REPEATS = 5
@@ -29,12 +30,13 @@ OCCUPANCY, FOLLOWING = "occupancy_cell", "way_following"
 """The kernels of a drive: one seen cell entered into the map, and one command made from a path."""
 
 
-def measure_host(seconds: float = 2.0) -> dict[str, Figure]:
+def measure_host(seconds: float = 2.0, show: Show = silent) -> dict[str, Figure]:
     """The cost of each kernel on this machine, s: the median of repeated runs, with their quartiles as the interval.
 
     Args:
         seconds: about how long to measure in all, without compilation. Every kernel is run at least ``LEAST_REPEATS``
             times.
+        show: is told how many kernels were measured.
 
     Raises:
         InputError: ``seconds`` is not above 0, or above ten minutes.
@@ -45,7 +47,8 @@ def measure_host(seconds: float = 2.0) -> dict[str, Figure]:
             f"{seconds!r:.80} seconds", "seconds", f"give a number above 0, at most {MOST_SECONDS:g}"
         )
     machine, probes = describe_machine(), all_probes()
-    return {name: _measured(make(), seconds / len(probes), machine) for name, make in probes.items()}
+    makers = tracked(probes.items(), show, "kernels measured", len(probes))
+    return {name: _measured(make(), seconds / len(probes), machine) for name, make in makers}
 
 
 def all_probes() -> dict[str, Callable[[], Probe]]:

@@ -52,6 +52,10 @@ COMMANDS = {
         "Compare designs of any planner on one map.",
     ),
     "report": ("codesign.cli.explore:report", "Write the tables and the HTML page of a stored exploration."),
+    "verify-front": (
+        "codesign.cli.verify_front:verify_front",
+        "Check the certificate of a front. Nothing is simulated.",
+    ),
     "trace": ("codesign.cli.trace:trace", "Read the trace of a run."),
     "reproduce": (
         "codesign.cli.reproduce:reproduce",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from pathlib import Path
 
 import click
@@ -76,7 +77,8 @@ def advise(
     metres of the map's frame, as 12.5,3.0 or 12m,3m. The exit code is 3 where no board suffices.
     """
     from codesign import advice
-    from codesign.cli.progress import Advance, progress_shown
+    from codesign.cli.progress import compiling_shown, progress_shown
+    from codesign.progress import Advance, Pace
     from codesign.report import render_text
     from codesign.report.advice_tables import advice_table
 
@@ -94,13 +96,22 @@ def advise(
         changed_cells=change,
     )
     question = advice.ask(needs, section, map_file)
-    with progress_shown(after_s=_QUIET_SECONDS) as show:
+    budget_s = advice.BUDGET_S if budget is None else budget
+    pace, begun = Pace(1), time.process_time()
+
+    def progress(done: int, total: int) -> None:
+        pace.total = total
+        left = pace.left_s(done)
+        rest = max(0.0, budget_s - (time.process_time() - begun))
+        show(Advance(done, total, "chains of designs searched", None if left is None else min(left, rest)))
+
+    with progress_shown(after_s=_QUIET_SECONDS, quiet=as_json) as show, compiling_shown(show):
         answer = advice.advise(
             question,
             asked,
             write=write,
-            budget_s=advice.BUDGET_S if budget is None else budget,
-            progress=lambda done, total: show(Advance(done, total, "chains of designs searched")),
+            budget_s=budget_s,
+            progress=progress,
         )
     if as_json:
         click.echo(answer.model_dump_json(indent=2))

@@ -32,8 +32,10 @@ def calibrate() -> None:
 def host(seconds: float, as_json: bool) -> None:
     """Time the planners' kernels on this machine, and print them as the key costs of a processor in a platform file."""
     from codesign.calibrate.host_costs import measure_host
+    from codesign.cli.progress import LATER_S, compiling_shown, progress_shown
 
-    measured = measure_host(seconds)
+    with progress_shown(after_s=LATER_S, quiet=as_json) as show, compiling_shown(show):
+        measured = measure_host(seconds, show)
     if as_json:
         click.echo(json.dumps({name: asdict(figure) for name, figure in measured.items()}, indent=2))
         return

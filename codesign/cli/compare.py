@@ -86,10 +86,11 @@ def compare(
 
     The exit code is 1 where no design could run. With --need it is 3 where no design meets every need.
     """
-    from codesign.cli.progress import compiling_shown, progress_shown
+    from codesign.cli.progress import LATER_S, compiling_shown, progress_shown
     from codesign.exploration.constraints import with_constraints
     from codesign.inputs import has_axis
     from codesign.inputs.constraint import needs_of
+    from codesign.progress import tracked
     from codesign.results.result import Result
     from codesign.system.inspect import with_task
 
@@ -105,10 +106,10 @@ def compare(
                 "write TASK.PARAMETER, COMPONENT.FIELD, LINK.FIELD, or workload.variant",
             )
     debug_step("files read and checked")
-    with progress_shown(quiet=detail == SENTENCE) as show, compiling_shown(show):
+    with progress_shown(after_s=LATER_S, quiet=as_json or detail == SENTENCE) as show, compiling_shown(show):
         results: list[tuple[str, Result | CodesignError]] = [
             (design, _result_or_error(platform, workload, problem, values, map_file is not None, memory))
-            for design, platform, workload in loaded
+            for design, platform, workload in tracked(loaded, show, "designs simulated", len(loaded))
         ]
     results = [
         (design, with_constraints(result, limits) if isinstance(result, Result) else result)

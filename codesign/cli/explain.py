@@ -13,6 +13,7 @@ from codesign.errors import InputError, printable
 
 if TYPE_CHECKING:
     from codesign.explanation import Explanation
+    from codesign.progress import Show
 
 _NUMBER = re.compile(r"[+-]?[0-9]+")
 
@@ -49,14 +50,17 @@ def explain(
     With a file of hwsw explore and the INDEX of a design: the design among its neighbours. With PLATFORM and WORKLOAD:
     the run, and what it is with each lever and each next value. Each lever is run by itself, for the whole design.
     """
+    from codesign.cli.progress import LATER_S, compiling_shown, progress_shown
     from codesign.report import explanation_sentence, explanation_tables, render_text
 
     debug_step("modules loaded")
-    explanation = (
-        _of_study(what, which, settings, conditions)
-        if _NUMBER.fullmatch(which)
-        else _of_run(what, which, settings, conditions)
-    )
+    quiet = as_json or detail == SENTENCE
+    with progress_shown(after_s=LATER_S, quiet=quiet) as show, compiling_shown(show):
+        explanation = (
+            _of_study(what, which, settings, conditions, show)
+            if _NUMBER.fullmatch(which)
+            else _of_run(what, which, settings, conditions, show)
+        )
     debug_step("explained")
     if as_json:
         click.echo(explanation.model_dump_json(indent=2))
@@ -69,7 +73,9 @@ def explain(
         click.echo(render_text(table))
 
 
-def _of_study(store: str, index: str, settings: tuple[str, ...], conditions: tuple[str, ...]) -> Explanation:
+def _of_study(
+    store: str, index: str, settings: tuple[str, ...], conditions: tuple[str, ...], show: Show
+) -> Explanation:
     from codesign.exploration import load_study
 
     if settings:
@@ -79,9 +85,9 @@ def _of_study(store: str, index: str, settings: tuple[str, ...], conditions: tup
     chosen = settings_of(conditions, "--condition")
     if len(index) > _DIGITS:
         raise InputError(f"there is no design {index[:_DIGITS]}...", hint="hwsw report STUDY -v lists them")
-    study = load_study(store).at(chosen)
+    study = load_study(store, show).at(chosen)
     debug_step("study read")
-    explanation = study.explain(int(index))
+    explanation = study.explain(int(index), show)
     _note(study.specs.note if study.specs is not None and explanation.out else "")
     return explanation
 
@@ -95,7 +101,7 @@ def _note(text: str) -> None:
 
 
 def _of_run(
-    platform: str, workload: str, settings: tuple[str, ...], conditions: tuple[str, ...]
+    platform: str, workload: str, settings: tuple[str, ...], conditions: tuple[str, ...], show: Show
 ) -> Explanation:
     import codesign
 
@@ -104,4 +110,4 @@ def _of_run(
         raise InputError(what, platform, "write a number, such as 0; hwsw report STUDY -v lists them")
     if conditions:
         raise InputError("a run has no conditions", "--condition", "set the axis with --set AXIS=VALUE")
-    return codesign.explain(platform, workload, settings_of(settings))
+    return codesign.explain(platform, workload, settings_of(settings), show)

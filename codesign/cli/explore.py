@@ -9,18 +9,19 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from codesign.cli.cluster import cluster_of, cluster_option
 from codesign.cli.options import (
     SENTENCE,
     TABLES,
     axes_of,
     budget_options,
-    command_line,
     debug_step,
     memory_option,
     need_option,
     output_options,
     settings_of,
 )
+from codesign.cli.study_files import StudyFiles, study_file_options
 from codesign.errors import EXIT_FAILED, EXIT_INFEASIBLE, InputError, printable
 from codesign.units import counted
 
@@ -28,6 +29,7 @@ if TYPE_CHECKING:
     from codesign.exploration import Progress, Study
     from codesign.exploration.budget import Budget
     from codesign.inputs import Platform, Workload
+    from codesign.progress import Show
 
 _FILE = click.Path(dir_okay=False, path_type=Path)
 
@@ -72,6 +74,7 @@ def _cores() -> int:
     show_default="the number of cores",
     help="The number of worker processes.",
 )
+@cluster_option
 @memory_option
 @budget_options
 @click.option(
@@ -80,8 +83,7 @@ def _cores() -> int:
     metavar="N",
     help="Run N random points alone too, and compare every figure with the study, to the last bit.",
 )
-@click.option("--csv", "csv_file", type=_FILE, help="Write every point as CSV.")
-@click.option("--html", "page", type=_FILE, help="Write a self-contained HTML page.")
+@study_file_options
 @output_options(
     "Print the sentence alone.", "Print the best points, every point and the sources of the figures too."
 )
@@ -94,12 +96,12 @@ def explore(
     conditions: tuple[str, ...],
     needs: tuple[str, ...],
     workers: int,
+    cluster: str | None,
     memory: int | None,
     points: int | None,
     time_ms: int | None,
     check: int | None,
-    csv_file: Path | None,
-    page: Path | None,
+    files: StudyFiles,
     detail: str,
     as_json: bool,
 ) -> None:
@@ -114,9 +116,10 @@ def explore(
     import codesign
     from codesign import interrupts
     from codesign.cli.outputs import check_outputs
-    from codesign.cli.progress import COMPILING, Advance, compiling_shown, progress_shown
+    from codesign.cli.progress import compiling, compiling_shown, progress_shown
     from codesign.exploration.budget import Budget
     from codesign.kernel_cache import is_cold
+    from codesign.progress import Advance
 
     debug_step("modules loaded")
     changed = axes_of(axes, "--axis"), axes_of(conditions, "--condition"), needs
@@ -124,38 +127,46 @@ def explore(
     one = "" if platform is None or isinstance(platform, list) else f"{platform.name}-"
     file = store or Path(f"{one}{workload_spec.name}.sqlite")
     check_outputs(
-        {"--csv": csv_file, "--html": page},
+        files.by_option,
         (*specs, workload_spec.map_file),
         store=("--store", file),
     )
     interrupts.keep("finished points are kept")
     debug_step("files read and checked")
     budget = Budget(points, None if time_ms is None else time_ms / 1000)
-    cold = is_cold()
-    with progress_shown(quiet=detail == SENTENCE) as show, compiling_shown(show):
+    cold = is_cold() and cluster is None
+    with (
+        cluster_of(cluster, quiet=as_json or detail == SENTENCE) as executor,
+        progress_shown(quiet=as_json or detail == SENTENCE) as show,
+        compiling_shown(show),
+    ):
 
         def progress(state: Progress) -> None:
             nonlocal cold
+            if state.doing:
+                show(Advance(state.done, state.total if state.done else None, state.doing, brief=True))
+                return
+            show(Advance(state.done, state.total, _words(state), state.left_s))
             if cold and workers > 1 and state.done < state.total:
                 # A worker compiles them, which this process does not see.
-                show(Advance(0, None, COMPILING))
+                show(compiling())
             cold = False
-            show(Advance(state.done, state.total, _words(state), state.left_s))
 
         study = codesign.explore(
             platform,
             workload_spec,
             store=file,
-            workers=workers,
+            workers=workers if executor is None else None,
+            executor=executor,
             progress=progress,
             memory=memory,
             budget=budget,
         )
     debug_step("explored")
-    _deliver(study, csv_file, page, detail, as_json)
+    _deliver(study, files, detail, as_json)
     if not as_json and detail != SENTENCE:
         click.echo(f"points kept in {printable(str(file), None)}{_how(study, budget)}")
-    if check is not None and not _checked(study, check):
+    if check is not None and not _checked(study, check, quiet=as_json or detail == SENTENCE):
         raise click.exceptions.Exit(EXIT_FAILED)
     if len(study.feasible) == len(study.unreached):
         # A design that fits and never reaches its goals is as useless as a design that does not fit.
@@ -173,11 +184,13 @@ def _how(study: Study, budget: Budget) -> str:
     return f"{took}{hint}"
 
 
-def _checked(study: Study, count: int) -> bool:
+def _checked(study: Study, count: int, *, quiet: bool) -> bool:
     """Whether random points that are run alone have the figures of the study; says so on standard error."""
+    from codesign.cli.progress import LATER_S, compiling_shown, progress_shown
     from codesign.exploration.check import check_points
 
-    check = check_points(study, count)
+    with progress_shown(after_s=LATER_S, quiet=quiet) as show, compiling_shown(show):
+        check = check_points(study, count, show=show)
     for line in (check.sentence, *check.differences):
         click.echo(printable(line), err=True)
     return not check.differences
@@ -231,8 +244,7 @@ def _explored(
     help="Show one condition by itself: by its value, or by its number in the list, from 0.",
 )
 @need_option
-@click.option("--csv", "csv_file", type=_FILE, help="Write every point as CSV.")
-@click.option("--html", "page", type=_FILE, help="Write a self-contained HTML page.")
+@study_file_options
 @output_options(
     "Print the sentence alone.", "Print the best points, every point and the sources of the figures too."
 )
@@ -241,8 +253,7 @@ def report(
     store: Path,
     conditions: tuple[str, ...],
     needs: tuple[str, ...],
-    csv_file: Path | None,
-    page: Path | None,
+    files: StudyFiles,
     detail: str,
     as_json: bool,
 ) -> None:
@@ -251,32 +262,39 @@ def report(
     --need judges the designs anew, with a further constraint.
     """
     from codesign.cli.outputs import check_outputs
+    from codesign.cli.progress import LATER_S, progress_shown
     from codesign.exploration import load_study
 
-    check_outputs({"--csv": csv_file, "--html": page}, [store])
+    check_outputs(files.by_option, [store])
     chosen = settings_of(conditions, "--condition")
-    _deliver(load_study(store).needing(needs).at(chosen), csv_file, page, detail, as_json)
+    with progress_shown(after_s=LATER_S, quiet=as_json or detail == SENTENCE) as show:
+        study = load_study(store, show).needing(needs).at(chosen)
+    _deliver(study, files, detail, as_json)
 
 
-def _deliver(study: Study, csv_file: Path | None, page: Path | None, detail: str, as_json: bool) -> None:
-    from codesign.report import render_text, study_page, study_sentence, study_tables, write_study_csv
+def _deliver(study: Study, files: StudyFiles, detail: str, as_json: bool) -> None:
+    from codesign.cli.progress import LATER_S, progress_shown
 
-    if csv_file is not None:
-        write_study_csv(study, csv_file)
-    if page is not None:
-        study_page(study, page, command=command_line())
-    if as_json:
-        click.echo(study.to_json())
-        return
-    click.echo(study_sentence(study))
+    with progress_shown(after_s=LATER_S, quiet=as_json or detail == SENTENCE) as show:
+        files.write(study, show)
+        texts = [study.to_json()] if as_json else _texts(study, detail, show)
+    for text in texts:
+        click.echo(text)
+    if not as_json and detail != SENTENCE:
+        files.name()
+
+
+def _texts(study: Study, detail: str, show: Show) -> list[str]:
+    """The sentence, and the tables unless it is asked for alone."""
+    from codesign.progress import doing
+    from codesign.report import render_text, study_sentence, study_tables
+
+    doing(show, "comparing designs")
+    sentence = study_sentence(study)
     if detail == SENTENCE:
-        return
-    click.echo()
-    for table in study_tables(study, everything=detail == TABLES):
-        click.echo(render_text(table))
-    for name, path in (("csv", csv_file), ("page", page)):
-        if path is not None:
-            click.echo(f"{name}: {printable(str(path), None)}")
+        return [sentence]
+    tables = study_tables(study, everything=detail == TABLES, show=show)
+    return [sentence, "", *(render_text(table, show=show) for table in tables)]
 
 
 def _words(progress: Progress) -> str:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import os
 import shlex
-import time
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -51,9 +50,10 @@ def fidelity(
     What does not match is listed with its reason, and with the experiment that would settle it.
     """
     from codesign.cli.outputs import check_outputs
-    from codesign.cli.progress import Advance, progress_shown
+    from codesign.cli.progress import progress_shown
     from codesign.fidelity import QUICK_SAMPLES, SAMPLES, asked, measure
     from codesign.files import write_atomically
+    from codesign.progress import Advance, Pace
     from codesign.report import render_text
     from codesign.report.fidelity_page import fidelity_page
     from codesign.report.fidelity_picture import fidelity_picture
@@ -61,14 +61,15 @@ def fidelity(
 
     check_outputs({"-o": page, "--picture": picture})
     seeds = range(QUICK_SAMPLES if quick else SAMPLES)
-    begun, done, total = time.monotonic(), 0, len(asked(seeds))
+    done, total = 0, len(asked(seeds))
+    pace = Pace(total)
     with progress_shown(quiet=as_json) as show:
 
         def progress(checked: Checked) -> None:
             nonlocal done
             done += 1
-            left = (time.monotonic() - begun) / done * (total - done)
-            show(Advance(done, total, f"points verified, {checked.planner} {checked.style}", left))
+            words = f"points verified, {checked.planner} {checked.style}"
+            show(Advance(done, total, words, pace.left_s(done)))
 
         result = measure(seeds, backend, jobs, progress)
     debug_step("compared")

@@ -35,10 +35,15 @@ def check(files: tuple[str, ...], settings: tuple[str, ...], memory: int | None,
     would need too much memory is a fault. Without --json, notes report where a design does different work from what its
     parameters suggest.
     """
+    from codesign.cli.progress import LATER_S, progress_shown
+    from codesign.progress import doing
     from codesign.scenarios import check_files
+    from codesign.units import counted
 
     notes: list[str] = []
-    faults = check_files(files, settings_of(settings), memory, notes.append)
+    with progress_shown(after_s=LATER_S, quiet=as_json) as show:
+        doing(show, f"checking {counted(len(files), 'file')}")
+        faults = check_files(files, settings_of(settings), memory, notes.append)
     if as_json:
         click.echo(json.dumps([vars(fault) for fault in faults], indent=2))
     if faults:

@@ -46,21 +46,27 @@ def map_(
     up. Cropping keeps both.
     """
     from codesign import maps
+    from codesign.cli.progress import LATER_S, progress_shown
     from codesign.inputs.places import parse_place
     from codesign.maps.survey import picture, survey
+    from codesign.progress import doing
     from codesign.system.map_text import map_lines, place_on
 
     spec = _spec(file, {name: value for name, value in steps.items() if value is not None})
-    try:
-        grid = maps.read_prepared(spec.path, spec.steps)
-    except MapError as wrong:
-        if wrong.where in steps:
-            raise InputError(wrong.what, f"--{wrong.where}", wrong.hint) from None
-        raise
-    place = None if at is None else place_on(grid, parse_place(at, "--at"), "--at")
-    figures = survey(grid, spec.crop, place)
-    if png is not None:
-        maps.write_image(maps.cropped(grid, figures.part), png)
+    with progress_shown(after_s=LATER_S, quiet=as_json) as show:
+        doing(show, "reading and preparing the map")
+        try:
+            grid = maps.read_prepared(spec.path, spec.steps)
+        except MapError as wrong:
+            if wrong.where in steps:
+                raise InputError(wrong.what, f"--{wrong.where}", wrong.hint) from None
+            raise
+        doing(show, "measuring the map")
+        place = None if at is None else place_on(grid, parse_place(at, "--at"), "--at")
+        figures = survey(grid, spec.crop, place)
+        if png is not None:
+            doing(show, "writing the picture of the map")
+            maps.write_image(maps.cropped(grid, figures.part), png)
     if as_json:
         nearest = {} if place is None else {"at": place, "nearest_free": maps.nearest_free(grid.free, place)}
         click.echo(json.dumps(figures.as_json() | nearest, indent=2))

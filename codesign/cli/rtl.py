@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import time
 from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
@@ -71,7 +70,8 @@ def verify(
     The exit code is 1 where a circuit differs from the model, or a run fails.
     """
     from codesign.cli.outputs import check_outputs
-    from codesign.cli.progress import Advance, progress_shown
+    from codesign.cli.progress import progress_shown
+    from codesign.progress import Advance, Pace
     from codesign.rtl.campaign import verify_all
 
     check_outputs({"--waves": waves}, specs, plain=["--waves"])
@@ -82,21 +82,21 @@ def verify(
         )
         asked = [_design_point(specs, point, settings)]
     debug_step("files read and checked")
-    begun, done = time.monotonic(), 0
+    done, pace = 0, Pace(len(asked))
     with progress_shown(quiet=as_json) as show:
 
         def progress(checked: Checked) -> None:
             nonlocal done
             done += 1
-            left = (time.monotonic() - begun) / done * (len(asked) - done)
-            show(Advance(done, len(asked), f"points verified, {checked.planner} {checked.style}", left))
+            words = f"points verified, {checked.planner} {checked.style}"
+            show(Advance(done, len(asked), words, pace.left_s(done)))
 
         def within(words: str, cycles: int, expected: int) -> None:
-            nonlocal begun
-            if not expected:
-                begun = time.monotonic()
-            left = (time.monotonic() - begun) / cycles * (expected - cycles) if cycles else None
-            show(Advance(cycles, expected or None, words, left))
+            nonlocal pace
+            if not cycles:
+                pace = Pace(expected)
+            pace.total = expected
+            show(Advance(cycles, expected or None, words, pace.left_s(cycles)))
 
         styles = verify_all(asked, backend, jobs, progress if every else None, waves, within)
     debug_step("verified")

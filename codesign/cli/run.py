@@ -24,8 +24,8 @@ from codesign.cli.specs import specs_of
 from codesign.errors import EXIT_INFEASIBLE, printable
 
 if TYPE_CHECKING:
-    from codesign.cli.progress import Show
     from codesign.inputs import Constraint
+    from codesign.progress import Show
     from codesign.results.result import Result
     from codesign.system import MissionProgress
 
@@ -88,6 +88,7 @@ def run(
     from codesign.cli.progress import compiling_shown, progress_shown
     from codesign.exploration.constraints import with_constraints
     from codesign.inputs.constraint import needs_of
+    from codesign.progress import doing
     from codesign.report import result_page, run_pictures
     from codesign.scenarios import outlook
     from codesign.system import point_of
@@ -102,11 +103,12 @@ def run(
     moved = point_of(platform, workload_spec, values)
     debug_step("files read and checked")
     records = MemoryListener()
-    quiet = detail == SENTENCE
+    quiet = as_json or detail == SENTENCE
     long = outlook(moved[1])
     if long is not None and not quiet:
         click.echo(long, err=True)
     with progress_shown(after_s=_QUIET_SECONDS, quiet=quiet) as show, compiling_shown(show):
+        doing(show, "simulating")
         result = codesign.simulate(
             *moved,
             granularity=granularity,
@@ -118,11 +120,12 @@ def run(
             levers=levers,
             lever_progress=lever_progress(show),
         )
-    result = with_constraints(result, limits)
-    debug_step("simulated")
-    if page is not None:
-        result_page(result, page, pictures=run_pictures(records.records), command=command_line())
-        debug_step("page written")
+        result = with_constraints(result, limits)
+        debug_step("simulated")
+        if page is not None:
+            doing(show, "drawing the pictures of the page")
+            result_page(result, page, pictures=run_pictures(records.records), command=command_line())
+            debug_step("page written")
     _print(result, asked, limits, detail, as_json)
     _print_files(result, trace_file, page, silent=as_json or quiet)
     _end(result)
@@ -175,7 +178,7 @@ def _print(
 
 def mission_progress(show: Show) -> Callable[[MissionProgress], None]:
     """Show the progress of a mission in thousandths of the longest drive, with an upper bound of the time left."""
-    from codesign.cli.progress import Advance
+    from codesign.progress import Advance
     from codesign.units import counted
 
     begun = time.monotonic()
@@ -191,13 +194,13 @@ def mission_progress(show: Show) -> Callable[[MissionProgress], None]:
 
 def lever_progress(show: Show) -> Callable[[int, int, str], None]:
     """Show how many levers of a mission were run, with the time left at the current rate."""
-    from codesign.cli.progress import Advance
+    from codesign.progress import Advance, Pace
 
-    begun: list[float] = []
+    paces: list[Pace] = []
 
     def progress(done: int, total: int, path: str) -> None:
-        begun.append(time.monotonic())
-        left = (begun[-1] - begun[0]) / done * (total - done) if done else None
-        show(Advance(done, total, f"levers run, {path}" if path else "levers run", left))
+        paces.append(paces[0] if paces else Pace(total))
+        words = f"levers run, {path}" if path else "levers run"
+        show(Advance(done, total, words, paces[0].left_s(done)))
 
     return progress

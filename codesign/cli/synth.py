@@ -48,7 +48,8 @@ def synth(
     With --place, nextpnr places and routes the circuit: parts of the families ECP5, GW2A and GW1N. What was made once
     is kept in the cache.
     """
-    from codesign.cli.progress import Advance, progress_shown
+    from codesign.cli.progress import progress_shown
+    from codesign.progress import Advance, Pace
     from codesign.report import render_text
     from codesign.report.synthesis_tables import synthesis_tables
     from codesign.rtl.compared import compared
@@ -61,9 +62,13 @@ def synth(
     design = placed(*point_of(platform, workload, settings_of(settings)))
     debug_step("files read and checked")
     with progress_shown(after_s=2.0, quiet=as_json) as show:
+        paces: list[Pace] = []
 
         def progress(done: int, total: int, what: str) -> None:
-            show(Advance(done, total, what))
+            # A placement takes longer than the synthesis before it: the time of placements counts.
+            if done and not paces:
+                paces.append(Pace(total - 1))
+            show(Advance(done, total, what, paces[0].left_s(done - 1) if paces else None))
 
         result = compared(design, family, range(1, (seeds or 1) + 1) if placing else (), progress)
     debug_step("synthesised")

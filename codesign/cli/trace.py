@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import shutil
+from collections.abc import Iterator
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -29,10 +30,12 @@ def trace() -> None:
 @click.option("--json", "as_json", is_flag=True, help="Print as JSON.")
 def info(file: Path, as_json: bool) -> None:
     """Print the contents of the trace FILE: its run, time span, topics and numbers of messages."""
+    from codesign.cli.progress import LATER_S, progress_shown
     from codesign.trace import open_trace
     from codesign.units import counted
 
-    opened = open_trace(file)
+    with progress_shown(after_s=LATER_S, quiet=as_json) as show:
+        opened = open_trace(file, show)
     if as_json:
         click.echo(json.dumps(opened.summary(), indent=2))
         return
@@ -75,49 +78,51 @@ def show(
 
     With --at: the true map at that time, the robot's belief, its path and its position.
     """
+    from codesign.cli.progress import LATER_S, progress_shown
     from codesign.trace import open_trace
 
-    opened = open_trace(file)
-    if at is not None or picture is not None:
-        _show_moment(opened, at, picture, as_json)
-    else:
-        _show_records(opened, topics, begin, end, limit, as_json)
+    with progress_shown(after_s=LATER_S, quiet=as_json) as display:
+        opened = open_trace(file, display)
+        if at is not None or picture is not None:
+            lines = _moment_lines(opened, at, picture, as_json)
+        else:
+            lines = list(_record_lines(opened, topics, begin, end, limit, as_json))
+    for line in lines:
+        click.echo(line)
     if opened.fault is not None:
         click.echo(f"the file is not complete: {printable(opened.fault)}", err=True)
 
 
-def _show_records(
+def _record_lines(
     opened: Trace, topics: tuple[str, ...], begin: int, end: int | None, limit: int, as_json: bool
-) -> None:
+) -> Iterator[str]:
     from codesign.trace import HEADER, timeline, trace_thumbnail
 
     rows = timeline(opened, topics, limit, begin, end)
     if as_json:
-        for row in rows:
-            click.echo(json.dumps(asdict(row)))
+        yield from (json.dumps(asdict(row)) for row in rows)
         return
     cells = [HEADER, *(row.cells() for row in rows)]
     widths = [max(len(row[column]) for row in cells) for column in range(len(HEADER) - 1)]
     for row_cells in cells:
         aligned = (f"{text:<{width}}" for text, width in zip(row_cells, widths, strict=False))
-        click.echo("  ".join((*aligned, row_cells[-1])))
+        yield "  ".join((*aligned, row_cells[-1]))
     if topics or begin or end is not None:
         return
     left = opened.record_messages - len(rows)
     if left > 0:
-        click.echo(f"... and {left} more: --limit {opened.record_messages}")
-    for line in trace_thumbnail(opened, shutil.get_terminal_size().columns):
-        click.echo(line)
+        yield f"... and {left} more: --limit {opened.record_messages}"
+    yield from trace_thumbnail(opened, shutil.get_terminal_size().columns)
 
 
-def _show_moment(opened: Trace, at: int | None, picture: Path | None, as_json: bool) -> None:
+def _moment_lines(opened: Trace, at: int | None, picture: Path | None, as_json: bool) -> list[str]:
     from codesign.trace import MOMENT_KINDS, moment, moment_lines
 
     seen = moment(opened.records(kinds=MOMENT_KINDS), at, str(opened.path))
     if picture is not None:
         _draw(seen, picture, opened.path)
     lines = moment_lines(seen, shutil.get_terminal_size().columns)
-    click.echo(json.dumps({"time": seen.time, "lines": lines}) if as_json else "\n".join(lines))
+    return [json.dumps({"time": seen.time, "lines": lines})] if as_json else lines
 
 
 def _draw(seen: Moment, picture: Path, source: Path) -> None:
@@ -164,16 +169,23 @@ def _draw(seen: Moment, picture: Path, source: Path) -> None:
 def export(file: Path, events: Path | None, poses: Path | None) -> None:
     """Export the trace FILE for other tools."""
     from codesign.cli.outputs import check_outputs
+    from codesign.cli.progress import LATER_S, progress_shown
     from codesign.files import write_atomically
     from codesign.trace import PERFETTO_KINDS, POSE_KINDS, open_trace, perfetto, poses_csv
 
     if events is None and poses is None:
         raise InputError("nothing to write", "hwsw trace export", "give --perfetto OUT, --poses OUT or both")
     check_outputs({"--perfetto": events, "--poses": poses}, (file,))
-    opened = open_trace(file)
-    for path, write, kinds in ((events, perfetto, PERFETTO_KINDS), (poses, poses_csv, POSE_KINDS)):
-        if path is not None:
+    files = [
+        (path, write, kinds)
+        for path, write, kinds in ((events, perfetto, PERFETTO_KINDS), (poses, poses_csv, POSE_KINDS))
+        if path is not None
+    ]
+    with progress_shown(after_s=LATER_S) as display:
+        opened = open_trace(file, display)
+        for path, write, kinds in files:
             write_atomically(path, "".join(write(opened.records(kinds=kinds))).encode("utf-8", "replace"))
-            click.echo(f"written: {printable(str(path), None)}")
+    for path, *_ in files:
+        click.echo(f"written: {printable(str(path), None)}")
     if opened.fault is not None:
         click.echo(f"the file is not complete: {printable(opened.fault)}", err=True)

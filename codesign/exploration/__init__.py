@@ -1,7 +1,7 @@
 """Design-space exploration: every point of a workload's axes computed, kept, and held against the others.
 
 ``explore`` runs it. Behind it stand ``Space`` (which points there are, and which share work), the stores
-(one SQLite file, resumable by running again), the executors (this process or several) and ``Study`` (every
+(one SQLite file, resumable by running again), the executors (this process, several, or a cluster) and ``Study`` (every
 point, the reasons of those that are out, the front).
 
 Exact enumeration is the only sampler: points are cheap, as those that differ in part, clock or schedule
@@ -10,6 +10,7 @@ share their functional work, and a front with holes where a sampler did not look
 
 from __future__ import annotations
 
+from codesign.exploration.cluster import ClusterExecutor
 from codesign.exploration.designs import Design, StudyPoint
 from codesign.exploration.document import study_schema
 from codesign.exploration.executor import Executor, ProcessExecutor, SerialExecutor
@@ -24,6 +25,7 @@ from codesign.exploration.study import Study
 from codesign.exploration.tally import Progress
 
 __all__ = [
+    "ClusterExecutor",
     "Design",
     "DesignPoint",
     "Entry",

@@ -1,7 +1,8 @@
 """Priced outcomes as bytes: one block for the points that compute the same.
 
-A block is a JSON header in one line, then its arrays, all compressed. The first bytes of all numbers of an array come
-first, then the second ones: equal leading bytes of neighbours then compress to little.
+A block is a JSON header in one line, then its arrays, all compressed. Each field of a template stands in the header as
+a text, and templates with the same field have the same text (``Parts``). The first bytes of all numbers of an array
+come first, then the second ones: equal leading bytes of neighbours then compress to little.
 """
 
 from __future__ import annotations
@@ -9,6 +10,7 @@ from __future__ import annotations
 import json
 import zlib
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -17,8 +19,9 @@ from pydantic import TypeAdapter
 
 from codesign.exploration.definition import read_json
 from codesign.exploration.partition import Indices, Together, Work
+from codesign.exploration.shared import Parts
 from codesign.pricing.price import PRICED, Priced
-from codesign.results.result import Reason, Result
+from codesign.results.result import Reason
 
 _LEVEL = 3
 _MOST_BYTES = 2**30
@@ -26,8 +29,8 @@ _COLUMNS = ("figures", "lows", "highs")
 _REASONS = TypeAdapter(tuple[Reason, ...])
 
 
-def block_of(priced: Priced) -> bytes:
-    """The outcomes as bytes."""
+def block_of(priced: Priced, parts: Parts) -> tuple[bytes, Priced]:
+    """The outcomes as bytes, and what a reader makes of these: the same, of shared parts."""
     arrays: list[NDArray[Any]] = [priced.which.astype(np.int32), priced.reason.astype(np.int32)]
     constants: dict[str, dict[str, float | None]] = {}
     for kind in _COLUMNS:
@@ -37,18 +40,21 @@ def block_of(priced: Priced) -> bytes:
                 constants[kind][name] = None if np.isnan(column[0]) else float(column[0])
             else:
                 arrays.append(np.asarray(column, np.float64))
+    texts, numbers, templates = parts.put(priced.templates)
     header = {
         "count": len(priced.which),
-        "templates": [template.model_dump(mode="json") for template in priced.templates],
+        "parts": texts,
+        "templates": numbers,
         "reasons": [reason.model_dump(mode="json") for reason in priced.reasons],
         "constants": constants,
     }
     text = json.dumps(header, ensure_ascii=False, separators=(",", ":")).encode()
-    return zlib.compress(b"\n".join([text, b"".join(map(_planes, arrays))]), _LEVEL)
+    data = zlib.compress(b"\n".join([text, b"".join(map(_planes, arrays))]), _LEVEL)
+    return data, replace(priced, templates=templates)
 
 
-def read_block(data: bytes) -> Priced:
-    """The outcomes of a block.
+def read_block(data: bytes, parts: Parts) -> Priced:
+    """The outcomes of a block, of shared parts.
 
     Raises:
         ValueError, KeyError, TypeError: the bytes are no block that this version can read.
@@ -59,18 +65,19 @@ def read_block(data: bytes) -> Priced:
     reader = _Reader(rest, count)
     which, reason = (reader.take(np.dtype(np.int32)).astype(np.intp) for _ in range(2))
     columns: dict[str, dict[str, NDArray[np.float64]]] = {}
+    constants: Mapping[str, Mapping[str, float | None]] = header["constants"]
     for kind in _COLUMNS:
-        constants: Mapping[str, float | None] = header["constants"][kind]
+        own = constants[kind]
         columns[kind] = {
-            name: np.full(count, np.nan if constants[name] is None else constants[name], np.float64)
-            if name in constants
+            name: np.full(count, np.nan if own[name] is None else own[name], np.float64)
+            if name in own
             else reader.take(np.dtype(np.float64))
             for name in PRICED
         }
-    templates = tuple(Result.model_validate(each) for each in header["templates"])
+    templates = parts.take(header["parts"], header["templates"])
     reasons = _REASONS.validate_python(header["reasons"])
-    held = [column for kind in columns.values() for column in kind.values()]
-    if any(np.isinf(column).any() for column in held):
+    varying = (columns[kind][name] for kind in _COLUMNS for name in PRICED if name not in constants[kind])
+    if any(np.isinf(column).any() for column in varying):
         raise ValueError("a block has figures that are not finite")
     if reader.left or not _inside(which, 0, len(templates)) or not _inside(reason, -1, len(reasons)):
         raise ValueError("the arrays of a block do not belong to its header")

@@ -44,6 +44,14 @@ class Budget:
         """How many points may still be begun; None: any number."""
         return None if self.points is None else self.points - self.used
 
+    def bounded(self, left_s: float, left: float, done: float) -> float:
+        """The seconds left, where ``left`` points would take ``left_s`` and ``done`` of those begun are done."""
+        if self.points is not None and left > 0:
+            left_s *= min(1.0, max(0.0, self.points - done) / left)
+        if self.seconds is not None:
+            left_s = min(left_s, max(0.0, self.seconds - (self.clock() - self._begun)))
+        return left_s
+
     def spend(self, points: int) -> int:
         """How many of so many points may be begun now; they count as begun. 0 where the budget is used up."""
         if self.seconds is not None and self.clock() - self._begun >= self.seconds:

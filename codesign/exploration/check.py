@@ -13,6 +13,7 @@ from codesign.exploration.constraints import figure_of
 from codesign.exploration.outcomes import State
 from codesign.exploration.study import Study
 from codesign.figures import FIGURES
+from codesign.progress import Show, silent, tracked
 from codesign.units import counted
 
 
@@ -37,7 +38,7 @@ class Check:
         return f"{ran}: {found}"
 
 
-def check_points(study: Study, count: int, seed: int = 0) -> Check:
+def check_points(study: Study, count: int, seed: int = 0, *, show: Show = silent) -> Check:
     """Run random points of a study alone, at most ``count`` of those that were computed, and compare all figures.
 
     Raises:
@@ -45,7 +46,8 @@ def check_points(study: Study, count: int, seed: int = 0) -> Check:
     """
     done = np.flatnonzero(study.outcomes.state == State.DONE).tolist()
     chosen = sorted(random.Random(seed).sample(done, min(count, len(done))))
-    return Check(len(chosen), tuple(line for index in chosen for line in _differences(study, index)))
+    tracked_points = tracked(chosen, show, "points run alone", len(chosen))
+    return Check(len(chosen), tuple(line for index in tracked_points for line in _differences(study, index)))
 
 
 def _differences(study: Study, index: int) -> Iterator[str]:

@@ -17,7 +17,7 @@ from codesign.inputs.exploration import Exploration
 from codesign.results.provenance import Provenance
 from codesign.units import counted
 
-MAX_STUDY_POINTS = 200_000
+MAX_STUDY_POINTS = 4_000_000
 """Most points of one exploration: a study holds them all in memory."""
 
 OTHER_VERSION = "read it with the version that wrote it, or explore again into another file"

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import time
 import traceback
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from functools import wraps
 from pathlib import PurePath
 from typing import TYPE_CHECKING, Any
 
@@ -41,6 +43,8 @@ class Done:
       took.
     - ``apart``: nothing came of it, as its points have to be simulated each by itself: see ``Evaluator.alone``.
     - ``interrupt``: what struck meanwhile; ``work`` is then what was done before.
+    - ``took_s``: seconds that it took where it was computed; ``simulating_s`` of them were simulations of ``priced``
+      points. None where this process loaded or compiled kernels meanwhile.
     """
 
     work: Work
@@ -50,6 +54,8 @@ class Done:
     simulated: int = 0
     apart: bool = False
     interrupt: KeyboardInterrupt | None = None
+    took_s: float | None = None
+    simulating_s: float | None = None
 
     @property
     def ran(self) -> bool:
@@ -57,8 +63,34 @@ class Done:
         return self.simulated > 0
 
 
+def timed(compute: Callable[[Any, Work], Done]) -> Callable[[Any, Work], Done]:
+    """Of a method ``__call__`` of an evaluator: what came of work says how long it took."""
+
+    @wraps(compute)
+    def timing(self: Evaluator, work: Work) -> Done:
+        self.simulating_s = 0.0
+        begun = time.perf_counter()
+        done = compute(self, work)
+        took_s, warm = time.perf_counter() - begun, self.warm
+        self.warm = warm or done.ran
+        return replace(done, took_s=took_s, simulating_s=self.simulating_s) if warm or not done.ran else done
+
+    return timing
+
+
+def without_work(done: Done) -> Done:
+    """What came of work, without the work: it need not travel back to the process that sent it."""
+    return replace(done, work=Alone(()))
+
+
 class Evaluator(ABC):
     """Computes work. For ``ProcessExecutor`` it must pickle; each worker then works on a copy of its own."""
+
+    warm = False
+    """Whether a plan was computed here before, so that kernels are loaded."""
+
+    simulating_s = 0.0
+    """Seconds of the current work that were simulations."""
 
     def __init__(self, space: Space) -> None:
         self.space = space
@@ -88,6 +120,7 @@ class PointByPoint(Evaluator):
         super().__init__(space)
         self.evaluate = evaluate
 
+    @timed
     def __call__(self, work: Work) -> Done:
         """The entries of the points, in order."""
         return _one_by_one(work, self.points(work), self.evaluate)
@@ -116,6 +149,7 @@ class Pricer(Evaluator):
         self._simulator = Simulator(explored, grid, memory)
         self._memo: Memo | None = None
 
+    @timed
     def __call__(self, work: Work) -> Done:
         """What came of work."""
         if isinstance(work, Together):
@@ -146,12 +180,14 @@ class Pricer(Evaluator):
         known = self.computations.get(digest)
         if known is not None:
             return Computation.read(known)
+        begun = time.perf_counter()
         computation = record(system, memo)
+        self.simulating_s += time.perf_counter() - begun
         computed[digest] = self.computations[digest] = computation.model_dump_json()
         return computation
 
     def __getstate__(self) -> dict[str, Any]:
-        return {**self.__dict__, "_memo": None}
+        return {**self.__dict__, "_memo": None, "warm": False}
 
 
 def computation_digest(system: System) -> str:

@@ -20,8 +20,7 @@ import os
 import signal
 import threading
 import time
-from collections import deque
-from collections.abc import Generator, Iterable, Iterator
+from collections.abc import Generator, Iterable
 from concurrent.futures import Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import replace
@@ -31,35 +30,44 @@ from queue import SimpleQueue
 from typing import Protocol
 
 from codesign.errors import RunError
-from codesign.exploration.evaluation import Done, Evaluator
-from codesign.exploration.partition import Alone, Work
-from codesign.exploration.store import Entry, EntryState
+from codesign.exploration.evaluation import Done, Evaluator, without_work
+from codesign.exploration.partition import Work
+from codesign.exploration.work_queue import DEATH_HINT, WorkQueue
 from codesign.interrupts import held
+from codesign.system.memory import share_of_memory
 
 _WORKS_AHEAD = 2
-_NO_WORK = Alone(())
 _SECONDS_TO_END = 5.0
 _SECONDS_TO_STRIKE = 0.2
-_HINT = (
-    "use fewer workers if memory ran out (SIGKILL); in a script, explore below `if __name__ == '__main__':`, as workers"
-    " import it"
-)
 
 
 class Executor(Protocol):
     """Computes work."""
 
+    @property
+    def workers(self) -> int:
+        """How many works may be under way at a time."""
+
     def run(self, works: Iterable[Work], evaluate: Evaluator) -> Generator[Done, None, None]:
         """What came of each work, as it comes in. Works are not empty. Closing the generator ends all work."""
+
+    def share(self, memory: int | None) -> int:
+        """The bytes that one worker may take, of a bound for all of them; None: of what there is."""
 
 
 class SerialExecutor:
     """Computes in this process, work by work."""
 
+    workers = 1
+
+    def share(self, memory: int | None) -> int:
+        """The bytes that a work may take."""
+        return share_of_memory(1, memory)
+
     def run(self, works: Iterable[Work], evaluate: Evaluator) -> Generator[Done, None, None]:
         """What came of each work, in order."""
-        queue = _Queue(iter(works), evaluate, 1)
-        while (work := queue.next()) is not None:
+        queue = WorkQueue(iter(works), evaluate, 1)
+        while (work := queue.next(())) is not None:
             done = evaluate(work)
             if done.interrupt is None:
                 yield from queue.take(done)
@@ -83,9 +91,13 @@ class ProcessExecutor:
     def __init__(self, workers: int) -> None:
         self.workers = workers
 
+    def share(self, memory: int | None) -> int:
+        """The bytes that one worker may take."""
+        return share_of_memory(self.workers, memory)
+
     def run(self, works: Iterable[Work], evaluate: Evaluator) -> Generator[Done, None, None]:
         """What came of each work, as it comes in."""
-        queue = _Queue(iter(works), evaluate, self.workers)
+        queue = WorkQueue(iter(works), evaluate, self.workers)
         while True:
             pool = _Pool(self.workers, evaluate)
             try:
@@ -94,91 +106,40 @@ class ProcessExecutor:
             except BrokenProcessPool:
                 cause = pool.cause()
                 pool.end()
-                yield from queue.after_death(cause)
+                yield from queue.after_death(pool.running.values(), cause)
             finally:
                 pool.end()
 
 
-class _Queue:
-    """The works to come: those under suspicion first, each of them alone; then those of points that are to be simulated
-    by themselves.
-
-    ``suspects``: works that were being computed when a worker died. ``compiled``: a plan was computed before.
-    """
-
-    def __init__(self, works: Iterator[Work], evaluate: Evaluator, workers: int) -> None:
-        self._works, self._evaluate, self._workers = works, evaluate, workers
-        self._apart: deque[Work] = deque()
-        self.suspects: deque[Work] = deque()
-        self.running: list[Work] = []
-        self.compiled = False
-
-    @property
-    def ahead(self) -> int:
-        """How many works may be under way."""
-        return _WORKS_AHEAD * self._workers if self.compiled and not self.suspects else 1
-
-    def next(self) -> Work | None:
-        """The next work, now under way; None where there is none, or a suspect has to be alone."""
-        if self.suspects:
-            work: Work | None = None if self.running else self.suspects[0]
-        else:
-            work = self._apart.popleft() if self._apart else next(self._works, None)
-        if work is not None:
-            self.running.append(work)
-        return work
-
-    def take(self, done: Done) -> Iterator[Done]:
-        """Take off what came in; gives it, or puts its points into the queue where they are to be computed apart."""
-        self.running.remove(done.work)
-        if self.suspects and self.suspects[0] is done.work:
-            self.suspects.popleft()
-        self.compiled = self.compiled or done.ran
-        if done.apart:
-            self._apart.extend(self._evaluate.alone(done.work, self._workers))
-        else:
-            yield done
-
-    def after_death(self, cause: str) -> Iterator[Done]:
-        """What has failed, after a worker died; the rest of what was under way is under suspicion."""
-        running, self.running = self.running, []
-        if not self.suspects:
-            self.suspects.extend(running)
-            return
-        culprit = self.suspects.popleft()
-        points = tuple(self._evaluate.points(culprit))
-        if len(points) > 1:
-            self.suspects.extendleft(Alone((point,)) for point in reversed(points))
-            return
-        message = f"a worker process died{cause} twice while it computed this point"
-        entries = tuple(
-            Entry(point.key, EntryState.FAILED, f"{message}\n  hint: {_HINT}") for point in points
-        )
-        yield Done(Alone(points), entries=entries)
-
-
 class _Pool:
-    """Worker processes that compute until one of them dies."""
+    """Worker processes that compute until one of them dies. ``running``: the works under way."""
 
     def __init__(self, workers: int, evaluate: Evaluator) -> None:
         self._pool = ProcessPoolExecutor(workers, get_context("spawn"), _start_worker, (evaluate,))
         self._processes: list[BaseProcess] = []
+        self._ahead = _WORKS_AHEAD * workers
+        self.running: dict[Future[Done], Work] = {}
 
-    def run(self, queue: _Queue) -> Generator[Done, None, None]:
+    def run(self, queue: WorkQueue) -> Generator[Done, None, None]:
         """What comes in.
 
         Raises:
             BrokenProcessPool: a worker died. RunError: workers die as they start.
         """
         self._begin()
-        running: dict[Future[Done], Work] = {}
+        running = self.running
         finished: SimpleQueue[Future[Done]] = SimpleQueue()
         while True:
-            while len(running) < queue.ahead and (work := queue.next()) is not None:
+            ahead = self._ahead if queue.compiled else 1
+            while len(running) < ahead and (work := queue.next(tuple(running.values()))) is not None:
                 with held():
-                    future = self._pool.submit(_work, work)
-                    future.add_done_callback(finished.put)
+                    try:
+                        future = self._pool.submit(_work, work)
+                    except BrokenProcessPool:
+                        queue.put_back([work])
+                        raise
                     running[future] = work
+                    future.add_done_callback(finished.put)
             self._processes = _processes(self._pool)
             if not running:
                 break
@@ -195,7 +156,7 @@ class _Pool:
         try:
             started.result()
         except BrokenProcessPool as broken:
-            raise RunError(f"a worker process died{self.cause()} as it started", hint=_HINT) from broken
+            raise RunError(f"a worker process died{self.cause()} as it started", hint=DEATH_HINT) from broken
 
     def cause(self) -> str:
         """How the worker that died first ended, in words.
@@ -241,8 +202,7 @@ def _started() -> None:
 
 def _work(work: Work) -> Done:
     assert _worker_evaluate is not None
-    # The work need not travel back: the parent has it.
-    return replace(_worker_evaluate(work), work=_NO_WORK)
+    return without_work(_worker_evaluate(work))
 
 
 def _processes(pool: ProcessPoolExecutor) -> list[BaseProcess]:

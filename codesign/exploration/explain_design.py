@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from codesign.errors import CodesignError, InputError
@@ -15,6 +16,7 @@ from codesign.figures import ResultFigure, label
 from codesign.inputs import Platform, Workload
 from codesign.inputs.boxes import value_text
 from codesign.memo import Memo
+from codesign.progress import Show, silent
 from codesign.results.result import Result
 from codesign.results.terms import priced
 from codesign.scenarios import scenario_of, simulate
@@ -31,6 +33,7 @@ def explain_run(
     workload: Workload,
     asked: Workload | None = None,
     axes: Mapping[str, Any] | None = None,
+    show: Show = silent,
 ) -> Explanation:
     """Why a run is as it is: it is simulated, and so is each of its levers and steps.
 
@@ -38,6 +41,7 @@ def explain_run(
         platform, workload: the design point.
         asked: the workload with the section ``explore`` that names objectives and constraints; by default ``workload``.
         axes: what was set to make the point, for the reader.
+        show: is told what is run.
 
     Raises:
         SpecError: platform, workload and map do not belong together.
@@ -50,7 +54,9 @@ def explain_run(
     # A mission tries its own levers; those of a plan are tried one by one below.
     drives = workload.scenario.type != "plan_once"
     result = with_constraints(simulate(platform, workload, memo=memo, levers=drives), limits)
-    bench = Bench(platform, workload, result, objectives, lambda moved: with_constraints(moved, limits), memo)
+    bench = Bench(
+        platform, workload, result, objectives, lambda moved: with_constraints(moved, limits), memo, show
+    )
     verdicts = {
         limit.figure: need_verdict(
             result,
@@ -106,13 +112,13 @@ def _sure(
     )
 
 
-def explain_design(study: Study, index: int) -> Explanation:
+def explain_design(study: Study, index: int, show: Show = silent) -> Explanation:
     """Why a design is as it is; see ``Study.explain``."""
     design = _design_of(study, index)
     point = _telling(study, design)
     result = point.result
     assert result is not None, "a design that was computed"
-    bench, notes = _bench(study, point, result)
+    bench, notes = _bench(study, point, result, show)
     return Explanation(
         platform=result.platform,
         workload=result.workload,
@@ -166,13 +172,16 @@ def _condition_text(study: Study, design: Design, point: StudyPoint) -> str:
     return ", ".join(f"{name} {value}" for name, value in study.world.each[place].items())
 
 
-def _bench(study: Study, point: StudyPoint, result: Result) -> tuple[Bench | None, tuple[str, ...]]:
+def _bench(
+    study: Study, point: StudyPoint, result: Result, show: Show
+) -> tuple[Bench | None, tuple[str, ...]]:
     """What runs the point with something moved; None, and why, where its specs are not at hand."""
     limits = () if study.conditions else study.constraints
     if result.feasible and not result.reasons:
         return None, ()
     try:
-        bench = Bench(*point.specs(), result, study.objectives, lambda moved: with_constraints(moved, limits))
+        judged = partial(with_constraints, constraints=limits)
+        bench = Bench(*point.specs(), result, study.objectives, judged, show=show)
     except CodesignError as wrong:
         return None, (f"levers are not tried: {str(wrong).partition(chr(10))[0]}",)
     return bench, ((f"levers are not tried: {bench.cheap}",) if bench.cheap else ())

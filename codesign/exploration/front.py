@@ -110,3 +110,27 @@ def _at_most(left: NDArray[np.float64], right: NDArray[np.float64]) -> NDArray[n
     for objective in range(left.shape[1]):
         result &= left[:, None, objective] <= right[None, :, objective]
     return result
+
+
+def dominators(values: ArrayLike, maximise: ArrayLike, front: ArrayLike) -> NDArray[np.int64]:
+    """For each point the place in ``front`` of a point that dominates it; -1 where none does.
+
+    Args:
+        values: float64, points × objectives. maximise: see ``non_dominated``.
+        front: float64, points × objectives, in any order.
+
+    >>> dominators([[1, 5], [3, 3], [2, 2]], [False, False], [[1, 5], [2, 2]]).tolist()
+    [-1, 1, -1]
+    """
+    signs = np.where(np.asarray(maximise, dtype=bool), -1.0, 1.0)
+    costs, best = (np.asarray(each, np.float64).reshape(-1, len(signs)) * signs for each in (values, front))
+    chosen = np.full(len(costs), -1, np.int64)
+    left = np.flatnonzero(~np.isnan(costs).any(axis=1))
+    # The front's good points first: they dominate most, and what is left is little.
+    for place in np.argsort(_places(best), kind="stable") if len(best) else ():
+        if not len(left):
+            break
+        dominated = _dominated(costs, left, best[place])
+        chosen[left[dominated]] = place
+        left = left[~dominated]
+    return chosen

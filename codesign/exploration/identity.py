@@ -10,7 +10,7 @@ from __future__ import annotations
 import contextlib
 import hashlib
 from collections.abc import Iterable
-from functools import cache
+from functools import cache, lru_cache
 from importlib.machinery import EXTENSION_SUFFIXES, SOURCE_SUFFIXES
 from importlib.resources import files
 from importlib.util import find_spec
@@ -28,7 +28,17 @@ if TYPE_CHECKING:
 
 _IMPORTED = (*SOURCE_SUFFIXES, *EXTENSION_SUFFIXES)
 _NO_PART_IN_RESULTS = frozenset(
-    {"calibrate", "cli", "exploration", "paper", "report", "reproduce", "trace", "__pycache__"}
+    {
+        "calibrate",
+        "certificates",
+        "cli",
+        "exploration",
+        "paper",
+        "report",
+        "reproduce",
+        "trace",
+        "__pycache__",
+    }
 )
 
 
@@ -116,7 +126,23 @@ def files_read(explored: Explored) -> dict[Path, str]:
     files = [path for folder in folders for path in sorted(folder.glob("*.yaml"))]
     for values in _map_files(explored.workload).values():
         files += [file for _, read in values for file in read]
-    return {file: _digest_of_files((file,)) for file in files}
+    return {file: _digest_by_status(file) for file in files}
+
+
+def _digest_by_status(file: Path) -> str:
+    """The digest of a file; it is read again if its status has changed since."""
+    try:
+        status = file.stat()
+    except OSError:
+        return _digest_of_files((file,))
+    return _digest_at(
+        file, status.st_dev, status.st_ino, status.st_size, status.st_mtime_ns, status.st_ctime_ns
+    )
+
+
+@lru_cache(maxsize=4096)
+def _digest_at(file: Path, *_status: int) -> str:
+    return _digest_of_files((file,))
 
 
 def _map_files(workload: Workload) -> dict[str, list[tuple[Any, tuple[Path, ...]]]]:
@@ -188,6 +214,18 @@ def code_digest() -> str:
     return digest.hexdigest()
 
 
+@cache
+def package_digest() -> str:
+    """SHA-256 over all sources of this package, those with no part in results too, and over the installed plug-ins.
+
+    Two processes with the same digest understand each other's works and outcomes.
+    """
+    digest = hashlib.sha256(code_digest().encode())
+    for name, text in _sources(files("codesign"), "", frozenset({"__pycache__"})):
+        digest.update(f"{name} {len(text)}\n".encode() + text)
+    return digest.hexdigest()
+
+
 def _package_of(module: str) -> tuple[str, tuple[Path, ...]]:
     """The outermost regular package (or module) around a plug-in's module, and where it lies; nothing is run for it.
 
@@ -221,13 +259,15 @@ def _plug_in_sources(path: Path) -> list[tuple[str, bytes]]:
     return sources
 
 
-def _sources(folder: Traversable, prefix: str) -> list[tuple[str, bytes]]:
+def _sources(
+    folder: Traversable, prefix: str, left_out: frozenset[str] = _NO_PART_IN_RESULTS
+) -> list[tuple[str, bytes]]:
     sources = []
     for item in sorted(folder.iterdir(), key=lambda item: item.name):
-        if item.name in _NO_PART_IN_RESULTS:
+        if item.name in left_out:
             continue
         if item.is_dir():
-            sources.extend(_sources(item, f"{prefix}{item.name}/"))
+            sources.extend(_sources(item, f"{prefix}{item.name}/", left_out))
         elif Path(item.name).suffix == ".py":
             sources.append((f"{prefix}{item.name}", item.read_bytes()))
     return sources

@@ -145,14 +145,10 @@ class Judged:
         unreached = np.asarray(self.by_design(self.unreached_points).any(axis=1))
         broken = []
         for limit in self._constraints:
-            budgets = self._budgets(limit)
-            if limit.of_part:
-                table = self.by_design(budgets)
-                budgets = np.asarray(table[np.arange(self.count), (~np.isnan(table)).argmax(axis=1)])
             all_of = broken_bounds(
                 limit,
                 self.figure(limit.figure),
-                budgets,
+                self.budgets(limit) if limit.of_part else np.full(1, math.nan),
                 feasible=np.ones(self.count, np.bool_),
                 unreached=unreached,
             )
@@ -204,6 +200,11 @@ class Judged:
         return condition, np.asarray(
             self.by_design(self.ended_points)[np.arange(self.count), condition], np.int64
         )
+
+    def budgets(self, limit: Constraint) -> Floats:
+        """How many the part of each design has of a resource that a constraint bounds by a share; NaN: it has none."""
+        table = self.by_design(np.broadcast_to(self._budgets(limit), len(self._outcomes)))
+        return np.asarray(table[np.arange(self.count), (~np.isnan(table)).argmax(axis=1)], np.float64)
 
     # ---- figures of designs ----
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -12,6 +12,7 @@ from codesign.exploration.blocks import block_of, read_block
 from codesign.exploration.definition import OTHER_VERSION
 from codesign.exploration.evaluation import Done
 from codesign.exploration.partition import Alone, Indices, Together, Work
+from codesign.exploration.shared import Parts
 from codesign.exploration.space import Space
 from codesign.exploration.store import Batch, Entry, EntryState, Store
 from codesign.pricing.machines import Specs
@@ -22,11 +23,15 @@ _KEYS_AT_ONCE = 500
 
 @dataclass(frozen=True)
 class Kept:
-    """The results of works in a store. ``where``: its file, for messages. ``space``: of the points."""
+    """The results of works in a store. ``where``: its file, for messages. ``space``: of the points.
+
+    ``parts``: what the templates that it gives have in common.
+    """
 
     store: Store
     space: Space
     where: str | None
+    parts: Parts = field(default_factory=Parts)
 
     def everything(self, plan: Sequence[tuple[str, Indices]]) -> Iterator[Done]:
         """What the store has of a study: its blocks by their keys, and all other points one by one.
@@ -81,20 +86,22 @@ class Kept:
         if left:
             yield Alone(left) if done or isinstance(work, Alone) else work
 
-    def put(self, done: Done) -> None:
-        """Keep what came in.
+    def put(self, done: Done) -> Done:
+        """Keep what came in. Gives it as it would be read again: of shared parts.
 
         Raises:
             StoreError: the store cannot be written.
         """
         blocks = {}
         if done.priced is not None and isinstance(done.work, Together):
-            blocks[done.work.key] = block_of(done.priced)
+            blocks[done.work.key], priced = block_of(done.priced, self.parts)
+            done = replace(done, priced=priced)
         self.store.put(Batch(done.entries, blocks, done.computations))
+        return done
 
     def _read(self, data: bytes, count: int) -> Priced:
         try:
-            priced = read_block(data)
+            priced = read_block(data, self.parts)
             if len(priced.which) != count:
                 raise ValueError(f"a block of {len(priced.which)} points, not of {count}")
         except (ValueError, KeyError, TypeError, ArithmeticError, RecursionError) as wrong:

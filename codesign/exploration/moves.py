@@ -18,6 +18,7 @@ from codesign.memo import Memo
 from codesign.models import TaskParameters
 from codesign.planners.demand import Lever
 from codesign.planners.interface import Problem
+from codesign.progress import Show, doing, silent
 from codesign.results.result import Reason, Result
 from codesign.scenarios import bind, simulate
 from codesign.scenarios.drive.levers import drive_levers
@@ -39,6 +40,7 @@ class Bench:
 
     - ``own``: the result of the design. ``objectives``: what results are compared by.
     - ``judged``: adds the constraints to a result.
+    - ``show``: is told how many runs were made.
     """
 
     platform: Platform
@@ -47,6 +49,7 @@ class Bench:
     objectives: Sequence[ResultFigure]
     judged: Callable[[Result], Result]
     memo: Memo = field(default_factory=Memo)
+    show: Show = silent
     runs: int = 0
     _results: dict[str, Result | str] = field(default_factory=dict)
 
@@ -93,6 +96,7 @@ class Bench:
             if self.runs >= MOST_RUNS:
                 return f"not tried: at most {MOST_RUNS} runs"
             self.runs += 1
+            doing(self.show, f"levers and next values: run {self.runs}")
             self._results[key] = self._tried(setting)
         return self._results[key]
 

@@ -23,6 +23,7 @@ from codesign.results.result import Reason, Result
 
 Column = NDArray[np.float64]
 Numbers = NDArray[np.int32]
+ALL = slice(None)
 
 
 class State(IntEnum):
@@ -62,6 +63,7 @@ class Outcomes:
     reasons: list[Reason] = field(default_factory=list)
     failures: dict[int, str] = field(default_factory=dict)
     _tables: dict[ResultFigure, Column] = field(default_factory=dict, repr=False)
+    _end_tables: dict[ResultFigure, Column] = field(default_factory=dict, repr=False)
 
     @classmethod
     def empty(cls, count: int) -> Outcomes:
@@ -187,11 +189,13 @@ class Outcomes:
         # The number -1 takes the last one.
         return np.array([*map(measure, self.templates), none])[self.which]
 
-    def column(self, figure: ResultFigure) -> Column:
-        """One figure of each point, as designs are compared by it; NaN: none."""
+    def column(self, figure: ResultFigure, within: slice = ALL) -> Column:
+        """One figure of each point, or of some of them, as designs are compared by it; NaN: none."""
         if isinstance(figure, DerivedFigure):
-            return derived_column(figure, lambda name: self.column(FIGURES[name]))
-        return self.figures[figure.name] if figure.name in PRICED else self._table(figure)[self.which]
+            return derived_column(figure, lambda name: self.column(FIGURES[name], within))
+        if figure.name in PRICED:
+            return self.figures[figure.name][within]
+        return self._table(figure)[self.which[within]]
 
     def value(self, figure: ResultFigure, index: int) -> float | None:
         """One figure of a point; None where it has none."""
@@ -226,23 +230,27 @@ class Outcomes:
         low, high = float(self.lows[figure.name][index]), float(self.highs[figure.name][index])
         return None if math.isnan(low) else (low, high)
 
-    def bounds(self, figure: ResultFigure) -> tuple[Column, Column]:
-        """``ends`` of each point: the least values, and the greatest; NaN: none."""
+    def bounds(self, figure: ResultFigure, within: slice = ALL) -> tuple[Column, Column]:
+        """``ends`` of each point, or of some of them: the least values, and the greatest; NaN: none."""
         if isinstance(figure, DerivedFigure):
-            return self._derived_bounds(figure)
+            return self._derived_bounds(figure, within)
         if figure.name in PRICED:
-            return self.lows[figure.name], self.highs[figure.name]
-        none = math.nan, math.nan
-        table = self.each(lambda template: template.interval(figure) or none, none)
-        return table[:, 0], table[:, 1]
+            return self.lows[figure.name][within], self.highs[figure.name][within]
+        table = self._end_tables.get(figure)
+        if table is None or len(table) <= len(self.templates):
+            none = math.nan, math.nan
+            ends = (template.interval(figure) or none for template in self.templates)
+            table = self._end_tables[figure] = np.array([*ends, none], np.float64)
+        both = table[self.which[within]]
+        return both[:, 0], both[:, 1]
 
-    def _derived_bounds(self, figure: DerivedFigure) -> tuple[Column, Column]:
+    def _derived_bounds(self, figure: DerivedFigure, within: slice) -> tuple[Column, Column]:
         """Those of a derived figure; none where no figure that it is made of rests on an interval."""
-        unsure = np.zeros(len(self), np.bool_)
+        unsure = np.zeros(len(self.state[within]), np.bool_)
 
         def ends(name: str) -> tuple[Column, Column]:
-            low, high = self.bounds(FIGURES[name])
-            value, given = self.column(FIGURES[name]), ~np.isnan(low)
+            low, high = self.bounds(FIGURES[name], within)
+            value, given = self.column(FIGURES[name], within), ~np.isnan(low)
             unsure[given] = True
             return np.where(given, low, value), np.where(given, high, value)
 

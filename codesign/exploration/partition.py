@@ -28,6 +28,7 @@ from codesign.models import SpecModel
 from codesign.pricing.machines import Specs
 
 Indices = NDArray[np.int64]
+_MOST = 2**62
 
 PRICES: Mapping[type[SpecModel], frozenset[str]] = {
     FpgaComponent: frozenset({"part", "clock", "calibration"}),
@@ -194,7 +195,9 @@ class _Parting:
         values: dict[str, Any] = {}
         digest = hashlib.sha256(self.space.fingerprint.encode())
         for axis, column in self.levels.items():
-            used, numbers = np.unique(column[members], return_inverse=True)
+            own = column[members] + 1
+            met = np.bincount(own) > 0
+            used, numbers = np.flatnonzero(met) - 1, np.cumsum(met)[own] - 1
             texts = [canonical(self.space.axes[axis][level]) if level >= 0 else "" for level in used.tolist()]
             contents = self.space.contents.get(axis, {})
             values[axis] = [[text, contents.get(text, "")] for text in texts]
@@ -222,7 +225,14 @@ def _grouped(columns: Sequence[NDArray[np.int32]], count: int) -> NDArray[np.int
     """A number for each different row of the columns, in the order of the first rows."""
     if not columns:
         return np.zeros(count, np.intp)
-    _, first, number = np.unique(np.stack(columns, axis=1), axis=0, return_index=True, return_inverse=True)
+    rows, size = np.zeros(count, np.int64), 1
+    for column in columns:
+        width = int(column.max(initial=0)) + 2
+        if size * width > _MOST:
+            used, rows = np.unique(rows, return_inverse=True)
+            size = len(used)
+        rows, size = rows * width + (column + 1), size * width
+    _, first, number = np.unique(rows, return_index=True, return_inverse=True)
     rank = np.empty(len(first), np.intp)
     rank[np.argsort(first)] = np.arange(len(first))
     return np.asarray(rank[number.reshape(-1)], np.intp)

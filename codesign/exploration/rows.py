@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from fractions import Fraction
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -42,27 +44,58 @@ def study_columns(study: Study, points: range | None = None) -> dict[str, list[S
     quantities, such as ``100 MHz``, is a column of numbers in the base unit. Its name ends with that unit:
     ``fabric.clock_hz``. Lists and mappings are JSON texts. A figure that a point does not have is None.
     """
-    outcomes, judged = study.outcomes, study.judged
-    some = range(len(outcomes)) if points is None else points
+    judged = study.judged
+    some = range(len(study.outcomes)) if points is None else points
     within, indices = slice(some.start, some.stop), np.arange(some.start, some.stop)
     columns: dict[str, list[Scalar]] = {"index": [*some]}
     if study.conditions:
         columns["design"] = [*(indices // judged.conditions).tolist()]
     levels = study.space.levels(indices)
     for axis, values in study.every_axis.items():
-        name, entries = _axis_column(axis, values)
+        name, entries = axis_column(axis, values)
         # The number -1 of an axis that does not exist takes the last one.
         entries.append(None)
         columns[name] = [entries[level] for level in levels[axis].tolist()]
-    for figure in dict.fromkeys((*study.objectives, *study.figures.values(), *FIGURES.values())):
-        column = outcomes.column(figure)
-        if not np.isnan(column).all():
-            columns[figure.column] = _entries(column[within], whole=figure.counted == "count")
-            columns |= _ends(outcomes, figure, within)
+    for column in study.figure_columns:
+        columns[column.name] = _entries(column.of(within), whole=column.whole)
     columns["feasible"] = judged.feasible_points[within].tolist()
     columns["on_front"] = study.on_front[indices // judged.conditions].tolist()
-    columns["state"] = [STATES[state] for state in outcomes.state[within].tolist()]
+    columns["state"] = [STATES[state] for state in study.outcomes.state[within].tolist()]
     return columns
+
+
+@dataclass(frozen=True)
+class FigureColumn:
+    """A column of a study with a figure, or with an end of its interval.
+
+    ``of``: of some points, float64; NaN: none. ``whole``: it counts.
+    """
+
+    name: str
+    of: Callable[[slice], Floats]
+    whole: bool = False
+
+
+def figure_columns(study: Study) -> list[FigureColumn]:
+    """The columns of the figures that any point has, the objectives first; behind each the ends of its interval."""
+    outcomes, columns = study.outcomes, []
+    for figure in dict.fromkeys((*study.objectives, *study.figures.values(), *FIGURES.values())):
+        if np.isnan(outcomes.column(figure)).all():
+            continue
+        columns.append(
+            FigureColumn(figure.column, partial(outcomes.column, figure), figure.counted == "count")
+        )
+        if not np.isnan(outcomes.bounds(figure)[0]).all():
+            columns += [
+                FigureColumn(f"{figure.column}_{end}", partial(_end, outcomes, figure, number))
+                for number, end in enumerate(("low", "high"))
+            ]
+    return columns
+
+
+def _end(outcomes: Outcomes, figure: ResultFigure, number: int, within: slice) -> Floats:
+    """The least or the greatest value of a figure inside all intervals, of some points."""
+    return outcomes.bounds(figure, within)[number]
 
 
 def _entries(column: Floats, *, whole: bool = False) -> list[Scalar]:
@@ -71,15 +104,6 @@ def _entries(column: Floats, *, whole: bool = False) -> list[Scalar]:
     for place in np.flatnonzero(np.isnan(column)).tolist():
         entries[place] = None
     return [each if each is None else round(each) for each in entries] if whole else entries  # type: ignore[arg-type]
-
-
-def _ends(outcomes: Outcomes, figure: ResultFigure, within: slice) -> dict[str, list[Scalar]]:
-    """The least and the greatest value of a figure inside all intervals, of each point; empty where none has them."""
-    low, high = outcomes.bounds(figure)
-    if np.isnan(low).all():
-        return {}
-    names = f"{figure.column}_low", f"{figure.column}_high"
-    return dict(zip(names, (_entries(low[within]), _entries(high[within])), strict=True))
 
 
 def provenance_columns(study: Study, points: range) -> dict[str, list[Scalar]]:
@@ -104,7 +128,7 @@ def provenance_columns(study: Study, points: range) -> dict[str, list[Scalar]]:
     return columns
 
 
-def _axis_column(axis: str, values: Sequence[Any]) -> tuple[str, list[Scalar]]:
+def axis_column(axis: str, values: Sequence[Any]) -> tuple[str, list[Scalar]]:
     """The name of an axis' column, and the entry for each value."""
     for dimension in Dimension:
         numbers = [_quantity(value, dimension) for value in values]

@@ -5,16 +5,18 @@ from __future__ import annotations
 import contextlib
 import hashlib
 import os
+import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
 from codesign.errors import InputError, RunError, StoreError
 from codesign.exploration.blocks import plan_of, read_plan
 from codesign.exploration.budget import Budget
+from codesign.exploration.cluster import ClusterExecutor
 from codesign.exploration.definition import (
     MAX_STUDY_POINTS,
     OTHER_VERSION,
@@ -37,12 +39,15 @@ from codesign.exploration.study import Study
 from codesign.exploration.tally import Progress, Tally
 from codesign.inputs import Platform, Workload
 from codesign.inputs.exploration import Exploration
+from codesign.progress import Show, silent, tracked
 from codesign.scenarios import scenario_of
 from codesign.system.memory import share_of_memory
 from codesign.system.problem_map import grid_of
 from codesign.system.provenance import provenance_of
 
 if TYPE_CHECKING:
+    from distributed import Client
+
     from codesign.maps import OccupancyGrid
 
 
@@ -52,6 +57,7 @@ def explore(
     *,
     store: Path | str | Store | None = None,
     workers: int | None = None,
+    executor: Executor | Client | None = None,
     progress: Callable[[Progress], None] | None = None,
     evaluate: EvaluatePoint | None = None,
     memory: int | None = None,
@@ -66,6 +72,8 @@ def explore(
             nothing.
         workers: processes; by default one for each processor of this machine. The study is the same
             whatever it is.
+        executor: computes in the place of processes of this machine, such as ``ClusterExecutor(address)``; or a client
+            of dask.distributed.
         progress: called at the start and whenever points come in.
         evaluate: computes one point; by default it is simulated. Must pickle where there are several
             workers. A store tells results apart by platform, workload and axes, not by this: use one
@@ -76,16 +84,19 @@ def explore(
             says why.
 
     Raises:
-        InputError: the workload has no ``explore`` section, or more than ``MAX_STUDY_POINTS`` points.
+        InputError: the workload has no ``explore`` section, or more than ``MAX_STUDY_POINTS`` points; or ``workers``
+            and ``executor`` are both given.
         SpecError: axes that do not fit the platform; or none of the first points can be built: the faults of the first.
-        StoreError: the store cannot be used. RunError: a worker process died, or a part, host or map file changed
-            meanwhile. What was finished is kept.
+        StoreError: the store cannot be used. RunError: a worker process died, a cluster went away, or a part, host or
+            map file changed meanwhile. What was finished is kept.
     """
     explored = Explored.of(platform, workload)
     section = _section(explored)
+    given = _given(executor, workers)
     workers = _processors() if workers is None else workers
     if workers < 1:
         raise InputError(f"{workers} workers", "workers", "give at least 1")
+    share = share_of_memory(workers, memory) if given is None else given.share(memory)
     if evaluate is None:
         explored.check_axes()
     files = files_read(explored)
@@ -97,24 +108,35 @@ def explore(
     tally = Tally(space, section, where, progress, specs)
     with _open_store(store) as opened:
         kept = Kept(opened, space, where)
-        evaluator = _evaluator(explored, space, grid, share_of_memory(workers, memory), evaluate, opened)
+        evaluator = _evaluator(explored, space, grid, share, evaluate, opened)
         provenance = provenance_of(explored.platforms.values(), explored.workload)
         definition = definition_text(explored, section, specs, provenance)
+        tally.report("sorting points by what they compute")
         every = list(_works(explored, space, alone=evaluate is not None))
         opened.begin(hashlib.sha256(definition.encode()).hexdigest(), definition, plan_of(every))
         decisions = Space(section.axes, "", when=section.when)
         works = in_order(_pending(kept, tally, every), decisions, len(space) // len(decisions))
         several = workers > 1 and len(works) > 1
-        executor: Executor = ProcessExecutor(workers) if several else SerialExecutor()
+        computing = given or (ProcessExecutor(workers) if several else SerialExecutor())
         # Closed by name: after Ctrl-C the traceback would keep the generator, and with it the workers, alive.
         begun = works if budget is None else budget.within(works, partial(_cut, space))
-        with contextlib.closing(executor.run(begun, evaluator)) as coming:
-            for done in coming:
+        with contextlib.closing(computing.run(begun, evaluator)) as coming:
+            for done in tally.watched(coming, works, computing.workers, budget):
                 _refuse_changes(files, files_read(explored))
-                kept.put(done)
-                tally.take(done)
+                tally.take(kept.put(done))
     names = [each.name for each in explored.platforms.values()]
     return tally.study(platform_text(names), workload.name, provenance)
+
+
+def _given(executor: Executor | Client | None, workers: int | None) -> Executor | None:
+    """The executor that was handed in; that of a client of dask.distributed computes with its cluster."""
+    if executor is not None and workers is not None:
+        what = f"{workers} local workers and an executor are asked for at once"
+        raise InputError(what, "workers", "leave one of the two out: workers are processes of this machine")
+    distributed = sys.modules.get("distributed")
+    if distributed is not None and isinstance(executor, distributed.Client):
+        return ClusterExecutor(executor)
+    return cast("Executor | None", executor)
 
 
 def _evaluator(
@@ -157,7 +179,7 @@ def _pending(kept: Kept, tally: Tally, works: Iterable[Work]) -> list[Work]:
     return pending
 
 
-def load_study(path: Path | str) -> Study:
+def load_study(path: Path | str, show: Show = silent) -> Study:
     """The study that a store's file was last used for, without computing anything.
 
     Points that the interrupted exploration did not reach are in the state ``missing``.
@@ -174,7 +196,10 @@ def load_study(path: Path | str) -> Study:
             definition = read_definition(text)
             tally = Tally(definition.space, definition.section, str(path), specs=definition.specs)
             kept = Kept(store, definition.space, str(path))
-            for done in kept.everything(read_plan(plan, len(definition.space))):
+            kept_works = kept.everything(read_plan(plan, len(definition.space)))
+            for done in tracked(
+                kept_works, show, "points read", len(definition.space), size=lambda done: len(done.work)
+            ):
                 tally.take_kept(done)
             study = tally.study(definition.platform, definition.workload, definition.provenance)
         except (ValueError, KeyError, TypeError, AttributeError, ArithmeticError, RecursionError) as wrong:

@@ -6,10 +6,14 @@ lines of demand, levers and parameters come up thousands of times.
 
 from __future__ import annotations
 
-from typing import Any, TypeVar
+import json
+from collections.abc import Mapping, Sequence
+from functools import cache
+from typing import Annotated, Any, TypeVar
 
-from pydantic import BaseModel
+from pydantic import BaseModel, TypeAdapter
 
+from codesign.exploration.definition import read_json
 from codesign.figures import Figure
 from codesign.results.result import ResourceItem, ResourceUse, Result
 
@@ -28,6 +32,11 @@ class Shared:
         """The same result, of shared parts; ``result`` itself is used up."""
         self._fields(result)
         return result
+
+    def part(self, value: T) -> T:
+        """An equal value, of shared parts; ``value`` itself is used up."""
+        shared: T = self._part(value)
+        return shared
 
     def _fields(self, model: BaseModel) -> None:
         # Frozen models are changed here by equal values only: no reader sees a difference.
@@ -58,3 +67,85 @@ class Shared:
         """The first part with the same text: it is equal to the last digit and in every type."""
         first: T = self._met.setdefault((type(value), repr(value)), part)
         return first
+
+
+class Parts:
+    """The fields of the templates of a study: of equal fields one object, which is found by its JSON text.
+
+    The templates of a study are thousands, and the different values of a field are few. So a text is read, checked and
+    taken apart once.
+    """
+
+    def __init__(self) -> None:
+        self._by_text: dict[tuple[str, str], Any] = {}
+        self._text: dict[tuple[str, int], str] = {}
+        self._shared = Shared()
+
+    def put(
+        self, templates: Sequence[Result]
+    ) -> tuple[dict[str, list[str]], list[list[int]], tuple[Result, ...]]:
+        """Results as texts, and of shared parts.
+
+        Returns the texts of each field by its name, for each result the number of the text of each field, and the
+        results again. A field that is one object in several results is written once.
+        """
+        texts: dict[str, dict[str, int]] = {name: {} for name in _FIELDS}
+        seen: dict[tuple[str, int], str] = {}
+        numbers = []
+        for template in templates:
+            fields = template.__dict__
+            keys = {name: (name, id(fields[name])) for name in _FIELDS}
+            new = {name for name, key in keys.items() if key not in self._text and key not in seen}
+            for name, value in template.model_dump(mode="json", include=new).items() if new else ():
+                text = json.dumps(value, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
+                seen[keys[name]] = text
+                self._keep(name, text, fields[name])
+            own = ((texts[name], self._text.get(key) or seen[key]) for name, key in keys.items())
+            numbers.append([numbered.setdefault(text, len(numbered)) for numbered, text in own])
+        listed = {name: [*own] for name, own in texts.items()}
+        return listed, numbers, self.take(listed, numbers)
+
+    def _keep(self, name: str, text: str, value: Any) -> None:
+        if (name, text) not in self._by_text:
+            shared = self._shared.part(value)
+            self._by_text[name, text] = shared
+            # It is held here, so no other object gets its id.
+            self._text[name, id(shared)] = text
+
+    def take(
+        self, texts: Mapping[str, Sequence[str]], numbers: Sequence[Sequence[int]]
+    ) -> tuple[Result, ...]:
+        """The results that ``put`` wrote.
+
+        Raises:
+            ValueError, KeyError, TypeError: it did not write them, or not in this version.
+        """
+        if texts.keys() != set(_FIELDS):
+            raise ValueError("the fields of a block are not those of a result")
+        parts = {name: [self._of_text(name, text) for text in texts[name]] for name in _FIELDS}
+        results = []
+        for own in numbers:
+            if min(own) < 0:
+                raise ValueError("a field of a block has no number")
+            chosen = zip(parts.items(), own, strict=True)
+            values = {name: held[number] for (name, held), number in chosen}
+            results.append(Result.model_construct(_ALL_SET, **values))
+        return tuple(results)
+
+    def _of_text(self, name: str, text: str) -> Any:
+        key = name, text
+        if key not in self._by_text:
+            self._keep(name, text, _field(name).validate_python(read_json(text)))
+        return self._by_text[key]
+
+
+_FIELDS = tuple(Result.model_fields)
+_ALL_SET = set(_FIELDS)
+
+
+@cache
+def _field(name: str) -> TypeAdapter[Any]:
+    """What validates a field of a result."""
+    info = Result.model_fields[name]
+    annotation: Any = Annotated[info.annotation, info]
+    return TypeAdapter(annotation)

@@ -6,6 +6,7 @@ import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -23,7 +24,7 @@ from codesign.exploration.judged import Judged
 from codesign.exploration.outcomes import Outcomes, State
 from codesign.exploration.reasons import ReasonCount, nearest_designs, reason_counts
 from codesign.exploration.rivals import StudyRivals
-from codesign.exploration.rows import study_columns
+from codesign.exploration.rows import FigureColumn, figure_columns, study_columns
 from codesign.exploration.same import Indices, first_of_same
 from codesign.exploration.sensitivity import axis_effects
 from codesign.exploration.space import Space
@@ -34,13 +35,17 @@ from codesign.inputs.boxes import When
 from codesign.inputs.constraint import Constraint, needs_of
 from codesign.inputs.derived import DerivedFigure
 from codesign.inputs.exploration import not_kept
+from codesign.progress import Show, silent
 from codesign.results.provenance import Provenance
 from codesign.results.result import Result
 from codesign.units import counted, format_count
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from pandas import DataFrame
 
+    from codesign.certificates.check import Verdict
     from codesign.explanation import AxisEffect, Explanation
 
 
@@ -353,17 +358,27 @@ class Study:
         """How much of the spread of each figure each axis moves; by default of each objective. See ``axis_effects``."""
         return axis_effects(self, figures or self.objectives)
 
-    def explain(self, index: int) -> Explanation:
+    def explain(self, index: int, show: Show = silent) -> Explanation:
         """Why a design is as it is: time, energy, what keeps it out, its neighbours, and how sure that is.
 
-        ``index``: of a design; without conditions a design is a point.
+        ``index``: of a design; without conditions a design is a point. ``show`` is told what is run.
 
         Raises:
             InputError: there is no such design, it failed, or it was not computed.
         """
         from codesign.exploration.explain_design import explain_design
 
-        return explain_design(self, index)
+        return explain_design(self, index, show)
+
+    def certify(self, path: Path | str) -> Verdict:
+        """Write the certificate of the front, which ``hwsw verify-front`` checks; see ``exploration.certify``.
+
+        Raises:
+            CertificateError: the study has no objectives. RunError: the file cannot be written.
+        """
+        from codesign.exploration.certify import certify
+
+        return certify(self, path)
 
     def to_dict(self) -> dict[str, Any]:
         """The study as JSON has it: the same at any worker count, and whether computed now or read from a store."""
@@ -376,6 +391,21 @@ class Study:
             InputError: pandas is not installed.
         """
         return data_frame(study_columns(self))
+
+    @cached_property
+    def figure_columns(self) -> list[FigureColumn]:
+        """The columns of figures that a table of its points has."""
+        return figure_columns(self)
+
+    def to_parquet(self, path: Path | str) -> None:
+        """Write every point as a Parquet file; see ``exploration.parquet``.
+
+        Raises:
+            InputError: pyarrow is not installed. RunError: the file cannot be written.
+        """
+        from codesign.exploration.parquet import write_parquet
+
+        write_parquet(self, Path(path))
 
     def to_json(self) -> str:
         """``to_dict`` as text, one line."""

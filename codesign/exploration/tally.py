@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from codesign.errors import StoreError
+from codesign.exploration.budget import Budget
 from codesign.exploration.definition import OTHER_VERSION, read_json
 from codesign.exploration.designs import Conditions
 from codesign.exploration.evaluation import Done
 from codesign.exploration.judged import Judged
 from codesign.exploration.outcomes import Outcomes
+from codesign.exploration.pace import ExplorationPace
+from codesign.exploration.partition import Work
 from codesign.exploration.shared import Shared
 from codesign.exploration.space import Space
 from codesign.exploration.specs import Specs
@@ -23,6 +26,8 @@ from codesign.inputs.exploration import Exploration
 from codesign.results.provenance import Provenance
 from codesign.results.result import Result
 
+_SECONDS_BETWEEN = 0.5
+
 
 @dataclass(frozen=True)
 class Progress:
@@ -31,8 +36,11 @@ class Progress:
     Attributes:
         done: points with an outcome, of ``total``; ``cached`` of them were found in the store.
         feasible, failed: how many of those done.
-        elapsed_s: seconds since the start. ``left_s``: seconds to go, judged by the points computed so far;
-            None until the second batch of them, as the first has the time to start in it.
+        simulated: how many simulations were made for those that were computed.
+        elapsed_s: seconds since the start. ``left_s``: seconds to go, see ``ExplorationPace``; None as long as they are
+            not known.
+        doing: what goes on before the first point is computed, in words; "" afterwards. ``done`` and ``total`` then
+            count that.
     """
 
     done: int
@@ -40,8 +48,10 @@ class Progress:
     cached: int
     feasible: int
     failed: int
+    simulated: int
     elapsed_s: float
     left_s: float | None
+    doing: str = ""
 
 
 class Tally:
@@ -61,19 +71,29 @@ class Tally:
         self.simulated = 0
         self._shared = Shared()
         self._started = time.monotonic()
-        self._first_batch: tuple[float, int] | None = None
+        self._pace: ExplorationPace | None = None
+        self._budget: Budget | None = None
+        self._reported = self._started
         self._cached = self._computed = self._feasible = 0
 
     def take_kept(self, done: Done) -> None:
         """Take what a store had."""
         self._cached += len(done.work.indices)
         self._take(done)
+        if time.monotonic() - self._reported > _SECONDS_BETWEEN:
+            self.report("points read from the store")
+
+    def watched(
+        self, coming: Iterable[Done], works: Sequence[Work], workers: int, budget: Budget | None
+    ) -> Iterator[Done]:
+        """What comes in of works, timed: ``left_s`` is known from now on."""
+        self._pace, self._budget = ExplorationPace(works, len(self.space), workers), budget
+        return self._pace.watched(coming)
 
     def take(self, done: Done) -> None:
         """Take what was computed."""
         self._computed += len(done.work.indices)
         self.simulated += done.simulated
-        self._first_batch = self._first_batch or (time.monotonic(), self._computed)
         self._take(done)
         self.report()
 
@@ -100,8 +120,7 @@ class Tally:
         indices = np.array(done.work.indices, np.intp)
         batch = Outcomes.empty(len(indices))
         if done.priced is not None:
-            templates = tuple(map(self._shared.result, done.priced.templates))
-            batch.take(np.arange(len(indices)), replace(done.priced, templates=templates))
+            batch.take(np.arange(len(indices)), done.priced)
         for place, entry in enumerate(done.entries):
             if entry.state is EntryState.FAILED:
                 batch.fail(place, entry.text)
@@ -118,24 +137,21 @@ class Tally:
         limits = () if self.section.conditions else self.section.constraints
         self._feasible += int(Judged(batch, Conditions({}, {}), limits).feasible_points.sum())
 
-    def report(self) -> None:
+    def report(self, doing: str = "") -> None:
         """Tell how far the exploration is."""
         if self.progress is None:
             return
-        now = time.monotonic()
-        done = self._cached + self._computed
-        left_s = None
-        if self._first_batch is not None and self._computed > self._first_batch[1]:
-            since, before = self._first_batch
-            left_s = (now - since) / (self._computed - before) * (len(self.space) - done)
+        now = self._reported = time.monotonic()
         self.progress(
             Progress(
-                done=done,
+                done=self._cached + self._computed,
                 total=len(self.space),
                 cached=self._cached,
                 feasible=self._feasible,
                 failed=len(self.outcomes.failures),
+                simulated=self.simulated,
                 elapsed_s=now - self._started,
-                left_s=left_s,
+                left_s=None if self._pace is None else self._pace.left_s(self._budget),
+                doing=doing,
             )
         )

@@ -79,8 +79,7 @@ def intervals_of(
     replans = played[0].first is not played[0].ledger
     first = _of_some(played[0].first, chosen) if replans else ledgers[0]
     terms = plan_terms(_Ran(system, specs), first, [ledgers[number] for number in of_starts], powers)
-    ends = {name: terms.interval(name) for name in (*TIMES, "energy_j")}
-    return {name: each for name, each in ends.items() if each is not None}
+    return dict(terms.intervals((*TIMES, "energy_j")))
 
 
 def _of_some(ledger: Ledger, chosen: Numbers) -> Ledger:

@@ -12,9 +12,15 @@ import re
 import sys
 from collections.abc import Iterable
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from codesign.files import write_atomically
+from codesign.progress import Show, silent, tracked
 from codesign.report.table import Cell, Column, Table
+
+if TYPE_CHECKING:
+    from rich.console import ConsoleOptions
+    from rich.segment import Segment
 
 _WIDTH_OF_FILES = 160
 _MOST = 10_000
@@ -23,18 +29,27 @@ _FORMULA = ("=", "+", "-", "@", "\t", "\r")
 _MARKDOWN = re.compile(r"([\\`*\[\]|#~])")
 
 
-def render_text(table: Table, width: int | None = None, *, styled: bool | None = None) -> str:
+def render_text(
+    table: Table, width: int | None = None, *, styled: bool | None = None, show: Show = silent
+) -> str:
     """The table as lines of text.
 
     ``width``: columns of the terminal; None takes those of the terminal on standard output, 160 where there is
     none. No number and no word is ever cut: a table that needs more room takes it. ``styled``: bold headings
-    and rows by escape codes; None: only on a terminal.
+    and rows by escape codes; None: only on a terminal. ``show`` is told how far it is.
     """
     from rich import box
     from rich.console import Console
     from rich.measure import Measurement
     from rich.table import Table as RichTable
     from rich.text import Text
+
+    class First(Text):
+        """The first cell of a row: it counts the row when it is laid out."""
+
+        def __rich_console__(self, console: Console, options: ConsoleOptions) -> Iterable[Segment]:
+            next(laid_out, None)
+            return super().__rich_console__(console, options)
 
     terminal = Console(file=sys.stdout)
     on_terminal = terminal.is_terminal and not terminal.is_dumb_terminal
@@ -50,9 +65,11 @@ def render_text(table: Table, width: int | None = None, *, styled: bool | None =
             overflow="fold",
             no_wrap=column.align == "right",
         )
+    laid_out = tracked(table.rows, show, f"rows of the table {table.title}", len(table.rows))
     for number, row in enumerate(table.rows):
         style = "bold" if number in table.strong else ""
-        shown.add_row(*(Text(printable(cell.text)) for cell in row), style=style)
+        first, *others = (printable(cell.text) for cell in row)
+        shown.add_row(First(first), *map(Text, others), style=style)
     out = io.StringIO()
     console = Console(
         file=out,

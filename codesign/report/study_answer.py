@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from codesign.progress import Show, doing, silent
 from codesign.report.aggregated import aggregated_cell, aim_text, kind_of_row, spread_table
 from codesign.report.certainty import winners_certainty_table
 from codesign.report.explain_tables import effects_table
@@ -45,20 +46,25 @@ def study_sentence(study: Study) -> str:
     return printable(f"{head}{end}.")
 
 
-def study_tables(study: Study, *, everything: bool = False) -> tuple[Table, ...]:
+def study_tables(study: Study, *, everything: bool = False, show: Show = silent) -> tuple[Table, ...]:
     """The front, or the points nearest to feasible; how sure the best points are; winners and reasons.
 
     ``everything``: also the best points, every point, the reasons of each, and the sources of the figures.
+    ``show`` is told how far it is.
     """
+    doing(show, "finding the front, and how sure it is")
     tables = [front_table(study) if study.feasible else nearest_table(study)]
     if study.feasible and study.conditions:
         tables += [best_table(study), *([spread_table(study)] if study.world.draws is not None else [])]
     tables.append(winners_certainty_table(study))
+    doing(show, "comparing designs value by value")
     winners = winners_table(study)
     tables += [] if winners is None else [winners]
     tables += [reasons_table(study)] if study.reasons else []
     if everything:
+        doing(show, "finding what each axis moves")
         effects = effects_table(study.sensitivity(), study.objectives)
-        tables += [best_table(study), effects, study_table(study), infeasible_table(study)]
+        tables += [best_table(study), effects, study_table(study, show)]
+        tables.append(infeasible_table(study, show))
         tables.append(sources_table(sourced_results(study)))
     return tuple(table for table in tables if table.rows)

@@ -11,6 +11,7 @@ import numpy as np
 
 from codesign.exploration.rows import provenance_columns, study_columns
 from codesign.figures import ResultFigure, label
+from codesign.progress import Show, silent, tracked
 from codesign.report.aggregated import (
     aggregated_cell,
     aim_text,
@@ -89,7 +90,7 @@ class _Designs:
         return (_number(design), *axes, *figures)
 
 
-def study_table(study: Study) -> Table:
+def study_table(study: Study, show: Show = silent) -> Table:
     """All points in the order of enumeration: axes that vary, objectives, feasible, on the front.
 
     A point is feasible by itself; it is on the front if its design is.
@@ -105,7 +106,8 @@ def study_table(study: Study) -> Table:
         *left("feasible", "on the front", "why not"),
     )
     rows = []
-    for design in study.designs:
+    designs = tracked(study.designs, show, "designs put into the table of all points", len(study.designs))
+    for design in designs:
         why = why_out(study, design)
         for point in design.points:
             rows.append(
@@ -174,15 +176,19 @@ class _Whys:
 _ROWS_AT_ONCE = 20_000
 
 
-def write_study_csv(study: Study, path: Path) -> None:
-    """Write every point with every axis and figure as CSV.
+def write_study_csv(study: Study, path: Path, show: Show = silent) -> None:
+    """Write every point with every axis and figure as CSV. ``show`` is told how far it is.
 
     Raises:
         RunError: the file cannot be written.
     """
     count = len(study.points)
-    begins = range(0, max(count, 1), _ROWS_AT_ONCE)
-    tables = (study_csv(study, range(begin, min(begin + _ROWS_AT_ONCE, count))) for begin in begins)
+    ranges = [
+        range(begin, min(begin + _ROWS_AT_ONCE, count)) for begin in range(0, max(count, 1), _ROWS_AT_ONCE)
+    ]
+    tables = (
+        study_csv(study, each) for each in tracked(ranges, show, "rows of CSV written", count, size=len)
+    )
     write_csv(tables, path)
 
 
@@ -253,11 +259,11 @@ def _ranked(study: Study, *objectives: ResultFigure) -> list[int]:
     return sorted(study.front, key=rank)
 
 
-def infeasible_table(study: Study) -> Table:
+def infeasible_table(study: Study, show: Show = silent) -> Table:
     """Every design that cannot be built, is not wanted, failed or was not computed, with all its reasons."""
     feasible = set(study.feasible)
     title = f"{kind_of_row(study).capitalize()}s left out"
-    return _left_out(study, title, [index for index in study.distinct if index not in feasible])
+    return _left_out(study, title, [index for index in study.distinct if index not in feasible], show)
 
 
 def nearest_table(study: Study) -> Table:
@@ -265,11 +271,12 @@ def nearest_table(study: Study) -> Table:
     return _left_out(study, "Nearest to feasible", study.nearest())
 
 
-def _left_out(study: Study, title: str, indices: Sequence[int]) -> Table:
+def _left_out(study: Study, title: str, indices: Sequence[int], show: Show = silent) -> Table:
     designs = _Designs(study)
+    shown = tracked(indices, show, f"rows of the table {title} made", len(indices))
     rows = tuple(
         (*designs.cells(design), word(why_out(study, design)))
-        for design in (study.designs[index] for index in indices)
+        for design in (study.designs[index] for index in shown)
     )
     return Table(title, (*designs.columns, *left("why")), rows)
 

@@ -68,18 +68,12 @@ class Monomial:
         for name, power in self.powers.items():
             product = product * _power(values[name], power)
         if self.divide:
-            quotient = self.divide / math.prod((values[name] for name in self.by), start=1.0)
-            product = product * -(-quotient // 1)  # rounded up, of a number as of an array
+            product = product * _quotient(self, values)
         return product
 
     def bounds(self, inputs: Mapping[str, Figure]) -> Interval:
         """The least and the greatest value inside the intervals of the inputs."""
-        ends: tuple[dict[str, float], dict[str, float]] = ({}, {})
-        for name in self.inputs:
-            low, high = inputs[name].interval
-            falls = self.powers.get(name, -1) < 0
-            ends[falls][name], ends[not falls][name] = low, high
-        return self.at(ends[0]), self.at(ends[1])
+        return _Ends(inputs).of(self)
 
 
 @dataclass(frozen=True)
@@ -141,12 +135,19 @@ class Terms(ResultModel):
 
         Exact where each input moves all terms that it is in the same way, else an interval that holds both.
         """
-        bounds = [_sum_bounds(plan, self.inputs) for plan in self.plans(figure)]
-        if not bounds:
-            return None
-        least, most = zip(*bounds, strict=True)
-        low, high = reduce(np.maximum, least), reduce(np.maximum, most)
-        return (low, high) if np.ndim(low) or np.ndim(high) else (float(low), float(high))
+        return self.intervals((figure,)).get(figure)
+
+    def intervals(self, figures: Iterable[str]) -> dict[str, Interval]:
+        """The interval of each figure that has terms. Parts that several figures share are computed once."""
+        ends, intervals = _Ends(self.inputs), {}
+        for figure in figures:
+            bounds = [ends.of_sum(plan) for plan in self.plans(figure)]
+            if bounds:
+                least, most = zip(*bounds, strict=True)
+                low, high = reduce(np.maximum, least), reduce(np.maximum, most)
+                arrays = np.ndim(low) or np.ndim(high)
+                intervals[figure] = (low, high) if arrays else (float(low), float(high))
+        return intervals
 
 
 ENERGY_OVER = "plan_time_mean_s"
@@ -165,9 +166,68 @@ def is_edges(name: str) -> bool:
     return name.endswith(" edges")
 
 
-def _sum_bounds(plan: Iterable[Monomial], inputs: Mapping[str, Figure]) -> Interval:
-    bounds = [monomial.bounds(inputs) for monomial in plan]
-    return sum((low for low, _ in bounds), 0.0), sum((high for _, high in bounds), 0.0)
+class _Ends:
+    """The least and the greatest value of monomials inside the intervals of inputs. Each factor is computed once."""
+
+    def __init__(self, inputs: Mapping[str, Figure]) -> None:
+        self._inputs = inputs
+        self._factors: dict[tuple[str, int], Interval] = {}
+        self._monomials: dict[Any, Interval] = {}
+        self._sums: dict[Any, Interval] = {}
+
+    def of_sum(self, plan: Iterable[Monomial]) -> Interval:
+        """The bounds of a sum."""
+        plan = tuple(plan)
+        key = tuple(map(_key, plan))
+        held = self._sums.get(key)
+        if held is None:
+            bounds = [self.of(monomial) for monomial in plan]
+            held = sum((low for low, _ in bounds), 0.0), sum((high for _, high in bounds), 0.0)
+            if None not in key:
+                self._sums[key] = held
+        return held
+
+    def of(self, monomial: Monomial) -> Interval:
+        """The bounds of a monomial."""
+        key = _key(monomial)
+        held = self._monomials.get(key)
+        if held is None:
+            low: Any = monomial.amount
+            high: Any = monomial.amount
+            for name, power in monomial.powers.items():
+                factor = self._factor(name, power)
+                low, high = low * factor[0], high * factor[1]
+            if monomial.divide:
+                falls = {name: monomial.powers.get(name, -1) < 0 for name in monomial.by}
+                low = low * _quotient(monomial, {name: self._end(name, falls[name]) for name in falls})
+                high = high * _quotient(monomial, {name: self._end(name, not falls[name]) for name in falls})
+            held = low, high
+            if key is not None:
+                self._monomials[key] = held
+        return held
+
+    def _factor(self, name: str, power: int) -> Interval:
+        if (name, power) not in self._factors:
+            falls = power < 0
+            ends = _power(self._end(name, falls), power), _power(self._end(name, not falls), power)
+            self._factors[name, power] = ends
+        return self._factors[name, power]
+
+    def _end(self, name: str, high: bool) -> Any:
+        return self._inputs[name].interval[high]
+
+
+def _key(monomial: Monomial) -> Any:
+    """What its bounds depend on besides the inputs; None where its amount is an array."""
+    if np.ndim(monomial.amount):
+        return None
+    return monomial.amount, tuple(monomial.powers.items()), monomial.divide, monomial.by
+
+
+def _quotient(monomial: Monomial, values: Mapping[str, Any]) -> Any:
+    """The quotient of a monomial, rounded up, of a number as of an array."""
+    quotient = monomial.divide / math.prod((values[name] for name in monomial.by), start=1.0)
+    return -(-quotient // 1)
 
 
 def _product(term: Monomial, draw: Monomial) -> Monomial:

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from codesign.errors import TraceError, choose_hint, printable
+from codesign.progress import Show, silent
 from codesign.records import Record
 from codesign.trace.encoding import RECORD_TYPES, decode, parse_json
 from codesign.trace.listeners import RESULT_ATTACHMENT
@@ -58,6 +59,7 @@ class Trace:
       messages.
     - ``metadata``: texts, by name of the metadata record. ``attachments``: by name.
     - ``fault``: why reading stopped before the end of the file; None for a complete file.
+    - ``show``: is told how far the reading of records is.
     """
 
     path: Path
@@ -69,6 +71,7 @@ class Trace:
     metadata: dict[str, dict[str, str]] = field(default_factory=dict)
     attachments: dict[str, Attachment] = field(default_factory=dict)
     fault: str | None = None
+    show: Show = field(default=silent, repr=False, compare=False)
 
     @property
     def complete(self) -> bool:
@@ -116,7 +119,7 @@ class Trace:
         channels = _Channels()
         names = {kind.__name__ for kind in kinds or RECORD_TYPES.values()}
         try:
-            for item in scan(self.path):
+            for item in scan(self.path, self.show):
                 message = channels.message(item)
                 if message is not None and message[0].record in names:
                     yield from self._decoded(*message, topics)
@@ -181,17 +184,19 @@ class Trace:
             raise TraceError(fault.what, place, "the file was damaged, or not written by hwsw") from fault
 
 
-def open_trace(path: str | Path) -> Trace:
+def open_trace(path: str | Path, show: Show = silent) -> Trace:
     """Open an MCAP file and read it once, for its contents and to check that it is complete.
+
+    ``show`` is told how far it is, now and whenever the records are read.
 
     Raises:
         TraceError: the file cannot be read, is no MCAP file, is too large, or has no readable content.
     """
-    trace = Trace(Path(path))
+    trace = Trace(Path(path), show=show)
     channels = _Channels()
     attached = 0
     try:
-        for item in scan(trace.path):
+        for item in scan(trace.path, show):
             message = channels.message(item)
             if message is not None:
                 _count(trace, *message)

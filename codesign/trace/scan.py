@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any, BinaryIO
 
 from codesign.errors import TraceError
+from codesign.progress import Show, silent, tracked
 
 MAX_FILE_BYTES = 2**32
 """Most bytes of a file: 4 GiB."""
@@ -31,10 +32,11 @@ class DamagedError(Exception):
     """The file is cut or damaged here. All records before are good."""
 
 
-def scan(path: Path) -> Iterator[Any]:
+def scan(path: Path, show: Show = silent) -> Iterator[Any]:
     """``Header, Schema, Channel, Message, Attachment, Metadata`` objects of ``mcap.records``, in file order.
 
     Chunks are decompressed, and indexes are left out. A file that is read to its end without an error is complete.
+    ``show`` is told how many bytes were read.
 
     Raises:
         TraceError: the file cannot be opened, is too large, or is no MCAP file.
@@ -51,17 +53,20 @@ def scan(path: Path) -> Iterator[Any]:
             if stream.read(len(_MAGIC)) != _MAGIC:
                 what = "is no MCAP file" if size else "is empty"
                 raise TraceError(what, str(path), "name a file that hwsw run --trace wrote")
-            yield from _data(stream)
+            yield from _data(stream, size, show)
     except OSError as fault:
         raise TraceError(f"cannot be read: {fault.strerror or fault}", str(path)) from fault
 
 
-def _data(stream: BinaryIO) -> Iterator[Any]:
+def _data(stream: BinaryIO, size: int, show: Show) -> Iterator[Any]:
     """Everything after the magic bytes."""
     parsers = _parsers()
     data_crc = zlib.crc32(_MAGIC)
     summary_crc: int | None = None
-    for opcode, head, body in _frames(stream):
+    frames = tracked(
+        _frames(stream), show, "bytes of the trace read", size, size=lambda each: _HEAD.size + len(each[2])
+    )
+    for opcode, head, body in frames:
         if opcode == _FOOTER:
             _check_end(stream, head, body, summary_crc)
             return

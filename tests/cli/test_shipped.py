@@ -19,6 +19,7 @@ Run = Callable[..., Result]
 
 PLATFORMS = {
     "labyrinth": "virtex4-pci",
+    "million": "virtex4-pci",
     "breadth-first": "virtex2pro",
     "breadth-first-java": "pentium4-java",
     "breadth-first-large": "virtex2pro",

@@ -18,6 +18,7 @@ from codesign.exploration.blocks import block_of, plan_of, read_block, read_plan
 from codesign.exploration.evaluation import Pricer
 from codesign.exploration.explored import Explored
 from codesign.exploration.partition import Alone, Together, parted
+from codesign.exploration.shared import Parts
 from codesign.exploration.space import Space
 from codesign.exploration.store import EntryState
 from codesign.figures import FIGURES
@@ -171,16 +172,16 @@ def test_blocks_read_back_and_refuse_what_is_cut(tmp_path: Path) -> None:
     (work,) = parted(explored, space, np.arange(len(space)))
     priced = Pricer(explored, space)(work).priced
     assert priced is not None
-    data = block_of(priced)
-    again = read_block(data)
+    data, kept = block_of(priced, Parts())
+    again = read_block(data, Parts())
     for name in PRICED:
         np.testing.assert_array_equal(again.figures[name], priced.figures[name])
         np.testing.assert_array_equal(again.lows[name], priced.lows[name])
     assert again.reasons == priced.reasons
-    assert [each.resources for each in again.templates] == [each.resources for each in priced.templates]
+    assert again.templates == kept.templates == priced.templates
     for size in range(0, len(data), 97):
         with pytest.raises((ValueError, KeyError, TypeError)):
-            read_block(data[:size])
+            read_block(data[:size], Parts())
     assert isinstance(work, Together)
     ((key, numbers),) = read_plan(plan_of([work]), len(space))
     assert key == work.key

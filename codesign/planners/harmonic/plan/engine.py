@@ -31,8 +31,11 @@ SPARE_PLANES = 16
 class Engine:
     """Runs stage after stage of one relaxation.
 
-    ``spare_planes``: planes allocated above those in use; None: as many as a visit may need. ``budget``: see ``BUDGET``. ``transposed``: whether rows and
-    columns are exchanged inside; None: where that takes fewer vectors. None of these arguments changes a result.
+    ``spare_planes``: planes allocated above those in use; None: as many as a visit may need. ``budget``: see
+    ``BUDGET``. ``transposed``: whether rows and columns are exchanged inside; None: where that takes fewer vectors.
+    None of these arguments changes a result.
+
+    ``published``: whether stages end by the published test, not by the sound one. It may be changed between stages.
     """
 
     def __init__(
@@ -44,7 +47,7 @@ class Engine:
     ) -> None:
         # The arguments are not kept: their start would take as much memory again as the values.
         self._iterations = arguments.iterations
-        self._published = arguments.termination == "published"
+        self.published = arguments.termination == "published"
         self._budget = budget
         bits_of_a_visit = arguments.iterations.bit_length()
         self._spare = SPARE_PLANES + bits_of_a_visit if spare_planes is None else spare_planes
@@ -70,6 +73,11 @@ class Engine:
     def _turned(self, array: NDArray[Any]) -> NDArray[Any]:
         # Always a copy: numba compiles anew for arrays that are read-only or not contiguous.
         return np.array(array.swapaxes(0, 1) if self._transposed else array, order="C")
+
+    @property
+    def settled(self) -> bool:
+        """Whether no visit would change a bit any more."""
+        return not self._state.active.any()
 
     def run(
         self,
@@ -103,7 +111,7 @@ class Engine:
                 counts[: min(ends) - visits] if ends else counts,
                 self._iterations,
                 self._budget,
-                self._published,
+                self.published,
                 self._signed,
             )
             if status == kernels.CYCLE and most_sweeps is None:
@@ -178,7 +186,9 @@ class Engine:
             np.copyto(target[:, shift + plane], source[:, plane], where=plane < words + 2)
         # r of 2 planes, its steps 0, is now t = r >> 2 with ``shift`` planes: the stage begins unsettled.
         # A segment of this layout may lie in one of the last, or be made of several.
-        widest = np.stack([words[:, begin:end].max(axis=1) for begin, end in zip(new.begin, new.end, strict=True)], 1)
+        widest = np.stack(
+            [words[:, begin:end].max(axis=1) for begin, end in zip(new.begin, new.end, strict=True)], 1
+        )
         new.width[:] = widest.ravel() + shift
         if self._signed:
             new.width[widest.ravel() == 0] += 1

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import hashlib
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, Self
 
 import numpy as np
@@ -112,6 +113,10 @@ class Field:
 
     def digest(self) -> str:
         """SHA-256 of shape, precision and values: equal if and only if the fields are."""
+        return self._digest
+
+    @cached_property
+    def _digest(self) -> str:
         head = f"{self.shape} {self.precision} ".encode()
         return hashlib.sha256(head + self.limbs.astype("<u8").tobytes()).hexdigest()
 

@@ -50,7 +50,7 @@ from codesign.planners.harmonic.plan.lanes import get, put
 from codesign.planners.harmonic.plan.visits import trim, visit_block
 
 CALLED = ("borders", "lanes", "layout", "planes", "visits")
-CALLED_DIGEST = "9a5659729df3fb95"
+CALLED_DIGEST = "15a42e2c2eda3e66"
 
 RUNNING, CONVERGED, GROW, CYCLE = range(4)
 POSITION, DONE_ITERATIONS, UNSETTLED, SWEEPS, POWER, SINCE = range(6)

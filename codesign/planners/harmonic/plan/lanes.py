@@ -141,7 +141,9 @@ def _funnel(name, what):
     def shift(typing_context, a, b):
         def generate(context, builder, signature, arguments):
             kind = ir.FunctionType(_VECTOR, [_VECTOR] * 3)
-            function = cgutils.get_or_insert_function(builder.module, kind, f"llvm.{name}.v{LANES}i{WORD_BITS}")
+            function = cgutils.get_or_insert_function(
+                builder.module, kind, f"llvm.{name}.v{LANES}i{WORD_BITS}"
+            )
             return builder.call(function, [*arguments, ir.Constant(_VECTOR, [1] * LANES)])
 
         return lanes_type(lanes_type, lanes_type), generate
@@ -150,8 +152,10 @@ def _funnel(name, what):
     return intrinsic(shift)
 
 
-shift_up = _funnel("fshl", "Each word of the first, one bit up; its lowest bit is the highest of the second's word.")
-shift_down = _funnel("fshr", "Each word of the second, one bit down; its highest bit is the lowest of the first's word.")
+shift_up = _funnel("fshl", "The first, one bit up; the lowest bit of a word is the highest of the second's.")
+shift_down = _funnel(
+    "fshr", "The second, one bit down; the highest bit of a word is the lowest of the first's."
+)
 
 
 @intrinsic
@@ -168,16 +172,6 @@ def spread(typing_context, word):
         )
 
     return lanes_type(types.uint64), generate
-
-
-@intrinsic
-def one_lane(typing_context, lane):
-    """All ones in one lane."""
-
-    def generate(context, builder, signature, arguments):
-        return builder.insert_element(ir.Constant(_VECTOR, [0] * LANES), ir.Constant(_WORD, -1), arguments[0])
-
-    return lanes_type(types.int64), generate
 
 
 def _overload_logic(instruction, *operations):

@@ -37,8 +37,6 @@ WORD_BYTES = 8
 LANES = 8
 # The steps of this many iterations, a *turn*, are summed at once. The ring holds a slot less, and one that stays zero.
 SLOTS = 6
-# Bytes of r of the iterations of a turn that the first cache holds beside all else.
-CACHE = 1 << 15
 # Most groups that are counted as one, at the start of a stage of few bits.
 SEGMENT_GROUPS, NARROW = 4, 12
 # Where gains come from, as seen by the visited block: from inside, or across one of its borders.
@@ -270,7 +268,7 @@ def _zero_state(layout: Layout, blocks: int, room: int, signed: bool) -> State:
 
 def addresses(state: State) -> State:
     """The addresses of the arrays: arrays inside the kernel would have their references counted at every use."""
-    return State(*(array.__array_interface__["data"][0] for array in state))  # type: ignore[arg-type]
+    return State(*(array.__array_interface__["data"][0] for array in state))
 
 
 def _aligned(words: int) -> np.ndarray:

@@ -169,8 +169,7 @@ def fill_residual(layout, limbs, movable, planes, count):
 
 @njit(cache=True, nogil=True)
 def _gather(planes, word, step, first, width, signed, low, together, digits):
-    """Bits ``first`` to ``first`` + 63 of ``together`` numbers of ``width`` planes, which share a word from bit ``low``.
-    """
+    """64 bits from ``first`` on of ``together`` numbers of ``width`` planes that share a word, from bit ``low`` on."""
     # The transpose back: bit ``low`` + c of plane i goes to bit i of number c.
     #
     #   planes (a word each)         digits (a number each)

@@ -134,8 +134,7 @@ def _steps(slots, at):
 
 @njit(inline="always", nogil=True)
 def sum_steps(slots, at, visit, out, step, width):
-    """Put the sum of six unsigned steps of ``width`` planes, at most 0 .. 6 · (2^width - 1), into ``width`` + 3 planes.
-    """
+    """Put the sum of six unsigned steps of ``width`` planes into ``width`` + 3 planes."""
     # Six numbers and five carries of weight 2^i give one bit of the sum and five carries of weight 2^(i+1), in five
     # full adders:
     #
@@ -207,8 +206,7 @@ def sum_more_steps(slots, at, visit, out, step, width, have):
 
 @njit(inline="always", nogil=True)
 def sum_three_steps(slots, at, visit, out, step, width, have):
-    """Add three unsigned steps of ``width`` planes to a sum of ``have`` planes: max(``have``, ``width`` + 2) + 1 then.
-    """
+    """Add three unsigned steps to a sum of ``have`` planes; it has max(``have``, ``width`` + 2) + 1 then."""
     x = a = b = c = zeros()
     for plane in range(width):
         t0, t1, t2 = load(slots[0], at), load(slots[1], at), load(slots[2], at)

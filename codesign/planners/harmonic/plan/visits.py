@@ -14,7 +14,7 @@ from __future__ import annotations
 from numba import njit
 
 from codesign.planners.harmonic.plan.lanes import get, load, put, store
-from codesign.planners.harmonic.plan.layout import CACHE, LANES, SLOTS, WORD_BYTES
+from codesign.planners.harmonic.plan.layout import LANES, SLOTS, WORD_BYTES
 from codesign.planners.harmonic.plan.planes import (
     clear_planes,
     iterate_group,
@@ -64,7 +64,7 @@ def _widest_around(layout, widths, spread_widths):
 
 
 @njit(nogil=True)
-def _begin_turn(layout, state, block, own, signed):
+def _begin_turn(layout, state, block, own):
     """Settle the widths of a turn: ``turn_width``, and ``read_width`` that nearby segments read."""
     # In a turn of at most ``SLOTS`` iterations nothing gets further than the next group, whichever side of it.
     widths, active = state.width + block * layout.segments * WORD_BYTES, get(state.active, block)
@@ -105,6 +105,26 @@ def _widest_step(slots, begin, end, step, width):
 
 
 @njit(nogil=True)
+def _sum(slots, visit, begin, end, step, width, have, count, signed):
+    """Add the steps of a turn of ``count`` iterations to the sums of a segment; the planes that they may have then."""
+    if signed:
+        for word in range(begin, end, LANES):
+            sum_signed_steps(slots, word + 2 * step, visit, word, step, width, have)
+        return max(have, width + 3) + 1
+    if count <= 3:
+        for word in range(begin, end, LANES):
+            sum_three_steps(slots, word + 2 * step, visit, word, step, width, have)
+        return max(have, width + 2) + 1
+    if have > 0:
+        for word in range(begin, end, LANES):
+            sum_more_steps(slots, word + 2 * step, visit, word, step, width, have)
+        return max(have, width + 3) + 1
+    for word in range(begin, end, LANES):
+        sum_steps(slots, word + 2 * step, visit, word, step, width)
+    return width + 3
+
+
+@njit(nogil=True)
 def _accumulate(layout, state, block, own, count, signed):
     """Add the steps of a turn of ``count`` iterations to the sums of the visit."""
     step, slot = layout.plane, layout.planes * layout.plane * WORD_BYTES
@@ -122,31 +142,14 @@ def _accumulate(layout, state, block, own, count, signed):
     most = 0
     for segment in range(layout.segments):
         width, have = get(state.turn_width, segment), get(state.visit_width, segment)
-        if width == 0:
-            continue
         begin, end = get(state.begin, segment), get(state.end, segment)
         if not signed and width > get(state.width, block * layout.segments + segment):
             # A wider segment beside this one may or may not have led to wider steps here.
             width = _widest_step(slots, begin, end, step, width)
-            if width == 0:
-                continue
-        total = max(have, width + 3) + 1
-        if signed:
-            for word in range(begin, end, LANES):
-                sum_signed_steps(slots, word + 2 * step, state.visit, word, step, width, have)
-        elif count <= 3:
-            total = max(have, width + 2) + 1
-            for word in range(begin, end, LANES):
-                sum_three_steps(slots, word + 2 * step, state.visit, word, step, width, have)
-        elif have > 0:
-            for word in range(begin, end, LANES):
-                sum_more_steps(slots, word + 2 * step, state.visit, word, step, width, have)
-        else:
-            total = width + 3
-            for word in range(begin, end, LANES):
-                sum_steps(slots, word + 2 * step, state.visit, word, step, width)
-        have = needed_planes(state.visit, begin, end, step, total, 0, signed)
-        put(state.visit_width, segment, have)
+        if width > 0:
+            total = _sum(slots, state.visit, begin, end, step, width, have, count, signed)
+            have = needed_planes(state.visit, begin, end, step, total, 0, signed)
+            put(state.visit_width, segment, have)
         most = max(most, have)
     if signed:
         # As with r, all segments have one width.
@@ -204,10 +207,9 @@ def visit_block(layout, state, block, done, iterations, budget, signed):
     own = state.residual + block * slot
     while get(state.active, block) > 0 and done < iterations and budget > 0:
         # Turns of about the same length, so that none is left with a single iteration.
-        most = max(2, min(SLOTS, CACHE // ((get(state.active, block) + 2) * layout.plane * WORD_BYTES)))
-        turns = (iterations - done + most - 1) // most
+        turns = (iterations - done + SLOTS - 1) // SLOTS
         count = (iterations - done + turns - 1) // turns
-        _begin_turn(layout, state, block, own, signed)
+        _begin_turn(layout, state, block, own)
         source = own
         for made in range(count - 1):
             iterate(layout, state, block, source, state.ring + made * slot, signed)

@@ -17,6 +17,7 @@ from codesign.planners.harmonic.plan.parameters import RelaxParameters, Stop
 from codesign.planners.harmonic.plan.pockets import sent_map
 from codesign.planners.harmonic.plan.relax import HarmonicPlan, work
 from codesign.planners.harmonic.plan.stages import Stage, StageEnd, VisitBatch, Visits
+from codesign.planners.harmonic.styles.stage_sums import MOST_SWEEPS, StageRuns
 from codesign.planners.host import one_step
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
@@ -31,9 +32,6 @@ STAGE_END = "stage_end"
 
 DETECT = "detect"
 """The task that detects whether a sweep changed a bit: a part of every visit, unless it is placed elsewhere."""
-
-MOST_SWEEPS = 1 << 16
-"""The most sweeps of a stage that starts from old values. Assumed: a watchdog of 16 bits."""
 
 
 def notes(problem: Problem, parameters: RelaxParameters) -> tuple[str, ...]:
@@ -64,16 +62,6 @@ class Costs:
     visits: VisitCost
     stage_end: Callable[[int], int] = _no_cost
     ram_addresses: int = 0
-
-
-@dataclass(frozen=True, eq=False)
-class _StageSums:
-    """A stage without its single visits: the sums of each block."""
-
-    stage: Stage
-    field: Field
-    visits: Visits
-    fault: str
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,8 +109,10 @@ def relax_steps(job: Job[Problem, RelaxParameters], costs: Costs) -> Generator[S
     else:
         steps = _each_stage(run, costs, job.memo)
     stages, field, fault = yield from steps
-    free, goals = job.problem.free, job.problem.goals
-    return HarmonicPlan(tuple(stages), field, reachable(free, goals), None, run.below, fault)
+    problem = job.problem
+    reach = partial(reachable, problem.free, problem.goals)
+    cells = reach() if job.memo is None else job.memo.get(("reachable", problem.map_digest), reach)
+    return HarmonicPlan(tuple(stages), field, cells, None, run.below, fault)
 
 
 def remaining_precisions(precisions: tuple[int, ...], start: Field | None) -> tuple[int, ...]:
@@ -199,45 +189,19 @@ def single_visits(parameters: RelaxParameters, batch: VisitBatch) -> Visits:
 
 def _each_stage(run: _Run, costs: Costs, memo: Memo | None) -> _StageSteps:
     stages: list[Stage] = []
-    problem, parameters, field, fault = run.problem, run.parameters, run.start, ""
-    height, width = parameters.block_shape(*problem.shape)
-    partition = (
-        # Blocks that hold the same cells have the same visits.
-        (min(height, problem.rows), min(width, problem.columns)),
-        parameters.iterations,
-        parameters.termination,
-        parameters.pockets,
-    )
+    field, fault = run.start, ""
+    stage_runs = StageRuns(run.problem, run.parameters, run.below, memo)
     for precision in run.precisions:
-        compute = partial(_stage_sums, run, precision, field)
-        if memo is None:
-            # Without a memo nothing would use them again, and the fields of all stages would only take memory.
-            sums = compute()
-        else:
-            start = None if field is None else field.digest()
-            promoted = parameters.promote_after.get(precision)
-            key = ("harmonic stage", problem.map_digest, *partition, start, run.below, precision, promoted)
-            sums = memo.get(key, compute)
+        sums = stage_runs.sums(precision, field)
         cycles = int(costs.visits(precision, sums.visits).sum()) + costs.stage_end(precision)
         yield Step(RELAX, np.array([cycles], np.int64), ram_addresses=costs.ram_addresses)
         stages.append(sums.stage)
         field, fault = sums.field, sums.fault
-        first = parameters.stop is Stop.FIRST_WITHOUT_LOCAL_MAXIMA and sums.stage.ends_a_run
+        first = run.parameters.stop is Stop.FIRST_WITHOUT_LOCAL_MAXIMA and sums.stage.ends_a_run
         if first or fault:
             break
     assert field is not None, "a schedule has at least one stage"
     return stages, field, fault
-
-
-def _stage_sums(run: _Run, precision: int, start: Field | None) -> _StageSums:
-    """Run one stage from the field of an earlier one."""
-    blocks = run.parameters.block_count(*run.problem.shape)
-    visits = Visits.none(blocks)
-    for item in _work(run, (precision,), start):
-        if isinstance(item, StageEnd):
-            return _StageSums(item.stage, item.field, visits, item.fault)
-        visits.add(item, run.parameters.iterations)
-    raise AssertionError("a stage has an end")
 
 
 def _work(run: _Run, precisions: tuple[int, ...], start: Field | None) -> Iterator[VisitBatch | StageEnd]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -69,13 +70,13 @@ class ArrayCircuit(CircuitStyle):
     planner = "wavefront"
     model: ClassVar[ArrayStyle]
 
+    @abstractmethod
     def array(self, parameters: PropagateParameters, /) -> tuple[int, str]:
         """The number of the array, and its node.
 
         Raises:
             UnsuitedError: parameters that no circuit has.
         """
-        raise NotImplementedError
 
     def circuit(self, job: Job[Problem, PropagateParameters]) -> Circuit:
         """The machine with the array of the style."""

@@ -1,0 +1,100 @@
+"""The files that ``hwsw explore`` and ``hwsw report`` write of a study, as options of both."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import wraps
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from codesign.cli.options import command_line
+from codesign.errors import printable
+
+if TYPE_CHECKING:
+    from codesign.exploration import Study
+    from codesign.progress import Show
+
+_FILE = click.Path(dir_okay=False, path_type=Path)
+_OPTIONS = (
+    click.option("--csv", "csv", type=_FILE, help="Write every point as CSV."),
+    click.option(
+        "--parquet", type=_FILE, help="Write every point as a Parquet file, for pandas, Polars and DuckDB."
+    ),
+    click.option("--html", "page", type=_FILE, help="Write a self-contained HTML page."),
+    click.option(
+        "--certify",
+        "certificate",
+        type=_FILE,
+        help="Write the certificate of the front: why each design off it is off it. hwsw verify-front checks it.",
+    ),
+)
+
+
+@dataclass(frozen=True)
+class StudyFiles:
+    """Where to write what; None: nowhere."""
+
+    csv: Path | None
+    parquet: Path | None
+    page: Path | None
+    certificate: Path | None
+
+    @property
+    def by_option(self) -> Mapping[str, Path | None]:
+        """The files by the options that name them."""
+        return {
+            "--csv": self.csv,
+            "--parquet": self.parquet,
+            "--html": self.page,
+            "--certify": self.certificate,
+        }
+
+    def write(self, study: Study, show: Show) -> None:
+        """Write those that were asked for."""
+        from codesign.progress import doing
+        from codesign.report import study_page, write_study_csv
+
+        if self.csv is not None:
+            write_study_csv(study, self.csv, show)
+        if self.parquet is not None:
+            doing(show, "writing Parquet")
+            study.to_parquet(self.parquet)
+        if self.page is not None:
+            study_page(study, self.page, command=command_line(), show=show)
+        if self.certificate is not None:
+            doing(show, "writing the certificate")
+            study.certify(self.certificate)
+
+    def name(self) -> None:
+        """Print which were written."""
+        names = {
+            "csv": self.csv,
+            "parquet": self.parquet,
+            "page": self.page,
+            "certificate": self.certificate,
+        }
+        for name, path in names.items():
+            if path is not None:
+                click.echo(f"{name}: {printable(str(path), None)}")
+
+
+def study_file_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """The options of these files. The command gets ``files``, a ``StudyFiles``."""
+
+    @wraps(command)
+    def gathered(
+        *,
+        csv: Path | None,
+        parquet: Path | None,
+        page: Path | None,
+        certificate: Path | None,
+        **others: Any,
+    ) -> Any:
+        return command(files=StudyFiles(csv, parquet, page, certificate), **others)
+
+    for option in reversed(_OPTIONS):
+        gathered = option(gathered)
+    return gathered

@@ -1,0 +1,138 @@
+"""The certificate of the front of a study: made here, checked by ``codesign.certificates``, which knows no study."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from codesign.certificates.check import Verdict, check
+from codesign.certificates.file import write_certificate
+from codesign.certificates.form import (
+    MAX_BOXES,
+    MAX_ROWS,
+    MAX_SPACE,
+    Certificate,
+    Definition,
+    Head,
+    layout,
+)
+from codesign.errors import CertificateError
+from codesign.exploration.claims import Claims, Excluded
+from codesign.inputs.aggregate import rule_as_written
+from codesign.inputs.boxes import value_text
+
+if TYPE_CHECKING:
+    from codesign.exploration.study import Study
+
+
+def certify(study: Study, path: Path | str, excluded: Sequence[Excluded] = ()) -> Verdict:
+    """Write the certificate of the front of a study to a file, once the checker has accepted it.
+
+    ``excluded``: boxes of designs that were not computed.
+
+    Raises:
+        CertificateError: the study has no objectives, or more designs than a certificate holds; or nothing excludes a
+            box. RunError: the file cannot be written.
+    """
+    certificate = certificate_of(study, excluded)
+    verdict = check(certificate)
+    write_certificate(certificate, Path(path))
+    return verdict
+
+
+def certificate_of(study: Study, excluded: Sequence[Excluded] = ()) -> Certificate:
+    """The certificate of the front of a study; see ``certify``."""
+    if not study.objectives:
+        raise CertificateError("the study has no objectives, so it has no front", hint="name objectives")
+    space = study.decisions
+    if len(space) > MAX_SPACE or study.judged.count > MAX_ROWS or len(excluded) > MAX_BOXES:
+        most = f"a certificate has at most {MAX_SPACE:,} designs, {MAX_ROWS:,} of them one by one"
+        raise CertificateError(most, hint="certify a part of the study, by --set or --axis")
+    claims = Claims(study, excluded)
+    given = claims.columns
+    definition = _definition(study, claims)
+    head = Head(
+        format="hwsw certificate",
+        version=1,
+        rows=len(claims.designs),
+        boxes=len(excluded),
+        reasons=len(claims.reasons.held),
+        parts=[{axis: list(numbers) for axis, numbers in box.axes.items()} for box in space.boxes],
+        tasks=claims.tasks,
+        names=claims.reasons.names,
+        texts=claims.texts.texts,
+    )
+    columns = {
+        name: np.ascontiguousarray(given[name], kind).reshape(shape)
+        for name, (kind, shape) in layout(definition, head).items()
+    }
+    return Certificate.of(definition, head, columns)
+
+
+def differences(certificate: Certificate, study: Study, excluded: Sequence[Excluded] = ()) -> list[str]:
+    """In what a certificate is not that of a study; nothing where they are equal."""
+    own, its = certificate_of(study, excluded), certificate
+    heads = [json.loads(each.texts[0]) | json.loads(each.texts[1]) for each in (own, its)]
+    texts = [name for name, value in heads[0].items() if value != heads[1][name]]
+    columns = [
+        f"column {name}"
+        for name, column in own.columns.items()
+        if not np.array_equal(column, its.columns[name], equal_nan=column.dtype.kind == "f")
+    ]
+    return texts or columns or ([] if own.digests == its.digests else ["text"])
+
+
+def _definition(study: Study, claims: Claims) -> Definition:
+    """What the study is of, and what for."""
+    space, figures = study.decisions, claims.figures
+    numbers = {axis: [*map(value_text, values)] for axis, values in space.axes.items()}
+    document: dict[str, Any] = {
+        "platform": study.platform,
+        "workload": study.workload,
+        "axes": [
+            {
+                "axis": axis,
+                "values": list(values),
+                "when": {
+                    other: [numbers[other].index(value_text(value)) for value in held]
+                    for other, held in space.when.get(axis, {}).items()
+                },
+            }
+            for axis, values in space.axes.items()
+        ],
+        "conditions": [{"axis": axis, "values": list(values)} for axis, values in study.conditions.items()],
+        "aggregate": {name: rule_as_written(rule) for name, rule in study.aggregate.items()},
+        "derived": {name: figure.as_written for name, figure in study.figures.items()},
+        "figures": [
+            {
+                "name": figure.name,
+                "unit": figure.unit,
+                "best": "greatest" if study.world.maximise(figure) else "least",
+            }
+            for figure in figures
+        ],
+        "objectives": [
+            {
+                "figure": figures.index(figure),
+                "direction": "maximise" if study.world.maximise(figure) else "minimise",
+            }
+            for figure in study.objectives
+        ],
+        "constraints": [
+            {
+                "figure": figures.index(limit.figure),
+                "bound": limit.bound,
+                "limit": limit.value,
+                "budget": claims.budgets.index(limit.of_part) if limit.of_part else None,
+            }
+            for limit in claims.limits
+        ],
+        "budgets": [limit.figure.name for limit in claims.budgets],
+        "identity": dict(study.specs.identity) if study.specs else {},
+        "contents": {axis: dict(own) for axis, own in study.specs.contents.items()} if study.specs else {},
+    }
+    return Definition.model_validate(document)

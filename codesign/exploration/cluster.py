@@ -1,0 +1,271 @@
+"""The executor over several machines: the workers of a cluster of dask.distributed compute, this process keeps.
+
+Works go out in batches that take about half a second, as the scheduler needs milliseconds for each. A batch is sized
+by what works took before, and a worker gives back what it does not get to. Each worker has one batch in hand and one
+ahead.
+
+Rejected: leaving it to dask where a batch runs, and to compute it again where a worker dies. By default it would do so
+three times, and say nothing of it; a point that kills its worker would kill four, and take its whole batch with it.
+"""
+
+from __future__ import annotations
+
+import json
+import logging
+import re
+import time
+from collections.abc import Generator, Iterable, Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from codesign.errors import CodesignError, InputError, RunError
+from codesign.exploration.crew import SECONDS_A_BATCH, Came, Crew, Left, Seat
+from codesign.exploration.evaluation import Done, Evaluator
+from codesign.exploration.partition import Work
+from codesign.exploration.work_queue import WorkQueue
+from codesign.system.memory import share_of_memory
+from codesign.units import counted
+
+if TYPE_CHECKING:
+    import distributed
+
+_BATCHES_AHEAD = 2
+_MOST_WORKS = 1000
+_GROWTH = 4
+_SECONDS_TO_CONNECT = 10
+_MOST_OF_A_FILE = 2**20
+_ADDRESS = re.compile(r"(?:(?:tcp|tls|ws|wss|ucx)://)?(?:\[[0-9a-fA-F:.]+\]|[^\s/:\[\]]+):([0-9]{1,5})")
+_EXTRA = "pip install 'hwsw-codesign[cluster]'"
+_FORMS = "write tcp://HOST:PORT, tls://HOST:PORT, or the name of the scheduler's file, such as scheduler.json"
+
+
+class ClusterExecutor:
+    """Computes with the workers of a cluster of dask.distributed.
+
+    A worker that dies costs a retry of what it had under way. Workers that come later are used too. Each worker process
+    computes one work at a time, whatever number of threads it has.
+
+    Args:
+        cluster: the address of its scheduler, or the name of the file that the scheduler writes; or a client, which
+            stays open.
+        patience: seconds to wait for workers where there is none.
+
+    ``died``: how many workers died with work under way, so that it was computed again.
+
+    Raises:
+        InputError: dask.distributed is not installed, or this is no address. RunError: no scheduler answers.
+    """
+
+    def __init__(self, cluster: str | distributed.Client, *, patience: float = 60.0) -> None:
+        self._own = isinstance(cluster, str)
+        self.client = _connected(cluster) if isinstance(cluster, str) else cluster
+        self.patience = patience
+        self.died = 0
+
+    def __enter__(self) -> ClusterExecutor:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Leave the cluster; a client that was handed in stays."""
+        if self._own:
+            with _quiet():
+                self.client.close(timeout=1)
+
+    @property
+    def workers(self) -> int:
+        """How many workers there are now."""
+        return len(self._infos())
+
+    @property
+    def words(self) -> str:
+        """The cluster in words, such as ``2 workers on 1 machine``."""
+        infos = self._infos()
+        return (
+            f"{counted(len(infos), 'worker')} on {counted(len({info['host'] for info in infos}), 'machine')}"
+        )
+
+    def share(self, memory: int | None) -> int:
+        """The bytes that one worker may take: of a bound for all; by default what the least of them is allowed."""
+        limits = [info["memory_limit"] for info in self._infos() if info.get("memory_limit")]
+        if memory is None and limits:
+            return int(min(limits))
+        return share_of_memory(max(1, self.workers), memory)
+
+    def run(self, works: Iterable[Work], evaluate: Evaluator) -> Generator[Done, None, None]:
+        """What came of each work, as it comes in.
+
+        Raises:
+            RunError: a worker cannot compute what this process does, no worker is left, or the scheduler went away.
+        """
+        queue = WorkQueue(iter(works), evaluate, max(1, self.workers))
+        pace = _Pace()
+        with _quiet():
+            crew = Crew(self.client, evaluate)
+            try:
+                self._gather(crew)
+                while self._work(crew, queue, pace):
+                    match crew.next(self.patience):
+                        case Came(batch=batch, done=done, seconds=seconds):
+                            pace.take(seconds, len(done))
+                            queue.put_back(batch.works[len(done) :])
+                            _hand_out(crew, queue, pace)
+                            for work, each in zip(batch.works, done, strict=False):
+                                yield from queue.take(replace(each, work=work))
+                        case Left(works=lost, expected=True):
+                            queue.put_back(lost)
+                        case Left(works=lost):
+                            self.died += 1
+                            yield from queue.after_death(lost, "")
+            finally:
+                crew.end()
+
+    def _gather(self, crew: Crew) -> None:
+        """Wait until all workers that there are were looked over.
+
+        Raises:
+            RunError: one of them cannot compute, or there is none.
+        """
+        crew.look()
+        while crew.joining:
+            crew.next(self.patience)
+        if crew.refused:
+            raise _refusal(crew)
+
+    def _work(self, crew: Crew, queue: WorkQueue, pace: _Pace) -> bool:
+        """Give all workers something to do; whether anything is left to wait for.
+
+        Raises:
+            RunError: no worker is left for it.
+        """
+        until = time.monotonic() + self.patience
+        while True:
+            queue.workers = max(1, len(crew.ready))
+            _hand_out(crew, queue, pace)
+            if any(seat.batches for seat in crew.ready):
+                return True
+            if crew.ready or queue.is_empty():
+                return False
+            if time.monotonic() > until and not crew.joining:
+                raise _refusal(crew) if crew.refused else _no_worker(crew, self.patience)
+            crew.next(1.0)
+
+    def _infos(self) -> list[dict[str, Any]]:
+        return list(self.client.scheduler_info()["workers"].values())
+
+
+class _Pace:
+    """How long a work takes, by those that came in."""
+
+    def __init__(self) -> None:
+        self._seconds: float | None = None
+        self._most = 1
+
+    def take(self, seconds: float, works: int) -> None:
+        """So many works took so long. Works that were faster count at once: the first ones waited for kernels."""
+        a_work = seconds / max(1, works)
+        before = a_work if self._seconds is None else self._seconds
+        self._seconds = min(a_work, 0.7 * before + 0.3 * a_work)
+        self._most = max(self._most, min(_MOST_WORKS, _GROWTH * works))
+
+    @property
+    def works(self) -> int:
+        """How many works a batch has."""
+        if self._seconds is None:
+            return 1
+        return max(1, min(self._most, round(SECONDS_A_BATCH / max(self._seconds, 1e-6))))
+
+
+def _hand_out(crew: Crew, queue: WorkQueue, pace: _Pace) -> None:
+    """Give each worker a batch, and then each a second one."""
+    for depth in range(_BATCHES_AHEAD):
+        for seat in crew.ready:
+            if len(seat.batches) <= depth and (works := _drawn(seat, queue, pace.works)):
+                crew.send(seat, works)
+
+
+def _drawn(seat: Seat, queue: WorkQueue, count: int) -> list[Work]:
+    busy = seat.works
+    drawn: list[Work] = []
+    while len(drawn) < count and (work := queue.next([*busy, *drawn])) is not None:
+        drawn.append(work)
+    return drawn
+
+
+def _refusal(crew: Crew) -> RunError:
+    faults = [f"worker {address}: {fault}" for address, fault in crew.refused.items()]
+    return RunError(
+        f"the cluster at {crew.where} cannot compute this\n" + "\n".join(faults[:5]),
+        hint="install the same versions of Python, hwsw-codesign and its packages on all machines, and restart the"
+        " workers as processes of their own",
+    )
+
+
+def _no_worker(crew: Crew, patience: float) -> RunError:
+    return RunError(
+        f"the cluster at {crew.where} had no worker for {patience:.0f} s",
+        hint=f"start some: dask worker {crew.where} --nthreads 1; finished points are kept",
+    )
+
+
+def _connected(cluster: str) -> distributed.Client:
+    try:
+        import distributed
+    except ImportError:
+        raise InputError("a cluster needs dask.distributed", hint=_EXTRA) from None
+    address = _address_of(cluster)
+    try:
+        with _quiet():
+            return distributed.Client(address, timeout=_SECONDS_TO_CONNECT, set_as_default=False)
+    except (OSError, ValueError, TypeError, RuntimeError, ImportError) as fault:
+        raise _unreachable(address, fault) from fault
+
+
+def _unreachable(address: str, fault: BaseException) -> CodesignError:
+    cause = fault
+    while cause.__cause__ is not None:
+        cause = cause.__cause__
+    if address.startswith("tls://") and isinstance(fault, TypeError | RuntimeError | ValueError):
+        return InputError(
+            f"{address} needs certificates: {cause}",
+            "--cluster",
+            "set distributed.comm.tls.ca-file and distributed.comm.tls.client in dask's configuration",
+        )
+    return RunError(
+        f"no scheduler answers at {address}: {cause}",
+        "--cluster",
+        "start one with dask scheduler, or check host, port and firewall; nothing was computed, and nothing is lost",
+    )
+
+
+def _address_of(cluster: str) -> str:
+    """The address of a scheduler, as it is given or as it stands in the scheduler's file."""
+    address = cluster
+    if cluster.endswith(".json"):
+        try:
+            with Path(cluster).open("rb") as file:
+                content = json.loads(file.read(_MOST_OF_A_FILE))
+            address = content["address"]
+        except (OSError, ValueError, KeyError, TypeError, RecursionError) as wrong:
+            what = f"{cluster} is no file of a scheduler: {wrong}"
+            raise InputError(what, "--cluster", "dask scheduler --scheduler-file FILE writes one") from wrong
+    port = _ADDRESS.fullmatch(address) if isinstance(address, str) else None
+    if port is None or not 0 < int(port.group(1)) < 2**16:
+        raise InputError(f"{address!r:.80} is no address of a scheduler", "--cluster", _FORMS)
+    return address
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """Keep what dask logs of workers that come and go off the terminal: this module reports it."""
+    logger = logging.getLogger("distributed")
+    level = logger.level
+    logger.setLevel(logging.CRITICAL)
+    try:
+        yield
+    finally:
+        logger.setLevel(level)

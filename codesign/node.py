@@ -1,0 +1,89 @@
+"""What runs on a worker of a cluster: it shows what it is made of, takes what computes, and computes batches of work.
+
+A worker imports this module before any kernel, so that its kernels are kept in a folder of its node. All else comes as
+bytes that are read afterwards. It knows nothing of what is computed.
+"""
+
+from __future__ import annotations
+
+import os
+import pickle
+import platform
+import threading
+import time
+from collections.abc import Callable
+from functools import cached_property
+from importlib.metadata import PackageNotFoundError, version
+from typing import Any
+
+from codesign.kernel_cache import compiled_once, keep_kernels_on_node
+
+COMPARED = ("numba", "llvmlite", "numpy", "scipy")
+"""The packages that a figure may depend on, to the last bit."""
+
+_COMPUTING = threading.Lock()
+
+
+def versions() -> dict[str, str]:
+    """The versions of Python and of the packages that a figure depends on; "none": it is not installed."""
+    found = {"Python": ".".join(platform.python_version_tuple()[:2])}
+    for name in COMPARED:
+        try:
+            found[name] = version(name)
+        except PackageNotFoundError:
+            found[name] = "none"
+    return found
+
+
+def introduced(digest: str) -> dict[str, Any]:
+    """Keep the kernels of this worker on its node, and say what it is made of.
+
+    - ``versions``: see there. ``host``, ``process``: where it runs.
+    - ``fault``: why it cannot be used; "" where it can.
+    """
+    try:
+        fault = keep_kernels_on_node(digest)
+    except OSError as wrong:
+        fault = f"it has no folder for its kernels: {wrong}"
+    return {"versions": versions(), "host": platform.node(), "process": os.getpid(), "fault": fault}
+
+
+class Held:
+    """What computes, as it is held by a worker: the bytes that it came as, until it is needed.
+
+    A worker that runs short of memory may write it to its disk and read it again.
+    """
+
+    def __init__(self, data: bytes) -> None:
+        self._data = data
+
+    @cached_property
+    def compute(self) -> Callable[[Any], Any]:
+        """Computes one work."""
+        compute: Callable[[Any], Any] = pickle.loads(self._data)
+        return compute
+
+    def __reduce__(self) -> tuple[type[Held], tuple[bytes]]:
+        return Held, (self._data,)
+
+
+def hold(data: bytes, digest: str) -> Held:
+    """Take what computes."""
+    keep_kernels_on_node(digest)
+    return Held(data)
+
+
+def compute(held: Held, works: bytes, seconds: float) -> tuple[list[Any], float]:
+    """What came of the first works of a batch, in order, and the seconds that it took.
+
+    No work is begun after so many seconds; the first one always is. A process computes one batch at a time, whatever
+    number of threads it has: what computes is not for several, and threads of Python do not compute side by side.
+    """
+    with _COMPUTING:
+        begun = time.monotonic()
+        came: list[Any] = []
+        for work in pickle.loads(works):
+            came.append(compiled_once(lambda work=work: held.compute(work)))  # type: ignore[misc]
+            if time.monotonic() - begun >= seconds:
+                break
+        return came, time.monotonic() - begun

@@ -1,0 +1,110 @@
+"""How far long work is: said by whatever works, and shown by whatever called it.
+
+Work that may take over two seconds takes a ``Show``, and calls it with an ``Advance``. It does not know whether
+anything is shown. ``codesign.cli.progress`` shows it on a terminal.
+"""
+
+from __future__ import annotations
+
+import time
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
+from typing import Protocol, TypeVar
+
+Item = TypeVar("Item")
+
+_SECONDS_BETWEEN = 0.1
+_SAMPLES = 64
+_SECONDS_BETWEEN_SAMPLES = 0.25
+
+
+@dataclass(frozen=True)
+class Advance:
+    """How far work is.
+
+    - ``done``: of ``total``. ``total`` is None where it is not known.
+    - ``words``: what is counted, or what is done, in words.
+    - ``left_s``: the seconds left, if they are known. ``expected_s``: what work that is not counted takes in all, by
+      experience.
+    - ``brief``: it is mostly over at once, so that only a terminal shows it.
+    """
+
+    done: int
+    total: int | None
+    words: str
+    left_s: float | None = None
+    expected_s: float | None = None
+    brief: bool = False
+
+
+class Show(Protocol):
+    """Shows an advance, at most as often as a person can read it."""
+
+    def __call__(self, advance: Advance) -> None:
+        """Show how far the work is."""
+
+
+def silent(advance: Advance) -> None:
+    """Show nothing."""
+
+
+def doing(show: Show, words: str, expected_s: float | None = None) -> None:
+    """Show what is begun, where it cannot be counted and is mostly over at once."""
+    show(Advance(0, None, words, expected_s=expected_s, brief=True))
+
+
+class Pace:
+    """The time left of pieces of work that take about the same time each, judged by the recent ones."""
+
+    def __init__(self, total: int, clock: Callable[[], float] = time.monotonic) -> None:
+        self.total, self._clock = total, clock
+        self._samples: deque[tuple[float, int]] = deque([(clock(), 0)], _SAMPLES)
+
+    def left_s(self, done: int) -> float | None:
+        """The seconds left once so many pieces are done; None before the first one."""
+        now = self._clock()
+        since, before = self._samples[0]
+        if done > self._samples[-1][1] and now - self._samples[-1][0] >= _SECONDS_BETWEEN_SAMPLES:
+            self._samples.append((now, done))
+        if done <= before:
+            return None
+        return (now - since) / (done - before) * (self.total - done)
+
+
+def tracked(
+    items: Iterable[Item],
+    show: Show,
+    words: str,
+    total: int,
+    *,
+    size: Callable[[Item], int] = lambda _: 1,
+    clock: Callable[[], float] = time.monotonic,
+) -> Iterator[Item]:
+    """The items, while ``show`` is told how many were taken, ``size`` counting each.
+
+    An item counts once the next one is asked for.
+    """
+    pace = Pace(total, clock)
+    done, shown = 0, clock()
+    show(Advance(0, total, words))
+    for item in items:
+        yield item
+        done += size(item)
+        if clock() - shown >= _SECONDS_BETWEEN:
+            shown = clock()
+            show(Advance(done, total, words, pace.left_s(done)))
+    show(Advance(done, total, words, 0.0))
+
+
+def span_text(seconds: float) -> str:
+    """A span of time as a person says it, to two digits or so.
+
+    >>> span_text(7.4), span_text(100), span_text(4000), span_text(200_000)
+    ('7 s', '1 min 40 s', '1 h 6 min', '2 d 7 h')
+    """
+    whole = round(seconds)
+    for unit, name, smaller, its in ((86400, "d", 3600, "h"), (3600, "h", 60, "min"), (60, "min", 1, "s")):
+        if whole >= unit:
+            return f"{whole // unit} {name} {whole % unit // smaller} {its}"
+    return f"{whole} s"

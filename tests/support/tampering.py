@@ -1,0 +1,396 @@
+"""Certificates that were tampered with: at random, each with a name of what was done."""
+
+from __future__ import annotations
+
+import io
+import json
+import zipfile
+from collections.abc import Callable
+from random import Random
+from typing import Any
+
+import numpy as np
+from explore_fakes import result
+from numpy.lib import format as npy
+
+from codesign.certificates.file import DEFINITION, DIGESTS, HEAD, packed, sealed
+from codesign.certificates.form import Claim, digests_of
+from codesign.exploration.certify import certificate_of
+from codesign.exploration.claims import Excluded
+from codesign.exploration.outcomes import Outcomes
+from codesign.exploration.study import Study
+from codesign.figures import FIGURES
+from codesign.inputs.constraint import constraint_of
+
+OBJECTIVES = tuple(FIGURES[name] for name in ("first_plan_s", "slices", "path_length_ratio_mean"))
+
+Members = dict[str, bytes]
+
+
+def sample(seed: int = 0) -> tuple[Study, list[Excluded]]:
+    """A study with every kind of claim but the same designs, and boxes in a space with two parts."""
+    rng = Random(seed)
+    outcomes: list[Any] = [
+        result(seconds=1, slices=50, path=1.5), result(seconds=5, slices=10, path=1.5), result(path=None, slices=40),
+        result(seconds=9, slices=90), "failed", result(slices=120, fits=False), result(slices=140, fits=False), None,
+    ]  # fmt: skip
+    outcomes += [
+        result(seconds=rng.randint(2, 9), slices=rng.randint(20, 60), path=rng.choice([1.5, 1.7, 2.0]))
+        for _ in range(40)
+    ]
+    outcomes += [None] * 24
+    axes = {"a.b": (0, 1), "a.c": tuple(range(6)), "a.d": (0, 1, 2, 3), "a.e": (0, 1)}
+    when = {"a.e": {"a.b": (1,)}}
+    limits = (constraint_of("slices <= 80"), constraint_of("slices < 95 %"))
+    study = Study("bench", "maze", axes, OBJECTIVES, limits, Outcomes.of(outcomes), when=when)
+    at_best = {"first_plan_s": 2.0, "slices": 51.0, "path_length_ratio_mean": 1.5}
+    excluded = [
+        Excluded(1, (0, 3, 0, 0), (1, 6, 2, 2), at_best),
+        Excluded(1, (0, 3, 2, 0), (1, 5, 4, 2), {"slices": 99.0}),
+        Excluded(1, (0, 5, 2, 0), (1, 6, 4, 1), {}, "no clock"),
+        Excluded(1, (0, 5, 2, 1), (1, 6, 4, 2), {}),
+    ]
+    return study, excluded
+
+
+def members_of(content: bytes) -> Members:
+    with zipfile.ZipFile(io.BytesIO(content)) as archive:
+        return {name: archive.read(name) for name in archive.namelist()}
+
+
+def array(content: bytes) -> Any:
+    return np.array(npy.read_array(io.BytesIO(content), allow_pickle=False))
+
+
+def array_bytes(values: Any) -> bytes:
+    buffer = io.BytesIO()
+    npy.write_array(buffer, values, (1, 0), allow_pickle=values.dtype == object)
+    return buffer.getvalue()
+
+
+def digested(members: Members) -> bytes:
+    """The file of these members with every digest made anew: it is at one with itself."""
+    columns = {
+        name.removesuffix(".npy"): array(content)
+        for name, content in members.items()
+        if name.endswith(".npy")
+    }
+    digests = digests_of((members[DEFINITION], members[HEAD]), columns)
+    return sealed({**members, DIGESTS: digests.model_dump_json().encode()})
+
+
+# ---- bytes, the seal left as it is ----
+
+
+def flip(content: bytes, rng: Random) -> bytes:
+    place = rng.randrange(len(content))
+    return content[:place] + bytes([content[place] ^ 1 << rng.randrange(8)]) + content[place + 1 :]
+
+
+def cut(content: bytes, rng: Random) -> bytes:
+    return content[: rng.randrange(len(content))]
+
+
+def drop(content: bytes, rng: Random) -> bytes:
+    place = rng.randrange(len(content))
+    return content[:place] + content[place + rng.randint(1, 99) :]
+
+
+def insert(content: bytes, rng: Random) -> bytes:
+    place = rng.randrange(len(content) + 1)
+    return content[:place] + rng.randbytes(rng.randint(1, 99)) + content[place:]
+
+
+# ---- members, under a new seal ----
+
+
+def member_flip(content: bytes, rng: Random) -> bytes:
+    members = members_of(content)
+    name = rng.choice([name for name, held in members.items() if held])
+    return sealed({**members, name: flip(members[name], rng)})
+
+
+def member_cut(content: bytes, rng: Random) -> bytes:
+    members = members_of(content)
+    name = rng.choice([name for name, held in members.items() if held])
+    return sealed({**members, name: members[name][: rng.randrange(len(members[name]))]})
+
+
+def member_gone(content: bytes, rng: Random) -> bytes:
+    members = members_of(content)
+    del members[rng.choice(list(members))]
+    return sealed(members)
+
+
+def member_more(content: bytes, rng: Random) -> bytes:
+    return sealed({**members_of(content), rng.choice(["more.npy", "../head.json", "x"]): b"\x93NUMPY"})
+
+
+def members_moved(content: bytes, rng: Random) -> bytes:
+    members = list(members_of(content).items())
+    first, second = rng.sample(range(len(members)), 2)
+    members[first], members[second] = members[second], members[first]
+    return sealed(dict(members))
+
+
+def huge(content: bytes, rng: Random) -> bytes:
+    """Sizes in the head, or in a column, that no memory holds."""
+    members = members_of(content)
+    if rng.random() < 0.5:
+        head = json.loads(members[HEAD])
+        head[rng.choice(["rows", "boxes", "reasons"])] = 10 ** rng.randint(3, 40)
+        return sealed({**members, HEAD: json.dumps(head).encode()})
+    name = rng.choice([name for name in members if name.endswith(".npy")])
+    buffer = io.BytesIO()
+    shape = (10 ** rng.randint(6, 12),) * rng.randint(1, 3)
+    npy.write_array_header_1_0(buffer, {"descr": "<f8", "fortran_order": False, "shape": shape})
+    return sealed({**members, name: buffer.getvalue()})
+
+
+def bomb(content: bytes, rng: Random) -> bytes:
+    """A member of which little is packed and much comes out."""
+    members = members_of(content)
+    name = rng.choice([name for name, held in members.items() if held])
+    return sealed({**members, name: members[name] + bytes(2**22)})
+
+
+def pickled(content: bytes, rng: Random) -> bytes:
+    members = members_of(content)
+    name = rng.choice([name for name in members if name.endswith(".npy")])
+    return sealed({**members, name: array_bytes(np.array([{}] * 3, object))})
+
+
+def head_changed(content: bytes, rng: Random) -> bytes:
+    """A key of the head with a value of another kind, gone, or new."""
+    members = members_of(content)
+    name = rng.choice([HEAD, DEFINITION, DIGESTS])
+    held = json.loads(members[name])
+    key = rng.choice([*held, "more"])
+    if key in held and rng.random() < 0.3:
+        del held[key]
+    else:
+        held[key] = rng.choice([None, -1, 1.5, "text", [], [[]], {"a": 1}, True, "é" * 99])
+        if held == json.loads(members[name]):
+            held["more"] = 1
+    return sealed({**members, name: json.dumps(held).encode()})
+
+
+def value_changed(content: bytes, rng: Random) -> bytes:
+    """One value of a column: every claim may still be true, and the digest of the columns is not."""
+    members = members_of(content)
+    name = rng.choice([name for name, held in members.items() if name.endswith(".npy") and array(held).size])
+    values = array(members[name])
+    place = rng.randrange(values.size)
+    values.reshape(-1)[place] += 1 if not np.isnan(values.reshape(-1)[place]) else 0
+    if np.array_equal(values, array(members[name]), equal_nan=True):
+        values.reshape(-1)[place] = 7
+    return sealed({**members, name: array_bytes(values)})
+
+
+# ---- columns and definition, with all digests made anew: refused because a claim is false ----
+
+
+def _rows(members: Members, claim: Claim) -> list[int]:
+    rows = json.loads(members[HEAD])["rows"]
+    return np.flatnonzero(array(members["claim.npy"])[:rows] == claim).tolist()
+
+
+def _boxes(members: Members, claim: Claim) -> list[int]:
+    rows = json.loads(members[HEAD])["rows"]
+    return (np.flatnonzero(array(members["claim.npy"])[rows:] == claim) + rows).tolist()
+
+
+def _put(members: Members, name: str, place: Any, value: Any) -> None:
+    values = array(members[f"{name}.npy"])
+    values[place] = value
+    members[f"{name}.npy"] = array_bytes(values)
+
+
+def named_wrongly(content: bytes, rng: Random) -> bytes:
+    """A design is said to be dominated by one that is not on the front, or by none."""
+    members = members_of(content)
+    claims = array(members["claim.npy"])
+    others = [*np.flatnonzero(claims != Claim.FRONT).tolist(), -1, len(claims), 2**31 - 1]
+    _put(members, "by", rng.choice(_rows(members, Claim.DOMINATED)), rng.choice(others))
+    return digested(members)
+
+
+def claimed_front(content: bytes, rng: Random) -> bytes:
+    """A design that is off the front is put on it."""
+    members = members_of(content)
+    kind = rng.choice(
+        [Claim.DOMINATED, Claim.CONSTRAINT, Claim.LACKING, Claim.UNFIT, Claim.FAILED, Claim.MISSING]
+    )
+    row = rng.choice(_rows(members, kind))
+    _put(members, "claim", row, Claim.FRONT)
+    _put(members, "by", row, 0)
+    return digested(members)
+
+
+def taken_off_front(content: bytes, rng: Random) -> bytes:
+    """A design of the front is said to be dominated, to break a constraint, to lack an objective, or missing."""
+    members = members_of(content)
+    row = rng.choice(_rows(members, Claim.FRONT))
+    kind = rng.choice(
+        [Claim.DOMINATED, Claim.CONSTRAINT, Claim.LACKING, Claim.SAME, Claim.FAILED, Claim.MISSING]
+    )
+    _put(members, "claim", row, kind)
+    _put(members, "by", row, row if kind == Claim.SAME else 0)
+    return digested(members)
+
+
+def row_gone(content: bytes, rng: Random) -> bytes:
+    """A design is in no entry."""
+    members = members_of(content)
+    head = json.loads(members[HEAD])
+    row = rng.choice([row for row in range(head["rows"]) if array(members["claim.npy"])[row] != Claim.FRONT])
+    for name in ("design", "claim", "task", "figures", "budgets"):
+        values = array(members[f"{name}.npy"])
+        members[f"{name}.npy"] = array_bytes(np.ascontiguousarray(np.delete(values, row, axis=-1)))
+    claims = array(members["claim.npy"])
+    by = np.delete(array(members["by.npy"]), row)
+    rows = np.isin(claims, [Claim.DOMINATED, Claim.SAME]) & (by > row)
+    members["by.npy"] = array_bytes((by - rows).astype("<i4"))
+    head["rows"] -= 1
+    members[HEAD] = json.dumps(head).encode()
+    return digested(members)
+
+
+def row_twice(content: bytes, rng: Random) -> bytes:
+    """A design is in two rows."""
+    members = members_of(content)
+    designs = array(members["design.npy"])
+    first, second = rng.sample(range(len(designs)), 2)
+    _put(members, "design", first, designs[second])
+    return digested(members)
+
+
+def row_outside(content: bytes, rng: Random) -> bytes:
+    members = members_of(content)
+    row = rng.randrange(len(array(members["design.npy"])))
+    _put(members, "design", row, rng.choice([-1, 72, 10**9, -(2**63), 2**63 - 1]))
+    return digested(members)
+
+
+def figure_made_worse(content: bytes, rng: Random) -> bytes:
+    """A design of the front has a figure by which others that are better are no longer dominated, or it is none."""
+    members = members_of(content)
+    row = rng.choice(_rows(members, Claim.FRONT))
+    worse = rng.choice([[1e9, 79, 1e9], [np.inf, 79, np.inf], [1, 1e9, 1], [1, 20, np.nan]])
+    _put(members, "figures", (slice(None), row), worse)
+    return digested(members)
+
+
+def figure_made_better(content: bytes, rng: Random) -> bytes:
+    """A design that is dominated has figures by which it is not."""
+    members = members_of(content)
+    _put(members, "figures", (rng.randrange(3), rng.choice(_rows(members, Claim.DOMINATED))), -1.0)
+    return digested(members)
+
+
+def sense_swapped(content: bytes, rng: Random) -> bytes:
+    members = members_of(content)
+    definition = json.loads(members[DEFINITION])
+    objective = rng.choice(definition["objectives"])
+    swap = {"minimise": "maximise", "maximise": "minimise"}
+    objective["direction"] = swap[objective["direction"]]
+    if rng.random() < 0.5:
+        figure = definition["figures"][objective["figure"]]
+        figure["best"] = {"least": "greatest", "greatest": "least"}[figure["best"]]
+    return digested({**members, DEFINITION: json.dumps(definition).encode()})
+
+
+def limit_moved(content: bytes, rng: Random) -> bytes:
+    """A limit by which a design of the front is out, or one that was out is in."""
+    members = members_of(content)
+    definition = json.loads(members[DEFINITION])
+    definition["constraints"][0]["limit"] = rng.choice([5.0, 1e6])
+    return digested({**members, DEFINITION: json.dumps(definition).encode()})
+
+
+def objective_named_wrongly(content: bytes, rng: Random) -> bytes:
+    members = members_of(content)
+    definition = json.loads(members[DEFINITION])
+    key = rng.choice(["objectives", "constraints"])
+    rng.choice(definition[key])["figure"] = rng.choice([-1, 3, 10**30])
+    return digested({**members, DEFINITION: json.dumps(definition).encode()})
+
+
+def space_changed(content: bytes, rng: Random) -> bytes:
+    """Values of an axis more or less, another condition of an axis, or other parts."""
+    members = members_of(content)
+    definition, head = json.loads(members[DEFINITION]), json.loads(members[HEAD])
+    kind = rng.randrange(5)
+    if kind == 0:
+        definition["axes"][rng.randrange(1, 4)]["values"].append("more")
+    elif kind == 1:
+        definition["axes"][rng.randrange(4)]["values"].pop()
+    elif kind == 2:
+        definition["axes"][3]["when"] = rng.choice([{}, {"a.b": [0]}, {"a.b": [0, 1]}, {"a.c": [1]}])
+    elif kind == 3:
+        head["parts"].pop(rng.randrange(2))
+    else:
+        part = rng.choice(head["parts"])
+        part[rng.choice(list(part))].append(rng.choice([0, 9, -1]))
+    return digested({**members, DEFINITION: json.dumps(definition).encode(), HEAD: json.dumps(head).encode()})
+
+
+def box_moved(content: bytes, rng: Random) -> bytes:
+    """A box holds designs that it did not, or holds no longer some that it did."""
+    members = members_of(content)
+    name = rng.choice(["low", "high"])
+    values = array(members[f"{name}.npy"])
+    place = rng.randrange(len(values)), rng.randrange(values.shape[1])
+    _put(members, name, place, values[place] + rng.choice([-1, 1, 2**30, -(2**30)]))
+    return digested(members)
+
+
+def box_in_another_part(content: bytes, rng: Random) -> bytes:
+    members = members_of(content)
+    parts = array(members["part.npy"])
+    _put(members, "part", rng.randrange(len(parts)), rng.choice([-1, 0, 2, 2**31 - 1]))
+    return digested(members)
+
+
+def bound_made_better(content: bytes, rng: Random) -> bytes:
+    """The bound of a box is one that nothing dominates, keeps the constraint, or is not given."""
+    members = members_of(content)
+    box = rng.choice(_boxes(members, Claim.DOMINATED) + _boxes(members, Claim.CONSTRAINT))
+    figure = 1 if box in _boxes(members, Claim.CONSTRAINT) else rng.randrange(3)
+    _put(members, "figures", (figure, box), rng.choice([-1.0, np.nan]))
+    return digested(members)
+
+
+def box_claims_more(content: bytes, rng: Random) -> bytes:
+    """A box claims what only a design can, or what there is not."""
+    members = members_of(content)
+    rows = json.loads(members[HEAD])["rows"]
+    kinds = [Claim.FRONT, Claim.SAME, Claim.LACKING, Claim.UNREACHED, Claim.FAILED, 9, 255]
+    _put(members, "claim", rng.randrange(rows, rows + 4), rng.choice(kinds))
+    return digested(members)
+
+
+def reason_passed_by_nothing(content: bytes, rng: Random) -> bytes:
+    members = members_of(content)
+    reason = rng.randrange(len(array(members["demand.npy"])))
+    _put(members, "demand", reason, rng.choice([0.0, -1.0, np.nan]))
+    return digested(members)
+
+
+Tamper = Callable[[bytes, Random], bytes]
+
+BYTES: list[Tamper] = [flip, cut, drop, insert]
+MEMBERS: list[Tamper] = [
+    member_flip, member_cut, member_gone, member_more, members_moved, huge, bomb, pickled, head_changed,
+    value_changed,
+]  # fmt: skip
+CLAIMS: list[Tamper] = [
+    named_wrongly, claimed_front, taken_off_front, row_gone, row_twice, row_outside, figure_made_worse,
+    figure_made_better, sense_swapped, limit_moved, objective_named_wrongly, space_changed, box_moved,
+    box_in_another_part, bound_made_better, box_claims_more, reason_passed_by_nothing,
+]  # fmt: skip
+ALL = [*BYTES, *MEMBERS, *CLAIMS]
+
+
+def sample_file(seed: int = 0) -> bytes:
+    return packed(certificate_of(*sample(seed)))
