@@ -32,11 +32,12 @@ of one. With few iterations a visit, the work at its end costs half as much agai
 Tried and left: one width a block (up to 1.8 times slower, where steps of many bits differ from group to group);
 code for each small width without a loop over planes (no faster, and twice the time to compile); north and south
 by shuffles of three vectors instead of loads across cache lines (no faster); shorter turns, so that the ring fits the
-first cache (slower); planes of all blocks side by side (they fell on each other in the cache); numba's arrays inside the kernel (reference counts at every use, 5 times
-slower), hence addresses.
+first cache (slower); planes of all blocks side by side (they fell on each other in the cache); numba's arrays inside
+the kernel (reference counts at every use, 5 times slower), hence addresses.
 
-``planes`` does the arithmetic of a group, ``visits`` that of a block, ``borders`` that between blocks; here are the sweeps. Numba keeps the compiled
-``advance`` and ``trim_all`` until *this* file changes, and sees no edit in the functions that they call. So
+``planes`` does the arithmetic of a group, ``visits`` that of a block, ``borders`` that between blocks; here are the
+sweeps. Numba keeps the compiled ``advance`` and ``trim_all`` until *this* file changes, and sees no edit in the
+functions that they call. So
 CALLED_DIGEST is here, and a test compares it with those files. After an edit there, the new digest here makes numba
 compile anew.
 """
