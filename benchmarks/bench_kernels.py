@@ -224,7 +224,7 @@ def run() -> list[dict[str, str]]:
         real_time("XC2V6000", virtex2[:36, :66], (36, 66), 6, range(7, 256, 8)),
         *(real_time("XC2V6000", virtex2, (36, 66), i, range(7, 256, 8)) for i in (6, 16, 64)),
         *(real_time("XC4VLX160", virtex4, (96, 48), i, range(7, 64, 8)) for i in (6, 16, 64)),
-        real_time("XC4VLX160", virtex4, (96, 48), 16, range(63, 64)),
+        *(real_time("XC4VLX160", virtex4, (96, 48), i, range(63, 64)) for i in (6, 16)),
     ]
     return [*lines, *compared((36, 66), 16), *by_precision(), *by_size(), *iteration_alone()]
 
