@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import time
 import traceback
 from abc import ABC, abstractmethod
@@ -42,7 +43,8 @@ class Done:
     - ``entries``: of points that were simulated by themselves, in their order.
     - ``computations``: those that were computed anew, as JSON by their digest. ``simulated``: how many simulations it
       took.
-    - ``apart``: nothing came of it, as its points have to be simulated each by itself: see ``Evaluator.alone``.
+    - ``why_apart``: why nothing came of it, so that its points have to be simulated each by itself
+      (``Evaluator.alone``); "" where something came of it.
     - ``interrupt``: what struck meanwhile; ``work`` is then what was done before.
     - ``took_s``: seconds that it took where it was computed; ``simulating_s`` of them were simulations of ``priced``
       points. None where this process loaded or compiled kernels meanwhile.
@@ -53,10 +55,15 @@ class Done:
     entries: tuple[Entry, ...] = ()
     computations: Mapping[str, str] = field(default_factory=dict)
     simulated: int = 0
-    apart: bool = False
+    why_apart: str = ""
     interrupt: KeyboardInterrupt | None = None
     took_s: float | None = None
     simulating_s: float | None = None
+
+    @property
+    def apart(self) -> bool:
+        """Whether its points have to be simulated each by itself."""
+        return bool(self.why_apart)
 
     @property
     def ran(self) -> bool:
@@ -171,13 +178,16 @@ class Pricer(Evaluator):
         """Points priced side by side; apart where each has to be simulated, or to be refused, by itself."""
         computed: dict[str, str] = {}
         try:
-            system = self.system(work)
-            if system is None:
-                return Done(work, apart=True)
+            system = self._bound(work)
+            if why := self._why_apart(system):
+                return Done(work, why_apart=why)
             priced = price(system, work.specs, lambda: self.computation(system, computed))
-        except Exception:
+        except CodesignError as fault:
             # Each point by itself reports what is wrong with it.
-            return Done(work, apart=True)
+            return Done(work, why_apart=str(fault) or type(fault).__name__)
+        except Exception as fault:
+            # A fault of pricing costs time, and no result. Tests of all shipped studies notice it.
+            return Done(work, why_apart=_unexpected(fault))
         return Done(work, priced, computations=computed, simulated=len(computed))
 
     def system(self, work: Together) -> System | None:
@@ -186,9 +196,16 @@ class Pricer(Evaluator):
         Raises:
             CodesignError: the points cannot be bound.
         """
+        system = self._bound(work)
+        return None if self._why_apart(system) else system
+
+    def _bound(self, work: Together) -> System:
         platform, workload = self.explored.point(work.axes)
-        system = bind(platform, workload, grid=grid_for(workload, self.explored.workload, self.grid))
-        return None if why_alone(system) or refusal(system, self.memory) is not None else system
+        return bind(platform, workload, grid=grid_for(workload, self.explored.workload, self.grid))
+
+    def _why_apart(self, system: System) -> str:
+        """Why each point has to be simulated, or refused, by itself; "" where they are priced together."""
+        return why_alone(system) or " ".join(refusal(system, self.memory) or ())
 
     def computation(self, system: System, computed: dict[str, str]) -> Computation:
         """What a system computes, as it was stored or computed now; what was computed now is put into ``computed``."""
@@ -197,7 +214,9 @@ class Pricer(Evaluator):
         digest = computation_digest(system)
         known = self.computations.get(digest)
         if known is not None:
-            return Computation.read(known)
+            # What cannot be read is computed again.
+            with contextlib.suppress(ValueError, TypeError, KeyError):
+                return Computation.read(known)
         begun = time.perf_counter()
         computation = record(system, self._memo)
         self.simulating_s += time.perf_counter() - begun
@@ -249,7 +268,11 @@ def _entry_of(evaluate: EvaluatePoint, point: DesignPoint) -> Entry:
         return Entry(point.key, EntryState.FAILED, str(fault))
     except Exception as fault:
         # Not the user's mistake: the place is what a report of it needs.
-        return Entry(point.key, EntryState.FAILED, f"{type(fault).__name__}: {fault} ({_place(fault)})")
+        return Entry(point.key, EntryState.FAILED, _unexpected(fault))
+
+
+def _unexpected(fault: Exception) -> str:
+    return f"{type(fault).__name__}: {fault} ({_place(fault)})"
 
 
 def _place(fault: Exception) -> str:

@@ -216,7 +216,9 @@ class FileStore:
             raise StoreError(
                 f"was written in format {version}, and this version reads format {SCHEMA}",
                 str(self.path),
-                "update hwsw-codesign, or give another file name",
+                "give another file name: its points are computed again"
+                if version < SCHEMA
+                else "update hwsw-codesign, or give another file name",
             )
         if not self.read_only:
             self._connection.execute("PRAGMA journal_mode = WAL")
@@ -290,10 +292,16 @@ def _message_of(fault: sqlite3.Error) -> tuple[str, str]:
             "cannot be written: the disk is full",
             "make room and run again: it goes on from there",
         ),
+        sqlite3.SQLITE_IOERR: (
+            f"cannot be read or written: {fault}",
+            "look at the disk and the limit of file sizes (ulimit -f), and run again: it goes on from there",
+        ),
         sqlite3.SQLITE_NOTADB: ("is not a file of explored points", _OURS),
         sqlite3.SQLITE_CORRUPT: ("is damaged", _OURS),
     }
-    return messages.get(code, (f"cannot be used: {fault}", _OURS))
+    # Without a code, or with that of a wrong statement: a text is none, or a table has other columns.
+    damaged = code in (0, sqlite3.SQLITE_ERROR)
+    return messages.get(code, (f"{'is damaged' if damaged else 'cannot be used'}: {fault}", _OURS))
 
 
 def _checksum(*texts: str) -> int:
