@@ -39,9 +39,9 @@ STUDIES: dict[str, tuple[str, dict[str, str]]] = {
             "relax.termination": "sound",
         },
     ),
-    "office-harmonic": (
-        "office-harmonic",
-        {**CLOCKS, "relax.iterations": "2,4,6,16", "relax.schedule.last": "63,87,111"},
+    "wavefront-tiles": (
+        "wavefront-tiles",
+        {**CLOCKS, "propagate.tile": "[16,24],[24,36],[12,18]", "propagate.paths": "shortest,safe"},
     ),
     "breadth-first": (
         "breadth-first",
