@@ -160,13 +160,13 @@ def explain(
     platform: Platform | Source,
     workload: Workload | Source,
     settings: Mapping[str, Any] | None = None,
-    show: Show = silent,
+    show: Show | None = None,
 ) -> Explanation:
     """Why a run takes its time and energy, why it is out, what would be better, and how sure that is.
 
     The run is simulated, and so is each of its levers and each step to a next value, by itself. ``settings``: raw
     values by axis, put into platform and workload first. A study has ``Study.explain(index)``.
-    ``show`` is told what is run.
+    ``show`` is told what is run (``codesign.progress``).
 
     Raises:
         SpecError: platform, workload and map do not belong together, or an axis is none.
@@ -176,7 +176,7 @@ def explain(
 
     asked = _workload(workload)
     point = point_of(_platform(platform), asked, settings or {})
-    return explain_run(*point, asked, settings, show)
+    return explain_run(*point, asked, settings, show or silent)
 
 
 def explore(
@@ -189,6 +189,8 @@ def explore(
     progress: Callable[[Progress], None] | None = None,
     memory: int | None = None,
     budget: Budget | None = None,
+    search: str | None = None,
+    seed: int = 0,
 ) -> Study:
     """Evaluate every point of the workload's exploration; finished points are kept in ``store`` and not done again.
 
@@ -199,6 +201,7 @@ def explore(
     ``codesign.exploration.ClusterExecutor(address)`` or a client of dask.distributed.
     ``memory``: bytes that all workers may take together; by default half of what the machine has free.
     ``budget``: how many points to compute, or for how long (``codesign.exploration.budget``); by default all.
+    ``search``: ``nsga2``, ``tpe``, ``random`` or ``bound`` says which, with ``seed``; by default all in turn.
 
     Raises:
         SpecError: an axis does not fit the platform. StoreError: the store cannot be used.
@@ -219,6 +222,8 @@ def explore(
         progress=progress,
         memory=memory,
         budget=budget,
+        search=search,
+        seed=seed,
     )
 
 

@@ -88,13 +88,14 @@ class _Count(ProgressColumn):
 
 
 class _TimeLeft(ProgressColumn):
-    """The time left, counted down between two advances; the time spent where it is not known."""
+    """The time left, counted down between two advances; the time spent where it is not known, or was wrong."""
 
     max_refresh = 0.5
 
     def render(self, task: Task) -> Text:
         """The text of the column."""
         ends = task.fields.get("ends")
-        if ends is None or (task.total is None and ends < time.monotonic()):
+        # What takes longer than was said has no time left that could be believed.
+        if ends is None or (ends < time.monotonic() and not task.finished):
             return Text(f"{span_text(task.elapsed or 0.0)} so far", style="progress.elapsed")
         return Text(f"{span_text(max(0.0, ends - time.monotonic()))} left", style="progress.remaining")

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codesign.figures import FIGURES, ResultFigure
-from codesign.inputs.constraint import LOWER, STRICT, Constraint
+from codesign.inputs.constraint import LOWER, STRICT, Bound, Constraint
 from codesign.inputs.derived import DerivedFigure
 from codesign.results.result import Reason, Result
 
@@ -91,6 +91,14 @@ def unsatisfied(
     return [bound.reason(0) for bound in bounds]
 
 
+def bound_names(constraint: Constraint) -> dict[Bound, str]:
+    """The name of each bound of a constraint, as its reason has it."""
+    names = {bound: f"{constraint.figure} {bound.replace('_', ' ')}" for bound in constraint.bounds}
+    if not constraint.of_part:
+        return names
+    return {bound: f"{name} {100 * constraint.bounds[bound]:.6g} %" for bound, name in names.items()}
+
+
 def whys_of(figure: ResultFigure, columns: Callable[[str], Floats]) -> list[Why]:
     """Why a figure has no value, and for which entries of the columns of declared ones: ``DerivedFigure.whys``."""
     return figure.whys(columns) if isinstance(figure, DerivedFigure) else []
@@ -134,11 +142,9 @@ def broken_bounds(
     scale = np.broadcast_to(np.where(np.isnan(budgets) | (budgets == 0), 1.0, budgets), values.shape)
     # Of a share the quotient is compared: it is exact where the limit is, which the product is not.
     shares = values / scale
-    broken = []
+    broken, names = [], bound_names(constraint)
     for bound, limit in constraint.bounds.items():
-        sign, name = 1 if bound in LOWER else -1, f"{figure} {bound.replace('_', ' ')}"
-        if constraint.of_part:
-            name = f"{name} {100 * limit:.6g} %"
+        sign, name = 1 if bound in LOWER else -1, names[bound]
         over = sign * (limit - shares)
         which = np.flatnonzero(held & ~((over < 0) | ((over == 0) & (bound not in STRICT))))
         most = limit * scale[which]

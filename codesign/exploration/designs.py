@@ -6,6 +6,7 @@ Both are views of a study: they are made when they are asked for, and what came 
 from __future__ import annotations
 
 import itertools
+import json
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -14,7 +15,7 @@ from typing import TYPE_CHECKING, Any, TypeVar, overload
 
 import numpy as np
 
-from codesign.errors import InputError, clip
+from codesign.errors import InputError, choose_hint, clip, show
 from codesign.exploration.aggregation import Draws, Spread, interval, spread
 from codesign.exploration.constraints import budget_of, unsatisfied, with_constraints
 from codesign.exploration.outcomes import STATES, Word
@@ -185,6 +186,27 @@ class Conditions:
         seeds = [tuple(place[position] for position in drawn) for place in places]
         numbers = {seed: number for number, seed in enumerate(dict.fromkeys(seeds))}
         return np.array([numbers[seed] for seed in seeds], np.intp) if len(numbers) > 1 else None
+
+    def listed(self, name: str, value: Any) -> Any:
+        """The value of a condition that is named by itself or by its number.
+
+        Raises:
+            InputError: no such condition, or no such value of it.
+        """
+        if name not in self.axes:
+            hint = choose_hint(name, self.axes) if self.axes else "the study has no conditions"
+            raise InputError(f"there is no condition {name}", "condition", hint)
+        values = self.axes[name]
+        for listed in values:
+            if listed == value and type(listed) is type(value):
+                return listed
+        if isinstance(value, int) and not isinstance(value, bool) and 0 <= value < len(values):
+            return values[value]
+        texts = (clip(json.dumps(listed), 60) for listed in values)
+        numbered = clip("; ".join(f"{number}: {text}" for number, text in enumerate(texts)), 400)
+        raise InputError(
+            f"{name} has no value {show(value)}", "condition", f"its values by number: {numbered}"
+        )
 
     def rule(self, figure: ResultFigure) -> Rule:
         """The rule of a figure."""

@@ -150,9 +150,17 @@ class FileStore:
 
     def latest(self) -> tuple[str, bytes] | None:
         """The definition and the plan of the study noted last, or None."""
-        query = "SELECT key, definition, plan, checksum FROM study ORDER BY number DESC LIMIT 1"
+        return self._study("ORDER BY number DESC LIMIT 1")
+
+    def plan(self, key: str) -> bytes:
+        """The plan of the study noted under a key; empty where there is none."""
+        study = self._study("WHERE key = ?", key)
+        return b"" if study is None else study[1]
+
+    def _study(self, which: str, *values: str) -> tuple[str, bytes] | None:
         with self._reported_faults():
-            row = self._connection.execute(query).fetchone()
+            query = f"SELECT key, definition, plan, checksum FROM study {which}"
+            row = self._connection.execute(query, values).fetchone()
         if row is None:
             return None
         key, definition, plan, checksum = row

@@ -11,6 +11,7 @@ from codesign.report.certainty import winners_certainty_table
 from codesign.report.explain_tables import effects_table
 from codesign.report.render import printable
 from codesign.report.result_tables import sources_table
+from codesign.report.search_tables import search_table
 from codesign.report.sourced import sourced_results
 from codesign.report.study_tables import (
     best_design,
@@ -66,6 +67,8 @@ def study_tables(study: Study, *, everything: bool = False, show: Show = silent)
     tables = [front_table(study) if study.feasible else nearest_table(study)]
     if study.feasible and study.conditions:
         tables += [best_table(study), *([spread_table(study)] if study.world.draws is not None else [])]
+    searched = search_table(study)
+    tables += [] if searched is None else [searched]
     tables.append(winners_certainty_table(study))
     doing(show, "comparing designs value by value")
     winners = winners_table(study)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from codesign.exploration.rows import provenance_columns, study_columns
+from codesign.exploration.rows import Scalar, provenance_columns, study_columns
 from codesign.figures import FIGURES, ResultFigure, label
 from codesign.inputs.derived import DerivedFigure
 from codesign.progress import Show, silent, tracked
@@ -27,7 +27,7 @@ from codesign.report.aggregated import (
 )
 from codesign.report.axes import axis_levels, fixed_axes, level_texts, short_names, varying_axes
 from codesign.report.certainty import verdict_text
-from codesign.report.render import write_csv
+from codesign.report.render import write_columns_csv
 from codesign.report.sentences import asked_notes
 from codesign.report.table import Cell, Column, Table, left, right, word, words
 from codesign.report.wording import (
@@ -132,13 +132,16 @@ def study_csv(study: Study, points: range | None = None) -> Table:
     Of all points, or of a range of them. The columns are the same for any range.
     """
     points = range(len(study.points)) if points is None else points
-    why = _Whys(study)
-    columns = study_columns(study, points) | {"why_not": [why.of(index) for index in points]}
-    columns |= provenance_columns(study, points)
+    columns = _raw_columns(study, points, _Whys(study))
     cells = tuple(
         tuple(Cell(str(value), value) for value in row) for row in zip(*columns.values(), strict=True)
     )
     return Table("All points", left(*columns), cells)
+
+
+def _raw_columns(study: Study, points: range, why: _Whys) -> dict[str, list[Scalar]]:
+    reasons: list[Scalar] = [why.of(index) for index in points]
+    return study_columns(study, points) | {"why_not": reasons} | provenance_columns(study, points)
 
 
 class _Whys:
@@ -188,10 +191,12 @@ def write_study_csv(study: Study, path: Path, show: Show = silent) -> None:
     ranges = [
         range(begin, min(begin + _ROWS_AT_ONCE, count)) for begin in range(0, max(count, 1), _ROWS_AT_ONCE)
     ]
-    tables = (
-        study_csv(study, each) for each in tracked(ranges, show, "rows of CSV written", count, size=len)
+    why = _Whys(study)
+    blocks = (
+        _raw_columns(study, rows, why)
+        for rows in tracked(ranges, show, "rows of CSV written", count, size=len)
     )
-    write_csv(tables, path)
+    write_columns_csv(blocks, path)
 
 
 def front_table(study: Study) -> Table:

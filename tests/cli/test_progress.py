@@ -26,7 +26,7 @@ def test_work_of_unknown_length_is_announced_once_and_at_once(capsys: pytest.Cap
 
     lines = progress.PlainLines(after_s=1000.0)
     for compiled in range(3):
-        lines(Advance(compiled, None, progress.COMPILING))
+        lines(progress.compiling(compiled))
     lines(Advance(1, 2, "points"))
     assert capsys.readouterr().err == "compiling kernels, once: about 20 s\n"
 
@@ -39,3 +39,78 @@ def test_quiet_shows_nothing(capsys: pytest.CaptureFixture[str]) -> None:
         show(Advance(0, None, progress.COMPILING))
         show(Advance(2, 2, "points"))
     assert capsys.readouterr().err == ""
+
+
+def test_a_line_begins_anew_with_each_phase(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    from codesign.cli import progress
+    from codesign.progress import Advance, doing
+
+    clock = [1000.0]
+    monkeypatch.setattr(progress.time, "monotonic", lambda: clock[0])
+    lines = progress.PlainLines()
+    lines(Advance(100, 100, "points read", 0.0))
+    doing(lines, "comparing designs")
+    clock[0] += 1.0
+    lines(Advance(0, 70, "rows written"))
+    lines(Advance(7, 70, "rows written", 4000.0))
+    assert capsys.readouterr().err.splitlines() == [
+        "100/100 points read, 0 s left",
+        "0/70 rows written",
+        "7/70 rows written, 1 h 6 min left",
+    ]
+
+
+def test_lines_wait_until_a_command_takes_long(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    from codesign.cli import progress
+    from codesign.progress import tracked
+
+    clock = [1000.0]
+    monkeypatch.setattr(progress.time, "monotonic", lambda: clock[0])
+    lines = progress.PlainLines(progress.LATER_S)
+    for _ in tracked(range(10), lines, "rows", 10, clock=lambda: clock[0]):
+        clock[0] += 0.5
+    said = capsys.readouterr().err.splitlines()
+    assert said[0].startswith("4/10 rows, 3 s left")
+    assert said[-1] == "10/10 rows, 0 s left"
+
+
+def test_the_time_left_follows_the_recent_pace() -> None:
+    from codesign.progress import Pace
+
+    now = 0.0
+    pace = Pace(1000, lambda: now)
+    assert pace.left_s(0) is None
+    for done in range(1, 500):
+        now += 1.0
+        left = pace.left_s(done)
+        assert left == pytest.approx(1000 - done)
+    for done in range(500, 600):
+        now += 10.0
+        left = pace.left_s(done)
+    assert left == pytest.approx(10 * (1000 - 599))
+
+
+def test_tracked_counts_what_is_done_and_gives_every_item() -> None:
+    from codesign.progress import Advance, tracked
+
+    now, shown = 0.0, list[Advance]()
+
+    def clock() -> float:
+        return now
+
+    items = tracked(["ab", "c", "def"], shown.append, "letters", 6, size=len, clock=clock)
+    for number, item in enumerate(items):
+        assert shown[-1].done == (0, 2, 3)[number]
+        assert item in {"ab", "c", "def"}
+        now += len(item)
+    assert [(each.done, each.total, each.left_s) for each in shown] == [
+        (0, 6, None),
+        (2, 6, 4.0),
+        (3, 6, 3.0),
+        (6, 6, 0.0),
+        (6, 6, 0.0),
+    ]
