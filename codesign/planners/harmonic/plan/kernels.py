@@ -27,7 +27,7 @@ iterations. So quiet parts of a block cost little, settled parts next to nothing
 Cost: of each plane and group, an iteration loads three vectors (two of them across cache lines; five where rows share
 words), does 7 logic operations and two shifts and stores one vector. With 512-bit registers that takes about 2 ns.
 A machine without them takes two or four times as many operations, and the majority of three bits takes four instead
-of one. With few iterations a visit, the work at its end costs half as much again.
+of one. With few iterations a visit, the work at its end costs two thirds as much again.
 
 Tried and left: one width a block (up to 1.8 times slower, where steps of many bits differ from group to group);
 code for each small width without a loop over planes (no faster, and twice the time to compile); north and south
