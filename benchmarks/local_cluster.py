@@ -25,7 +25,9 @@ class Cluster:
         self.file = folder / "scheduler.json"
         self.workers: list[subprocess.Popen[bytes]] = []
         self.scheduler = self._start(
-            "scheduler", "--host", "127.0.0.1", "--port", "0", "--scheduler-file", str(self.file)
+            "scheduler",
+            *("--host", "127.0.0.1", "--port", "0", "--scheduler-file", str(self.file)),
+            *("--idle-timeout", "10 minutes"),  # where this process is killed before it ends the cluster
         )
         until = time.monotonic() + SECONDS
         while not self._is_written() and time.monotonic() < until:

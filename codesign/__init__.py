@@ -189,6 +189,8 @@ def explore(
     progress: Callable[[Progress], None] | None = None,
     memory: int | None = None,
     budget: Budget | None = None,
+    search: str | None = None,
+    seed: int = 0,
 ) -> Study:
     """Evaluate every point of the workload's exploration; finished points are kept in ``store`` and not done again.
 
@@ -199,6 +201,7 @@ def explore(
     ``codesign.exploration.ClusterExecutor(address)`` or a client of dask.distributed.
     ``memory``: bytes that all workers may take together; by default half of what the machine has free.
     ``budget``: how many points to compute, or for how long (``codesign.exploration.budget``); by default all.
+    ``search``: ``nsga2``, ``tpe``, ``random`` or ``bound`` says which, with ``seed``; by default all in turn.
 
     Raises:
         SpecError: an axis does not fit the platform. StoreError: the store cannot be used.
@@ -219,6 +222,8 @@ def explore(
         progress=progress,
         memory=memory,
         budget=budget,
+        search=search,
+        seed=seed,
     )
 
 

@@ -10,6 +10,7 @@ Every number that a report shows is one of four kinds, and says which:
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from enum import StrEnum
@@ -328,7 +329,19 @@ def label(name: str) -> str:
 
     >>> label("share_reaching_goal"), label("block_rams"), label("first_plan_s at most")
     ('share reaching goal', 'block RAMs', 'first plan time at most')
+
+    An expression stays as it was written.
+
+    >>> label("sqrt(slices * block_rams) below: division by zero in slices / block_rams")
+    'sqrt(slices * block_rams) below: division by zero in slices / block_rams'
     """
+    return ": ".join(part if _EXPRESSION.search(part) else _words(part) for part in name.split(": "))
+
+
+_EXPRESSION = re.compile(r"(^| )[-+*/] |\b(sqrt|log|abs|min|max)\(")
+
+
+def _words(name: str) -> str:
     return " ".join(
         FIGURES[word].label if word in FIGURES else word.replace("_", " ") for word in name.split(" ")
     )

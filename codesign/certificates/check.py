@@ -15,7 +15,7 @@ from codesign.certificates.cover import covered, require
 from codesign.certificates.form import Bound, Certificate, Claim, digests_of
 
 Flags = NDArray[np.bool_]
-_BLOCK = 256
+_BLOCK, _PAIRS = 256, 2**26
 _ENDS = {"at_least": np.greater_equal, "at_most": np.less_equal, "above": np.greater, "below": np.less}
 
 
@@ -103,8 +103,9 @@ class _Entries:
             self._refuse(front[~self._keeps(bound, front)], "is on the front and breaks a constraint")
         costs, tasks = self._costs[:, front], self._task[front]
         self._refuse(front[np.isnan(costs).any(axis=0)], "is on the front and lacks an objective")
-        for begin in range(0, len(front), _BLOCK):
-            some = slice(begin, begin + _BLOCK)
+        block = max(1, min(_BLOCK, _PAIRS // max(1, len(front))))
+        for begin in range(0, len(front), block):
+            some = slice(begin, begin + block)
             no_worse, better = (tasks[:, None] == tasks[some]), np.zeros((1, 1), np.bool_)
             for cost in costs:
                 no_worse &= cost[:, None] <= cost[some]

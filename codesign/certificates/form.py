@@ -17,8 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import AllowInfNan, BaseModel, ConfigDict, Field
 
-MAX_SPACE = 100_000_000
-"""Most designs of a space."""
+MAX_SPACE = 2**62
+"""Most designs of a space, so that counts of designs are whole numbers of 64 bits."""
 
 MAX_ROWS = 10_000_000
 MAX_BOXES = 1_000_000

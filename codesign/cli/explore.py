@@ -21,6 +21,7 @@ from codesign.cli.options import (
     output_options,
     settings_of,
 )
+from codesign.cli.search import check_search_options, search_options
 from codesign.cli.study_files import StudyFiles, study_file_options
 from codesign.errors import EXIT_FAILED, EXIT_INFEASIBLE, InputError, printable
 from codesign.units import counted
@@ -77,6 +78,7 @@ def _cores() -> int:
 @cluster_option
 @memory_option
 @budget_options
+@search_options
 @click.option(
     "--check",
     type=click.IntRange(min=1),
@@ -100,6 +102,8 @@ def explore(
     memory: int | None,
     points: int | None,
     time_ms: int | None,
+    search: str | None,
+    seed: int | None,
     check: int | None,
     files: StudyFiles,
     detail: str,
@@ -122,6 +126,7 @@ def explore(
     from codesign.progress import Advance
 
     debug_step("modules loaded")
+    check_search_options(search, seed)
     changed = axes_of(axes, "--axis"), axes_of(conditions, "--condition"), needs
     platform, workload_spec = _explored(specs, settings_of(settings), *changed)
     one = "" if platform is None or isinstance(platform, list) else f"{platform.name}-"
@@ -162,6 +167,8 @@ def explore(
             progress=progress,
             memory=memory,
             budget=budget,
+            search=search,
+            seed=seed or 0,
         )
     debug_step("explored")
     _deliver(study, files, detail, as_json)

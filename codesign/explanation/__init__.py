@@ -12,6 +12,7 @@ from codesign.explanation.records import (
     Sure,
     Why,
     WhyOut,
+    Words,
     explanation_schema,
 )
 from codesign.explanation.shares import why_energy, why_time
@@ -24,6 +25,7 @@ __all__ = [
     "Sure",
     "Why",
     "WhyOut",
+    "Words",
     "explanation_schema",
     "why_energy",
     "why_time",

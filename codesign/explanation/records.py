@@ -100,6 +100,13 @@ class AxisEffect(ResultModel):
     )
 
 
+class Words(ResultModel):
+    """What tables call a figure."""
+
+    label: str = Field(description="its name in words")
+    unit: str = Field(description="its unit; 1 for a number of things or a share")
+
+
 class Explanation(ResultModel):
     """Why a design is as it is."""
 
@@ -116,6 +123,9 @@ class Explanation(ResultModel):
         default=None, description="whether no other design of the study dominates it; None of a run"
     )
     objectives: dict[str, float | None] = Field(description="the objectives, by name")
+    derived: dict[str, Words] = Field(
+        default={}, description="label and unit of objectives that the exploration derives, by name"
+    )
     result: Result = Field(exclude=True, description="the result that is explained; no part of the JSON")
     time: Why | None = Field(default=None, description="what the time is made of")
     energy: Why | None = Field(default=None, description="what the energy is made of")

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import json
 import zlib
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -27,6 +27,10 @@ _LEVEL = 3
 _MOST_BYTES = 2**30
 _COLUMNS = ("figures", "lows", "highs")
 _REASONS = TypeAdapter(tuple[Reason, ...])
+
+
+Plan = Sequence[tuple[str, Indices]]
+"""The key of each block, and its points; under an empty key points that are simulated by themselves."""
 
 
 def block_of(priced: Priced, parts: Parts) -> tuple[bytes, Priced]:
@@ -84,12 +88,22 @@ def read_block(data: bytes, parts: Parts) -> Priced:
     return Priced(templates, which, columns["figures"], columns["lows"], columns["highs"], reasons, reason)
 
 
-def plan_of(works: Iterable[Work]) -> bytes:
-    """Which points compute the same: the key of each block, and its points."""
-    together = [work for work in works if isinstance(work, Together)]
-    header = json.dumps([[work.key, len(work.numbers)] for work in together])
-    numbers = [np.diff(work.numbers, prepend=0) for work in together]
-    return zlib.compress(b"\n".join([header.encode(), b"".join(map(_planes, numbers))]), _LEVEL)
+def plan_of(works: Iterable[Work], *, alone: bool = False, earlier: Plan = ()) -> bytes:
+    """Which points compute the same: the key of each block, and its points.
+
+    ``alone``: the points that are simulated by themselves too, under an empty key. ``earlier``: another plan of the
+    same study; what stands in it is kept.
+    """
+    plan = {(key, numbers.tobytes()): (key, numbers) for key, numbers in earlier}
+    for work in works:
+        if isinstance(work, Together):
+            plan[work.key, work.numbers.tobytes()] = work.key, work.numbers
+        elif alone and len(work):
+            numbers = np.array(sorted(work.indices), np.int64)
+            plan["", numbers.tobytes()] = "", numbers
+    header = json.dumps([[key, len(numbers)] for key, numbers in plan.values()])
+    steps = [np.diff(numbers, prepend=0) for _, numbers in plan.values()]
+    return zlib.compress(b"\n".join([header.encode(), b"".join(map(_planes, steps))]), _LEVEL)
 
 
 def read_plan(data: bytes, count: int) -> list[tuple[str, Indices]]:

@@ -14,7 +14,6 @@ from codesign.certificates.file import write_certificate
 from codesign.certificates.form import (
     MAX_BOXES,
     MAX_ROWS,
-    MAX_SPACE,
     Certificate,
     Definition,
     Head,
@@ -49,8 +48,8 @@ def certificate_of(study: Study, excluded: Sequence[Excluded] = ()) -> Certifica
     if not study.objectives:
         raise CertificateError("the study has no objectives, so it has no front", hint="name objectives")
     space = study.decisions
-    if len(space) > MAX_SPACE or study.judged.count > MAX_ROWS or len(excluded) > MAX_BOXES:
-        most = f"a certificate has at most {MAX_SPACE:,} designs, {MAX_ROWS:,} of them one by one"
+    if study.judged.count > MAX_ROWS or len(excluded) > MAX_BOXES:
+        most = f"a certificate has at most {MAX_ROWS:,} designs one by one, and {MAX_BOXES:,} boxes"
         raise CertificateError(most, hint="certify a part of the study, by --set or --axis")
     claims = Claims(study, excluded)
     given = claims.columns

@@ -30,12 +30,14 @@ class Check:
 
         >>> Check(1000, ()).sentence
         '1,000 points were run alone: all figures equal'
+        >>> Check(1, ("point 7: ...",)).sentence
+        '1 point was run alone: 1 figure differs'
         """
         ran = f"{counted(self.points, 'point')} {'was' if self.points == 1 else 'were'} run alone"
-        found = (
-            f"{counted(len(self.differences), 'figure')} differ" if self.differences else "all figures equal"
+        differ = (
+            f"{counted(len(self.differences), 'figure')} differ{'s' if len(self.differences) == 1 else ''}"
         )
-        return f"{ran}: {found}"
+        return f"{ran}: {differ if self.differences else 'all figures equal'}"
 
 
 def check_points(study: Study, count: int, seed: int = 0, *, show: Show = silent) -> Check:

@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,25 +27,40 @@ Numbers = NDArray[np.int64]
 Floats = NDArray[np.float64]
 
 
-@dataclass(frozen=True)
-class Excluded:
+class Excluded(Protocol):
     """A box of designs that need not be computed.
 
-    - ``part``: the number of its part of the space (``Space.boxes``).
-    - ``low``, ``high``: of each axis of the space the places of its values in the part: from ``low`` to before
-      ``high``; 0 and 1 of an axis that the part lacks.
-    - ``figures``: by name what no design of the box betters: the least value, or the greatest of what is maximised.
-    - ``why``: why its designs are unfit; empty where a design of the front dominates ``figures``, or they break a
-      constraint. Without both, its designs are missing.
-    - ``task``: their task, where the study has several.
+    - ``part``: the number of its part of the space (``Space.boxes``). ``low``, ``high``: of each axis of the part the
+      places of its values there: from ``low`` to before ``high``.
+    - ``bound``: by name what no design of the box betters: the least value, or the greatest of what is maximised; of
+      the objectives, or of a figure that a constraint bounds. None where ``why`` alone excludes it.
+    - ``by``: a design that dominates the bound. ``why``: in a word or a sentence why it is excluded; empty: its designs
+      are missing.
     """
 
-    part: int
-    low: tuple[int, ...]
-    high: tuple[int, ...]
-    figures: Mapping[str, float]
-    why: str = ""
-    task: str = ""
+    @property
+    def part(self) -> int:
+        """The number of its part."""
+
+    @property
+    def low(self) -> tuple[int, ...]:
+        """Where it begins on each axis."""
+
+    @property
+    def high(self) -> tuple[int, ...]:
+        """Before where it ends."""
+
+    @property
+    def bound(self) -> Mapping[str, float] | None:
+        """What none of its designs betters, by figure."""
+
+    @property
+    def by(self) -> int | None:
+        """The design that dominates it."""
+
+    @property
+    def why(self) -> str:
+        """Why it is excluded."""
 
 
 @dataclass(frozen=True)
@@ -126,10 +141,16 @@ class Claims:
         inside = np.zeros(self._study.judged.count, np.bool_)
         for box in self._excluded:
             part = self._study.decisions.boxes[box.part]
-            shape = tuple(len(part.axes.get(axis, (0,))) for axis in self._study.decisions.axes)
-            own = inside[part.begin : part.begin + part.size].reshape(shape)
+            own = inside[part.begin : part.begin + part.size].reshape([*map(len, part.axes.values())])
             own[tuple(map(slice, box.low, box.high))] = True
         return inside
+
+    def _ends_of(self, box: Excluded) -> tuple[list[int], list[int]]:
+        """The places of a box on all axes of the space: 0 and 1 on those that its part lacks."""
+        space = self._study.decisions
+        own = dict(zip(space.boxes[box.part].axes, zip(box.low, box.high, strict=True), strict=True))
+        low, high = zip(*(own.get(axis, (0, 1)) for axis in space.axes), strict=True)
+        return list(low), list(high)
 
     @cached_property
     def figures(self) -> tuple[ResultFigure, ...]:
@@ -169,12 +190,14 @@ class Claims:
         judged, outcomes, boxes = study.judged, study.outcomes, self._excluded
         figures = np.array([judged.figure(figure)[chosen] for figure in self.figures])
         figures[:, judged.state[chosen] != State.DONE] = math.nan
-        best = [[box.figures.get(figure.name, math.nan) for box in boxes] for figure in self.figures]
+        bounds = [box.bound or {} for box in boxes]
+        best = [[bound.get(figure.name, math.nan) for bound in bounds] for figure in self.figures]
         numbers = {name: number for number, name in enumerate(self.tasks)}
         # A template that no point has counts for nothing.
         of_points = outcomes.each(lambda template: numbers.get(_task(template), 0), 0)
         task = judged.by_design(of_points)[chosen, 0]
-        tasks = [numbers.get(box.task, 0) for box in boxes]
+        tasks = [of_points[(box.by or 0) * judged.conditions] for box in boxes]
+        ends = [self._ends_of(box) for box in boxes]
         columns: dict[str, NDArray[Any]] = {
             "design": chosen,
             "task": np.concatenate([task, np.array(tasks, np.int64)]),
@@ -188,8 +211,8 @@ class Claims:
                 ]
             ),
             "part": np.array([box.part for box in boxes]),
-            "low": np.array([box.low for box in boxes]),
-            "high": np.array([box.high for box in boxes]),
+            "low": np.array([low for low, _ in ends]),
+            "high": np.array([high for _, high in ends]),
         }
         claim, by = self._claims(columns["figures"], columns["task"])
         name, demand, limit = self.reasons.held.T
@@ -241,18 +264,18 @@ class Claims:
             by[entries] = front[places]
 
     def _of_box(self, box: Excluded, figures: Floats) -> tuple[Claim, int]:
-        if box.why:
-            return Claim.UNFIT, self.reasons.number(
-                Reason(kind="bound", name=box.why, demand=1, limit=0, gap=1, unit="")
-            )
-        if not box.figures:
+        if not box.why:
             return Claim.MISSING, 0
+        if box.by is not None:
+            return Claim.DOMINATED, 0
         for number, limit in enumerate(self.limits):
-            upper, value = limit.bound in UPPER, float(figures[self.figures.index(limit.figure)])
-            known = limit.of_part is None and upper != self._study.world.maximise(limit.figure)
-            if known and not math.isnan(value) and not _keeps(limit, np.array([value]))[0]:
+            # The bound of a figure says nothing of a limit on its other side, nor of a share of an unknown part.
+            of_side = (limit.bound in UPPER) != self._study.world.maximise(limit.figure)
+            value = figures[[self.figures.index(limit.figure)]]
+            if of_side and limit.of_part is None and not np.isnan(value) and not _keeps(limit, value):
                 return Claim.CONSTRAINT, number
-        return Claim.DOMINATED, 0
+        reason = Reason(kind="bound", name=box.why, demand=1, limit=0, gap=1, unit="")
+        return Claim.UNFIT, self.reasons.number(reason)
 
     @property
     def _broken(self) -> list[NDArray[np.bool_]]:

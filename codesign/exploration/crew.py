@@ -25,7 +25,7 @@ from typing import TYPE_CHECKING, Any
 from codesign import node
 from codesign.errors import RunError
 from codesign.exploration.evaluation import Done, Evaluator, without_work
-from codesign.exploration.identity import code_digest, package_digest
+from codesign.exploration.identity import code_digest, digests_of, package_digest
 from codesign.exploration.partition import Work
 from codesign.interrupts import held
 
@@ -88,9 +88,21 @@ class _Computing:
 
     def __init__(self, evaluate: Evaluator) -> None:
         self._evaluate = evaluate
+        self._files = evaluate.files()
 
     def __call__(self, work: Work) -> Done:
         return without_work(self._evaluate(work))
+
+    @property
+    def differing(self) -> list[str]:
+        """The files that this worker has not, or not as they were where the study was begun."""
+        here = digests_of(self._files)
+        return [str(file) for file, digest in self._files.items() if here[file] != digest]
+
+
+def _differing(held: node.Held) -> list[str]:
+    assert isinstance(held.compute, _Computing)
+    return held.compute.differing
 
 
 class Crew:
@@ -218,7 +230,12 @@ class Crew:
                 sending = self.client.scatter(self._data, broadcast=True, hash=False, asynchronous=True)
                 self._sent, self._sending = None, asyncio.ensure_future(sending)
             self._sent = await self._sending
-            return self._submit(address, node.hold, self._sent, digest), ""
+            holding = self._submit(address, node.hold, self._sent, digest)
+            files = await self._fetch(self._submit(address, _differing, holding))
+            fault = (
+                f"its files differ from those here, or are not there: {', '.join(files[:3])}" if files else ""
+            )
+            return (None, fault) if fault else (holding, "")
 
     def _joined(self, seat: Seat, end: Future[Any]) -> None:
         if self._seats.get(seat.address) is not seat:

@@ -84,8 +84,8 @@ def read_definition(text: str) -> StudyDefinition:
     identity = {str(name): str(digest) for name, digest in definition["identity"].items()}
     space = Space(section.every_axis, canonical_digest(identity), contents, section.when)
     names = [str(each["name"]) for each in definition["platforms"].values()]
-    if len(space) > MAX_STUDY_POINTS or not names:
-        raise ValueError(f"{len(space)} points on {len(names)} platforms")
+    if not names:
+        raise ValueError("no platform")
     return StudyDefinition(
         platform=platform_text(names),
         workload=str(definition["workload"]["name"]),

@@ -6,6 +6,7 @@ Both are views of a study: they are made when they are asked for, and what came 
 from __future__ import annotations
 
 import itertools
+import json
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -14,11 +15,11 @@ from typing import TYPE_CHECKING, Any, TypeVar, overload
 
 import numpy as np
 
-from codesign.errors import InputError, clip
+from codesign.errors import InputError, choose_hint, clip, show
 from codesign.exploration.aggregation import Draws, Spread, interval, spread
 from codesign.exploration.constraints import budget_of, unsatisfied, with_constraints
 from codesign.exploration.outcomes import STATES, Word
-from codesign.figures import ResultFigure
+from codesign.figures import FIGURES, ResultFigure
 from codesign.inputs.aggregate import Rule, Share, rule_for
 from codesign.records import Listener
 from codesign.results.result import Reason, Result
@@ -27,8 +28,10 @@ from codesign.units import format_count
 
 if TYPE_CHECKING:
     from codesign.explanation import Explanation
+    from codesign.exploration.specs import Specs
     from codesign.exploration.study import Study
     from codesign.inputs import Platform, Workload
+    from codesign.maps import OccupancyGrid
 
 T = TypeVar("T")
 
@@ -99,7 +102,7 @@ class StudyPoint:
             for limit in limits
             for reason in unsatisfied(
                 limit,
-                self.figure(limit.figure),
+                lambda name: self.figure(FIGURES[name]),
                 budget_of(template, limit),
                 feasible=fits,
                 unreached=unreached,
@@ -130,10 +133,18 @@ class StudyPoint:
             InputError: the point is of no study that was explored; or a map, part or host file has changed since.
                 SpecError: a file is missing; or the point cannot be placed on its platform.
         """
+        return self._specs.point(self.axes)
+
+    def specs_on_its_map(self) -> tuple[Platform, Workload, OccupancyGrid | None]:
+        """``specs``, and the map that the study was computed on where it is at hand; see ``Specs``."""
+        return self._specs.point_on_its_map(self.axes)
+
+    @property
+    def _specs(self) -> Specs:
         specs = self.study.specs
         if specs is None:
             raise InputError(f"{self!r} is of no exploration, so nothing is known of its specs")
-        return specs.point(self.axes)
+        return specs
 
     def run(self, *, listeners: Sequence[Listener] = (), levers: bool = False) -> Result:
         """Simulate the point again, for its records or its levers; see ``codesign.simulate``.
@@ -141,8 +152,8 @@ class StudyPoint:
         Raises:
             InputError, SpecError: see ``specs``.
         """
-        platform, workload = self.specs()
-        result = simulate(platform, workload, listeners=listeners, levers=levers)
+        platform, workload, grid = self.specs_on_its_map()
+        result = simulate(platform, workload, listeners=listeners, levers=levers, grid=grid)
         return result if self.study.conditions else with_constraints(result, self.study.constraints)
 
     def explain(self) -> Explanation:
@@ -175,6 +186,27 @@ class Conditions:
         seeds = [tuple(place[position] for position in drawn) for place in places]
         numbers = {seed: number for number, seed in enumerate(dict.fromkeys(seeds))}
         return np.array([numbers[seed] for seed in seeds], np.intp) if len(numbers) > 1 else None
+
+    def listed(self, name: str, value: Any) -> Any:
+        """The value of a condition that is named by itself or by its number.
+
+        Raises:
+            InputError: no such condition, or no such value of it.
+        """
+        if name not in self.axes:
+            hint = choose_hint(name, self.axes) if self.axes else "the study has no conditions"
+            raise InputError(f"there is no condition {name}", "condition", hint)
+        values = self.axes[name]
+        for listed in values:
+            if listed == value and type(listed) is type(value):
+                return listed
+        if isinstance(value, int) and not isinstance(value, bool) and 0 <= value < len(values):
+            return values[value]
+        texts = (clip(json.dumps(listed), 60) for listed in values)
+        numbered = clip("; ".join(f"{number}: {text}" for number, text in enumerate(texts)), 400)
+        raise InputError(
+            f"{name} has no value {show(value)}", "condition", f"its values by number: {numbered}"
+        )
 
     def rule(self, figure: ResultFigure) -> Rule:
         """The rule of a figure."""

@@ -18,6 +18,15 @@ if TYPE_CHECKING:
     from codesign.exploration.study import Study
 
 
+class DerivedEntry(ResultModel):
+    """A figure that the exploration derives from declared ones."""
+
+    expression: str = Field(description="the expression, as it was written")
+    unit: str = Field(description="its unit; 1 for a number of things or a share")
+    direction: Literal["minimise", "maximise"] = Field(description="whether less or more of it is better")
+    label: str = Field(description="what tables and plots call it")
+
+
 class Objective(ResultModel):
     """A figure that spans the front, its unit, and whether less or more of it is better."""
 
@@ -135,7 +144,13 @@ class StudyDocument(ResultModel):
     axes: dict[str, list[Any]] = Field(
         description="the values of each decision, in the order of the workload"
     )
+    when: dict[str, dict[str, list[Any]]] = Field(
+        default={}, description="for which values of other decisions a decision exists; of those that may not"
+    )
     conditions: dict[str, list[Any]] = Field(description="the values of each condition, alike")
+    figures: dict[str, DerivedEntry] = Field(
+        default={}, description="the figures that the exploration derives, by name"
+    )
     aggregate: dict[str, Any] = Field(
         description="the rule of each figure that has one, and the default, as the workload has them"
     )
@@ -160,9 +175,16 @@ def study_document(study: Study) -> StudyDocument:
         workload=study.workload,
         provenance=None if study.provenance is None else study.provenance.stamped(),
         axes={name: list(values) for name, values in study.axes.items()},
+        when={
+            axis: {other: list(values) for other, values in conditions.items()}
+            for axis, conditions in study.when.items()
+        },
         conditions={name: list(values) for name, values in study.conditions.items()},
+        figures={
+            name: DerivedEntry.model_validate(figure.as_written) for name, figure in study.figures.items()
+        },
         aggregate={name: rule_as_written(rule) for name, rule in study.aggregate.items()},
-        units={figure: figure.unit for figure in FIGURES.values()},
+        units={figure: figure.unit for figure in _every(study)},
         objectives=[_objective(study, figure) for figure in study.objectives],
         constraints=[ConstraintBounds.model_validate(limit.model_dump()) for limit in study.constraints],
         counts=Counts(
@@ -182,6 +204,11 @@ def study_document(study: Study) -> StudyDocument:
         points=[_point(study, point, point.index // count) for point in study.points],
         front=list(study.front),
     )
+
+
+def _every(study: Study) -> tuple[ResultFigure, ...]:
+    """The declared figures, and those that the study derives."""
+    return *FIGURES.values(), *study.figures.values()
 
 
 def _objective(study: Study, figure: ResultFigure) -> Objective:
@@ -222,7 +249,7 @@ def _point(study: Study, point: StudyPoint, design: int) -> Point:
         feasible=point.feasible,
         on_front=bool(study.on_front[design]),
         unreached=point.unreached,
-        figures={figure: _typed(figure, point.figure(figure)) for figure in FIGURES.values()},
+        figures={figure: _typed(figure, point.figure(figure)) for figure in _every(study)},
         failure=point.failure,
         result=point.result,
     )

@@ -2,22 +2,24 @@
 
 from __future__ import annotations
 
+import contextlib
 import time
 import traceback
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import wraps
-from pathlib import PurePath
+from pathlib import Path, PurePath
 from typing import TYPE_CHECKING, Any
 
 from codesign.errors import CodesignError
 from codesign.exploration.explored import Explored
-from codesign.exploration.identity import canonical_digest, code_digest
+from codesign.exploration.identity import canonical_digest, code_digest, files_read
 from codesign.exploration.partition import Alone, Together, Work
 from codesign.exploration.simulator import Simulator, grid_for
 from codesign.exploration.space import DesignPoint, Space, group_limit
 from codesign.exploration.store import Entry, EntryState
+from codesign.inputs.files import data_folder
 from codesign.memo import Memo
 from codesign.pricing.computation import Computation, record
 from codesign.pricing.price import Priced, price, why_alone
@@ -41,7 +43,8 @@ class Done:
     - ``entries``: of points that were simulated by themselves, in their order.
     - ``computations``: those that were computed anew, as JSON by their digest. ``simulated``: how many simulations it
       took.
-    - ``apart``: nothing came of it, as its points have to be simulated each by itself: see ``Evaluator.alone``.
+    - ``why_apart``: why nothing came of it, so that its points have to be simulated each by itself
+      (``Evaluator.alone``); "" where something came of it.
     - ``interrupt``: what struck meanwhile; ``work`` is then what was done before.
     - ``took_s``: seconds that it took where it was computed; ``simulating_s`` of them were simulations of ``priced``
       points. None where this process loaded or compiled kernels meanwhile.
@@ -52,10 +55,15 @@ class Done:
     entries: tuple[Entry, ...] = ()
     computations: Mapping[str, str] = field(default_factory=dict)
     simulated: int = 0
-    apart: bool = False
+    why_apart: str = ""
     interrupt: KeyboardInterrupt | None = None
     took_s: float | None = None
     simulating_s: float | None = None
+
+    @property
+    def apart(self) -> bool:
+        """Whether its points have to be simulated each by itself."""
+        return bool(self.why_apart)
 
     @property
     def ran(self) -> bool:
@@ -102,6 +110,10 @@ class Evaluator(ABC):
     def points(self, work: Work) -> Iterator[DesignPoint]:
         """The points of work, in order."""
         return iter(work.points) if isinstance(work, Alone) else map(self.space.point, work.indices)
+
+    def files(self) -> dict[Path, str]:
+        """The files that each worker reads, by a digest of what they hold now; not those that ship."""
+        return {}
 
     def alone(self, work: Work, workers: int) -> list[Work]:
         """The points of work, to be simulated each by itself: enough works that all workers end at about the same time.
@@ -156,32 +168,57 @@ class Pricer(Evaluator):
             return self._together(work)
         return _one_by_one(work, self.points(work), self._simulator)
 
+    def files(self) -> dict[Path, str]:
+        """Parts, hosts, calibrations and maps of axes, which are not in the pickle of this."""
+        shipped = data_folder("platforms")
+        read = files_read(self.explored)
+        return {file: digest for file, digest in read.items() if shipped not in file.parents}
+
     def _together(self, work: Together) -> Done:
         """Points priced side by side; apart where each has to be simulated, or to be refused, by itself."""
-        if self._memo is None:
-            self._memo = Memo()
         computed: dict[str, str] = {}
-        system: System | None = None
         try:
-            platform, workload = self.explored.point(work.axes)
-            system = bind(platform, workload, grid=grid_for(workload, self.explored.workload, self.grid))
-            if why_alone(system) or refusal(system, self.memory) is not None:
-                return Done(work, apart=True)
-            bound, memo = system, self._memo
-            priced = price(bound, work.specs, lambda: self._computation(bound, memo, computed))
-        except Exception:
+            system = self._bound(work)
+            if why := self._why_apart(system):
+                return Done(work, why_apart=why)
+            priced = price(system, work.specs, lambda: self.computation(system, computed))
+        except CodesignError as fault:
             # Each point by itself reports what is wrong with it.
-            return Done(work, apart=True)
+            return Done(work, why_apart=str(fault) or type(fault).__name__)
+        except Exception as fault:
+            # A fault of pricing costs time, and no result. Tests of all shipped studies notice it.
+            return Done(work, why_apart=_unexpected(fault))
         return Done(work, priced, computations=computed, simulated=len(computed))
 
-    def _computation(self, system: System, memo: Memo, computed: dict[str, str]) -> Computation:
-        """What a system computes, as it was stored or computed now."""
+    def system(self, work: Together) -> System | None:
+        """The bound system of points that compute the same; None where each has to be simulated, or refused, by itself.
+
+        Raises:
+            CodesignError: the points cannot be bound.
+        """
+        system = self._bound(work)
+        return None if self._why_apart(system) else system
+
+    def _bound(self, work: Together) -> System:
+        platform, workload = self.explored.point(work.axes)
+        return bind(platform, workload, grid=grid_for(workload, self.explored.workload, self.grid))
+
+    def _why_apart(self, system: System) -> str:
+        """Why each point has to be simulated, or refused, by itself; "" where they are priced together."""
+        return why_alone(system) or " ".join(refusal(system, self.memory) or ())
+
+    def computation(self, system: System, computed: dict[str, str]) -> Computation:
+        """What a system computes, as it was stored or computed now; what was computed now is put into ``computed``."""
+        if self._memo is None:
+            self._memo = Memo()
         digest = computation_digest(system)
         known = self.computations.get(digest)
         if known is not None:
-            return Computation.read(known)
+            # What cannot be read is computed again.
+            with contextlib.suppress(ValueError, TypeError, KeyError):
+                return Computation.read(known)
         begun = time.perf_counter()
-        computation = record(system, memo)
+        computation = record(system, self._memo)
         self.simulating_s += time.perf_counter() - begun
         computed[digest] = self.computations[digest] = computation.model_dump_json()
         return computation
@@ -231,7 +268,11 @@ def _entry_of(evaluate: EvaluatePoint, point: DesignPoint) -> Entry:
         return Entry(point.key, EntryState.FAILED, str(fault))
     except Exception as fault:
         # Not the user's mistake: the place is what a report of it needs.
-        return Entry(point.key, EntryState.FAILED, f"{type(fault).__name__}: {fault} ({_place(fault)})")
+        return Entry(point.key, EntryState.FAILED, _unexpected(fault))
+
+
+def _unexpected(fault: Exception) -> str:
+    return f"{type(fault).__name__}: {fault} ({_place(fault)})"
 
 
 def _place(fault: Exception) -> str:

@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from codesign.errors import CodesignError, InputError
-from codesign.explanation import Explanation, Moved, Sure, WhyOut, why_energy, why_time
+from codesign.explanation import Explanation, Moved, Sure, WhyOut, Words, why_energy, why_time
 from codesign.exploration.constraints import figure_of, with_constraints
 from codesign.exploration.designs import Design, Out, StudyPoint, checked_index
 from codesign.exploration.moves import Bench, gains_of, levers_for, ranked, steps_of
 from codesign.figures import ResultFigure, label
 from codesign.inputs import Platform, Workload
 from codesign.inputs.boxes import value_text
+from codesign.inputs.derived import DerivedFigure
 from codesign.memo import Memo
 from codesign.progress import Show, silent
 from codesign.results.result import Result
@@ -73,6 +74,7 @@ def explain_run(
         axes=dict(axes or {}),
         feasible=result.feasible,
         objectives={figure.name: figure_of(result, figure) for figure in objectives},
+        derived=_derived(objectives),
         result=result,
         time=why_time(result),
         energy=why_energy(result),
@@ -83,6 +85,14 @@ def explain_run(
         ),
         notes=(bench.cheap,) if bench.cheap and result.mission is None else (),
     )
+
+
+def _derived(figures: Sequence[ResultFigure]) -> dict[str, Words]:
+    return {
+        each.name: Words(label=each.label, unit=each.unit)
+        for each in figures
+        if isinstance(each, DerivedFigure)
+    }
 
 
 def _known(result: Result, figure: ResultFigure) -> bool:
@@ -128,6 +138,7 @@ def explain_design(study: Study, index: int, show: Show = silent) -> Explanation
         feasible=design.feasible,
         on_front=bool(study.on_front[index]),
         objectives={figure.name: design.figure(figure) for figure in study.objectives},
+        derived=_derived(study.objectives),
         result=result,
         time=why_time(result),
         energy=why_energy(result),

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
 from typing import Any
 
 from codesign.errors import Fault, InputError, SpecError, UnsuitedError
 from codesign.inputs import Exploration, Platform, Workload, cross_check, design_point
 from codesign.inputs.document import KeyPath, Origin, put
-from codesign.inputs.edit import PLATFORM_AXIS, Movable
+from codesign.inputs.edit import PLATFORM_AXIS, PROBLEM, Movable, moves
 from codesign.inputs.platform_axis import platforms_of
 from codesign.inputs.roles import ROLES
 
@@ -88,6 +90,24 @@ class Explored:
         except SpecError as wrong:
             raise UnsuitedError(wrong.faults) from wrong
 
+    @cached_property
+    def named_files(self) -> Mapping[str, Sequence[tuple[Any, tuple[Path, ...]]]]:
+        """The map and ``.scen`` files that each value of an axis names, by axis; of values that name one."""
+        document = self.workload.document
+        named: dict[str, list[tuple[Any, tuple[Path, ...]]]] = {}
+        for axis, values in (self.workload.explore.every_axis if self.workload.explore else {}).items():
+            if not moves(axis, PROBLEM):
+                continue
+            path = tuple(axis.split(".")[1:])
+            for value in values:
+                problem = put(document, {path: value}, lambda _path: Origin(())).tree["problem"]
+                texts = _texts_of_files(problem)
+                if texts:
+                    named.setdefault(axis, []).append(
+                        (value, tuple(document.folder / text for text in texts))
+                    )
+        return named
+
     def check_axes(self) -> None:
         """Check the axes; each fault is reported at its place in the file.
 
@@ -116,6 +136,17 @@ class Explored:
         except SpecError as wrong:
             return list(wrong.faults)
         return []
+
+
+def _texts_of_files(problem: Any) -> tuple[str, ...]:
+    """The files that a raw problem names, as it names them."""
+    sections = problem if isinstance(problem, dict) else {}
+    named = [(sections.get(section), key) for section, key in _FILES_OF_A_PROBLEM]
+    texts = [section.get(key) for section, key in named if isinstance(section, dict)]
+    return tuple(text for text in texts if isinstance(text, str))
+
+
+_FILES_OF_A_PROBLEM = (("map", "file"), ("goals", "scen"), ("starts", "scen"))
 
 
 def _place(fault: Fault) -> tuple[str, int, int, str]:

@@ -150,9 +150,17 @@ class FileStore:
 
     def latest(self) -> tuple[str, bytes] | None:
         """The definition and the plan of the study noted last, or None."""
-        query = "SELECT key, definition, plan, checksum FROM study ORDER BY number DESC LIMIT 1"
+        return self._study("ORDER BY number DESC LIMIT 1")
+
+    def plan(self, key: str) -> bytes:
+        """The plan of the study noted under a key; empty where there is none."""
+        study = self._study("WHERE key = ?", key)
+        return b"" if study is None else study[1]
+
+    def _study(self, which: str, *values: str) -> tuple[str, bytes] | None:
         with self._reported_faults():
-            row = self._connection.execute(query).fetchone()
+            query = f"SELECT key, definition, plan, checksum FROM study {which}"
+            row = self._connection.execute(query, values).fetchone()
         if row is None:
             return None
         key, definition, plan, checksum = row
@@ -208,7 +216,9 @@ class FileStore:
             raise StoreError(
                 f"was written in format {version}, and this version reads format {SCHEMA}",
                 str(self.path),
-                "update hwsw-codesign, or give another file name",
+                "give another file name: its points are computed again"
+                if version < SCHEMA
+                else "update hwsw-codesign, or give another file name",
             )
         if not self.read_only:
             self._connection.execute("PRAGMA journal_mode = WAL")
@@ -282,10 +292,16 @@ def _message_of(fault: sqlite3.Error) -> tuple[str, str]:
             "cannot be written: the disk is full",
             "make room and run again: it goes on from there",
         ),
+        sqlite3.SQLITE_IOERR: (
+            f"cannot be read or written: {fault}",
+            "look at the disk and the limit of file sizes (ulimit -f), and run again: it goes on from there",
+        ),
         sqlite3.SQLITE_NOTADB: ("is not a file of explored points", _OURS),
         sqlite3.SQLITE_CORRUPT: ("is damaged", _OURS),
     }
-    return messages.get(code, (f"cannot be used: {fault}", _OURS))
+    # Without a code, or with that of a wrong statement: a text is none, or a table has other columns.
+    damaged = code in (0, sqlite3.SQLITE_ERROR)
+    return messages.get(code, (f"{'is damaged' if damaged else 'cannot be used'}: {fault}", _OURS))
 
 
 def _checksum(*texts: str) -> int:

@@ -43,8 +43,8 @@ class FullResults:
 
     def _simulated(self, index: int) -> Result:
         if index not in self._held:
-            point = self._study.points[index]
-            result = simulate(*point.specs(), memo=self._memo)
+            platform, workload, grid = self._study.points[index].specs_on_its_map()
+            result = simulate(platform, workload, memo=self._memo, grid=grid)
             moved = [
                 FIGURES[name].label
                 for name in PRICED

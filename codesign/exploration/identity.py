@@ -99,7 +99,7 @@ def contents_of(explored: Explored) -> dict[str, dict[str, str]]:
     workload, axes = explored.workload, explored.section.axes
     contents = {
         axis: {canonical(value): _digest_of_files(files) for value, files in values}
-        for axis, values in _map_files(workload).items()
+        for axis, values in _map_files(explored).items()
     }
     contents[PLATFORM_AXIS] = {
         canonical(value): platform_digest(platform) for value, platform in explored.platforms.items() if value
@@ -124,8 +124,13 @@ def files_read(explored: Explored) -> dict[Path, str]:
     folders = dict.fromkeys(place / name for place in places for name in FOLDERS)
     folders |= dict.fromkeys(folder for place in places for folder in calibration_folders(place))
     files = [path for folder in folders for path in sorted(folder.glob("*.yaml"))]
-    for values in _map_files(explored.workload).values():
+    for values in _map_files(explored).values():
         files += [file for _, read in values for file in read]
+    return digests_of(files)
+
+
+def digests_of(files: Iterable[Path]) -> dict[Path, str]:
+    """SHA-256 over what each file holds; one that cannot be read counts as empty."""
     return {file: _digest_by_status(file) for file in files}
 
 
@@ -145,35 +150,14 @@ def _digest_at(file: Path, *_status: int) -> str:
     return _digest_of_files((file,))
 
 
-def _map_files(workload: Workload) -> dict[str, list[tuple[Any, tuple[Path, ...]]]]:
-    """The files that each value of an axis brings, by axis; of values that bring one."""
-    from codesign.inputs.document import Origin, put
-    from codesign.inputs.edit import PROBLEM, moves
-
-    files: dict[str, list[tuple[Any, tuple[Path, ...]]]] = {}
-    for axis, values in (workload.explore.every_axis if workload.explore else {}).items():
-        if not moves(axis, PROBLEM):
-            continue
-        path = tuple(axis.split(".")[1:])
-        for value in values:
-            problem = put(workload.document, {path: value}, lambda _path: Origin(())).tree["problem"]
-            named = _named_files(problem, workload.document.folder)
-            if named:
-                files.setdefault(axis, []).append((value, named))
-    return files
-
-
-def _named_files(problem: Any, folder: Path) -> tuple[Path, ...]:
-    """The files that a raw problem names: its map, with the image of its YAML, and its ``.scen`` files."""
+def _map_files(explored: Explored) -> dict[str, list[tuple[Any, tuple[Path, ...]]]]:
+    """The files that each value of an axis brings, by axis: those that it names, and the images of their YAML."""
     from codesign.maps import map_files
 
-    sections = problem if isinstance(problem, dict) else {}
-    named = [(sections.get(section), key) for section, key in _FILES_OF_A_PROBLEM]
-    texts = [section.get(key) for section, key in named if isinstance(section, dict)]
-    return tuple(file for text in texts if isinstance(text, str) for file in map_files(folder / text))
-
-
-_FILES_OF_A_PROBLEM = (("map", "file"), ("goals", "scen"), ("starts", "scen"))
+    return {
+        axis: [(value, tuple(file for path in named for file in map_files(path))) for value, named in values]
+        for axis, values in explored.named_files.items()
+    }
 
 
 def _digest_of_files(files: Iterable[Path]) -> str:

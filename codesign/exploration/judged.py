@@ -7,14 +7,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from functools import cached_property
+from functools import cached_property, partial
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from codesign.exploration.aggregation import Floats, aggregated
-from codesign.exploration.constraints import Broken, Flags, broken_bounds, budget_of
+from codesign.exploration.constraints import Broken, Flags, Why, broken_bounds, budget_of
 from codesign.exploration.outcomes import State
 from codesign.figures import ResultFigure
 from codesign.inputs.aggregate import Share
@@ -81,6 +81,7 @@ class Judged:
                 self._budgets(limit),
                 feasible=self.fits_points,
                 unreached=self.ended_points >= 0,
+                whys=partial(outcomes.whys, limit.figure),
             )
         ]
 
@@ -151,6 +152,7 @@ class Judged:
                 self.budgets(limit) if limit.of_part else np.full(1, math.nan),
                 feasible=np.ones(self.count, np.bool_),
                 unreached=unreached,
+                whys=partial(self.whys, limit.figure),
             )
             broken += [_those(each, held[each.which]) for each in all_of]
         return broken
@@ -220,6 +222,11 @@ class Judged:
                 column[held] = aggregated(rule, values[held], figure.maximise)
                 self._figures[figure] = column
         return self._figures[figure]
+
+    def whys(self, figure: ResultFigure) -> list[Why]:
+        """Why a figure has no value in some condition, and for which designs; see ``Outcomes.whys``."""
+        whys = self._outcomes.whys(figure)
+        return [(why, np.asarray(self.by_design(where).any(axis=1))) for why, where in whys]
 
     def values(self, figure: ResultFigure) -> Floats:
         """What is aggregated, designs × conditions: the figure; by share, 1 where the limit is met, else 0."""

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from codesign.errors import StoreError
-from codesign.exploration.blocks import block_of, read_block
+from codesign.exploration.blocks import Plan, block_of, read_block
 from codesign.exploration.definition import OTHER_VERSION
 from codesign.exploration.evaluation import Done
 from codesign.exploration.partition import Alone, Indices, Together, Work
@@ -33,7 +33,7 @@ class Kept:
     where: str | None
     parts: Parts = field(default_factory=Parts)
 
-    def everything(self, plan: Sequence[tuple[str, Indices]]) -> Iterator[Done]:
+    def everything(self, plan: Plan) -> Iterator[Done]:
         """What the store has of a study: its blocks by their keys, and all other points one by one.
 
         Raises:
@@ -41,16 +41,43 @@ class Kept:
         """
         alone = np.ones(len(self.space), bool)
         for key, numbers in plan:
-            block = next(self.store.blocks([key]), None)
+            if alone[numbers].any():
+                for done in self._blocks([(key, numbers)]):
+                    alone[numbers] = False
+                    yield done
+        yield from self._entries(np.flatnonzero(alone))
+
+    def planned(self, plan: Plan) -> Iterator[Done]:
+        """What the store has of the points of a plan alone; the space may be too large to go through.
+
+        Raises:
+            StoreError: see ``parted``.
+        """
+        left = set(np.concatenate([numbers for _, numbers in plan]).tolist()) if plan else set()
+        for done in self._blocks(plan):
+            left.difference_update(done.work.indices)
+            yield done
+        yield from self._entries(np.array(sorted(left), np.int64))
+
+    @staticmethod
+    def designs_of(plan: Plan, conditions: int) -> list[int]:
+        """The designs of the points of a plan, each once, in their order there."""
+        numbers = [numbers // conditions for _, numbers in plan]
+        return list(dict.fromkeys(np.concatenate(numbers).tolist())) if numbers else []
+
+    def _blocks(self, plan: Iterable[tuple[str, Indices]]) -> Iterator[Done]:
+        for key, numbers in plan:
+            block = next(self.store.blocks([key]), None) if key else None
             if block is not None:
-                alone[numbers] = False
                 work = Together(numbers, {}, Specs({}, {}, len(numbers)), key)
                 yield Done(work, self._read(block[1], len(work.numbers)))
-        if not self.store.has_entries():
+
+    def _entries(self, points: Indices) -> Iterator[Done]:
+        """What the store has of points that were simulated by themselves."""
+        if not len(points) or not self.store.has_entries():
             return
-        rest = np.flatnonzero(alone)
-        for begin in range(0, len(rest), _KEYS_AT_ONCE):
-            some = Alone(tuple(map(self.space.point, rest[begin : begin + _KEYS_AT_ONCE].tolist())))
+        for begin in range(0, len(points), _KEYS_AT_ONCE):
+            some = Alone(tuple(map(self.space.point, points[begin : begin + _KEYS_AT_ONCE].tolist())))
             yield from (each for each in self._by_point(some, False) if isinstance(each, Done))
 
     def parted(self, works: Iterable[Work]) -> Iterator[Done | Work]:

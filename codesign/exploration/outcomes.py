@@ -15,7 +15,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from codesign.exploration.constraints import figure_of
+from codesign.exploration.constraints import Why, figure_of, whys_of
 from codesign.figures import FIGURES, ResultFigure
 from codesign.inputs.derived import DerivedFigure, derived_column, derived_ends
 from codesign.pricing.price import PRICED, Priced
@@ -207,6 +207,13 @@ class Outcomes:
             else self._table(figure)[self.which[index]]
         )
         return None if math.isnan(held) else float(held)
+
+    def whys(self, figure: ResultFigure) -> list[Why]:
+        """Why a figure has no value, and for which points (bool), the first that holds a point being its reason.
+
+        None are named of a declared figure.
+        """
+        return whys_of(figure, lambda name: self.column(FIGURES[name]))
 
     def _table(self, figure: ResultFigure) -> Column:
         """A figure that no price moves, of each template, and NaN behind them for what has none."""

@@ -101,17 +101,17 @@ def parted(explored: Explored, space: Space, pending: Indices) -> Iterator[Work]
     levels = space.levels(pending)
     platforms = levels.get(PLATFORM_AXIS)
     if platforms is None:
-        yield from _Parting(explored, space, explored.platforms[""], pending, levels).works()
+        yield from Parting(explored, space, explored.platforms[""], pending, levels).works()
         return
     for number in np.unique(platforms):
         chosen = platforms == number
         platform = explored.platforms[space.axes[PLATFORM_AXIS][number]]
         own = {axis: column[chosen] for axis, column in levels.items()}
-        yield from _Parting(explored, space, platform, pending[chosen], own).works()
+        yield from Parting(explored, space, platform, pending[chosen], own).works()
 
 
 @dataclass(frozen=True, eq=False)
-class _Parting:
+class Parting:
     """The points of one platform. ``levels``: the number of the value of each axis, one entry a point; -1: none."""
 
     explored: Explored
@@ -151,7 +151,7 @@ class _Parting:
             combinations, numbers = np.unique(
                 np.stack([self.levels[axis] for axis in axes], axis=1), axis=0, return_inverse=True
             )
-            each = [self._model(name, dict(zip(axes, row, strict=True))) for row in combinations.tolist()]
+            each = [self.model(name, dict(zip(axes, row, strict=True))) for row in combinations.tolist()]
             shape = _shapes(each)
             models[name] = tuple(self._models[name] if model is None else model for model in each)
             which[name] = numbers.reshape(-1).astype(np.intp)
@@ -161,7 +161,7 @@ class _Parting:
         group = _grouped([*computed, *shapes], count)
         yield from self._by_group(group, sound, models, which)
 
-    def _model(self, name: str, levels: Mapping[str, int]) -> SpecModel | None:
+    def model(self, name: str, levels: Mapping[str, int]) -> SpecModel | None:
         """A component or link with values of its own axes; None where it refuses them."""
         values = {axis: self.space.axes[axis][level] for axis, level in levels.items() if level >= 0}
         try:

@@ -29,7 +29,7 @@ class ReasonCount:
     ``nearest`` is the index of the design with the least gap, the first of equals; ``least_gap`` (in ``unit``) and
     ``levers`` are those of this design, in its worst condition. A reason without a limit has a gap of 0 and no levers:
     a ``failure``, with its message's first line as name; ``unreached``, with what ended the mission; ``no figure``,
-    with the objective that a feasible design does not have.
+    with the objective that a feasible design does not have, and why where it is derived.
     """
 
     kind: str
@@ -125,7 +125,12 @@ def _held_against(study: Study) -> dict[tuple[str, str], list[int]]:
             held["unreached", ended] = designs
     fine = judged.feasible & ~judged.unreached & distinct
     for figure in dict.fromkeys(study.objectives):
-        if designs := np.flatnonzero(fine & np.isnan(judged.figure(figure))).tolist():
+        left = fine & np.isnan(judged.figure(figure))
+        for reason, where in judged.whys(figure) if left.any() else ():
+            if designs := np.flatnonzero(left & where).tolist():
+                held["no figure", f"{figure.name}: {reason}"] = designs
+            left &= ~where
+        if designs := np.flatnonzero(left).tolist():
             held["no figure", figure.name] = designs
     return held
 

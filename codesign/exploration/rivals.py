@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from codesign.errors import CodesignError
 from codesign.exploration.aggregation import Floats
 from codesign.figures import ResultFigure
+from codesign.inputs.derived import DerivedFigure
 from codesign.pricing.price import PRICED
 from codesign.results.result import Result
 from codesign.verdicts import Verdict, winner_verdict
@@ -47,8 +48,8 @@ class StudyRivals:
 
     def values(self, figure: ResultFigure) -> Floats:
         """The figure of each; NaN: none."""
-        if figure.name in PRICED:
-            return self._outcomes.figures[figure.name][self.points]
+        if figure.name in PRICED or isinstance(figure, DerivedFigure):
+            return self._outcomes.column(figure)[self.points]
 
         # A design without a chip is compared by what it has, not as one that takes nothing.
         def value(number: int) -> float:

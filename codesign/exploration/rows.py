@@ -141,6 +141,20 @@ def axis_column(axis: str, values: Sequence[Any]) -> tuple[str, list[Scalar]]:
     ]
 
 
+def order_of(axis: str, values: Sequence[Any]) -> int:
+    """1 where the values of an axis are numbers or quantities that rise, -1 where they fall; else 0.
+
+    >>> order_of("fpga.clock", ["50 MHz", "100 MHz"]), order_of("workload.variant", ["base", "deep"])
+    (1, 0)
+    """
+    entries = axis_column(axis, values)[1]
+    numbers = [each for each in entries if isinstance(each, int | float) and not isinstance(each, bool)]
+    steps = np.diff(np.array(numbers, np.float64))
+    if len(numbers) < len(entries):
+        return 0
+    return int((steps > 0).all()) - int((steps < 0).all()) if len(steps) else 1
+
+
 def _quantity(value: Any, dimension: Dimension) -> float | int | None:
     """The number in a quantity's base unit (seconds of a time); None where the value is no such quantity."""
     try:

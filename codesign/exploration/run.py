@@ -6,15 +6,17 @@ import contextlib
 import hashlib
 import os
 import sys
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from functools import partial
+from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
 from codesign.errors import InputError, RunError, StoreError
-from codesign.exploration.blocks import plan_of, read_plan
+from codesign.exploration.blocks import Plan, plan_of, read_plan
+from codesign.exploration.bounds import Bounds
 from codesign.exploration.budget import Budget
 from codesign.exploration.cluster import ClusterExecutor
 from codesign.exploration.definition import (
@@ -30,7 +32,10 @@ from codesign.exploration.explored import Explored
 from codesign.exploration.file_store import FileStore
 from codesign.exploration.identity import canonical_digest, contents_of, files_read, identity_of
 from codesign.exploration.kept import Kept
-from codesign.exploration.partition import Alone, Work, in_order, parted
+from codesign.exploration.partition import Alone, Indices, Work, in_order, parted
+from codesign.exploration.search import Searched
+from codesign.exploration.search_run import Rounds, SearchRun, searched_before
+from codesign.exploration.searches import check_search
 from codesign.exploration.simulator import check_some_point
 from codesign.exploration.space import Space
 from codesign.exploration.specs import Specs
@@ -62,6 +67,8 @@ def explore(
     evaluate: EvaluatePoint | None = None,
     memory: int | None = None,
     budget: Budget | None = None,
+    search: str | None = None,
+    seed: int = 0,
 ) -> Study:
     """Compute every point of the workload's exploration on the platform or platforms.
 
@@ -91,7 +98,9 @@ def explore(
             map file changed meanwhile. What was finished is kept.
     """
     explored = Explored.of(platform, workload)
-    section = _section(explored)
+    if search is not None:
+        check_search(search, seed)
+    section = _section(explored, search)
     given = _given(executor, workers)
     workers = _processors() if workers is None else workers
     if workers < 1:
@@ -102,29 +111,122 @@ def explore(
     files = files_read(explored)
     grid = grid_of(workload)
     axes = section.every_axis
-    specs = Specs.of(explored, identity_of(explored.single, workload, grid), contents_of(explored))
+    specs = Specs.of(explored, identity_of(explored.single, workload, grid), contents_of(explored), grid)
     space = Space(axes, canonical_digest(specs.identity), specs.contents, section.when)
     where = str(store) if isinstance(store, str | Path) else None
-    tally = Tally(space, section, where, progress, specs)
+    rounds = Rounds(space, section, where, progress, specs) if search is not None else None
+    tally = rounds or Tally(space, section, where, progress, specs)
     with _open_store(store) as opened:
-        kept = Kept(opened, space, where)
         evaluator = _evaluator(explored, space, grid, share, evaluate, opened)
         provenance = provenance_of(explored.platforms.values(), explored.workload)
         definition = definition_text(explored, section, specs, provenance)
-        every = list(tally.sorting(_works(explored, space, alone=evaluate is not None)))
-        opened.begin(hashlib.sha256(definition.encode()).hexdigest(), definition, plan_of(every))
-        decisions = Space(section.axes, "", when=section.when)
-        works = in_order(_pending(kept, tally, every), decisions, len(space) // len(decisions))
-        several = workers > 1 and len(works) > 1
-        computing = given or (ProcessExecutor(workers) if several else SerialExecutor())
-        # Closed by name: after Ctrl-C the traceback would keep the generator, and with it the workers, alive.
-        begun = works if budget is None else budget.within(works, partial(_cut, space))
-        with contextlib.closing(computing.run(begun, evaluator)) as coming:
-            for done in tally.watched(coming, works, computing.workers, budget):
-                _refuse_changes(files, files_read(explored))
-                tally.take(kept.put(done))
+        run = _Run(
+            explored,
+            section,
+            Kept(opened, space, where),
+            tally,
+            evaluator,
+            given or workers,
+            definition,
+            files,
+        )
+        if search is None or rounds is None:
+            run.every_point(budget)
+        else:
+            tally.search = run.search(rounds, search, seed, budget)
     names = [each.name for each in explored.platforms.values()]
     return tally.study(platform_text(names), workload.name, provenance)
+
+
+@dataclass(frozen=True)
+class _Run:
+    """An exploration with an open store. ``computing``: an executor, or how many processes of this machine.
+
+    ``files``: their digests when it began.
+    """
+
+    explored: Explored
+    section: Exploration
+    kept: Kept
+    tally: Tally
+    evaluator: Evaluator
+    computing: Executor | int
+    definition: str
+    files: Mapping[Path, str]
+
+    @property
+    def space(self) -> Space:
+        """The points."""
+        return self.kept.space
+
+    @cached_property
+    def decisions(self) -> Space:
+        """The designs."""
+        return Space(self.section.axes, "", when=self.section.when)
+
+    @cached_property
+    def key(self) -> str:
+        """The key of the study in its store."""
+        return hashlib.sha256(self.definition.encode()).hexdigest()
+
+    @cached_property
+    def earlier(self) -> Plan:
+        """What was planned of this study before."""
+        plan = self.kept.store.plan(self.key)
+        return read_plan(plan, len(self.space)) if plan else ()
+
+    def every_point(self, budget: Budget | None) -> None:
+        """Compute all points, or as many as the budget allows."""
+        every = list(self.tally.sorting(self.works(np.arange(len(self.space)))))
+        self.kept.store.begin(self.key, self.definition, plan_of(every, earlier=self.earlier))
+        pending = _pending(self.kept, self.tally, every)
+        works = in_order(pending, self.decisions, len(self.space) // len(self.decisions))
+        begun = works if budget is None else budget.within(works, partial(_cut, self.space))
+        # Closed by name: after Ctrl-C the traceback would keep the generator, and with it the workers, alive.
+        executor = self._executor(several=len(works) > 1)
+        with contextlib.closing(executor.run(begun, self.evaluator)) as coming:
+            for done in self.tally.watched(coming, works, executor.workers, budget):
+                self._came(done)
+
+    def search(self, rounds: Rounds, name: str, seed: int, budget: Budget | None) -> Searched:
+        """Compute what a search asks for, and as many random points beside it."""
+        run = SearchRun(
+            self.section, self.kept, rounds, self.works, self._computed, self._note, self._came, self.earlier
+        )
+        bounds = None
+        if isinstance(self.evaluator, Pricer):
+            bounds = Bounds(self.space, self.decisions, self.section, self.evaluator)
+        names = dict.fromkeys((name, "random"))
+        with contextlib.closing(run):
+            found = run.run(list(names), run.problem(self.decisions, bounds), seed, budget)
+        rounds.gather(run.in_order, run.conditions)
+        return found
+
+    def works(self, points: Indices) -> Iterator[Work]:
+        """Points as work: those that compute the same together, where they can be priced."""
+        if isinstance(self.evaluator, Pricer):
+            yield from parted(self.explored, self.space, points)
+            return
+        yield from (Alone((self.space.point(point),)) for point in points.tolist())
+
+    def _executor(self, *, several: bool = True) -> Executor:
+        if not isinstance(self.computing, int):
+            return self.computing
+        return ProcessExecutor(self.computing) if several and self.computing > 1 else SerialExecutor()
+
+    def _computed(self, works: Iterable[Work]) -> Generator[Done, None, None]:
+        return self._executor().run(works, self.evaluator)
+
+    def _note(self, works: Sequence[Work]) -> None:
+        plan = plan_of(works, alone=True, earlier=self.earlier)
+        self.kept.store.begin(self.key, self.definition, plan)
+
+    def _came(self, done: Done) -> None:
+        _refuse_changes(self.files, files_read(self.explored))
+        self.tally.take(self.kept.put(done))
+        if isinstance(self.evaluator, Pricer):
+            # Where a worker computed it, this process has not.
+            self.evaluator.computations.update(done.computations)
 
 
 def _given(executor: Executor | Client | None, workers: int | None) -> Executor | None:
@@ -151,14 +253,6 @@ def _evaluator(
         return PointByPoint(evaluate, space)
     check_some_point(explored, space, grid, memory)
     return Pricer(explored, space, grid, memory, store.computations())
-
-
-def _works(explored: Explored, space: Space, *, alone: bool) -> Iterator[Work]:
-    """The points as work; ``alone``: each of them is computed by itself."""
-    if not alone:
-        yield from parted(explored, space, np.arange(len(space)))
-        return
-    yield from (Alone((point,)) for point in space.points())
 
 
 def _cut(space: Space, work: Work, count: int) -> Work:
@@ -193,13 +287,21 @@ def load_study(path: Path | str, show: Show = silent) -> Study:
         try:
             text, plan = latest
             definition = read_definition(text)
-            tally = Tally(definition.space, definition.section, str(path), specs=definition.specs)
-            kept = Kept(store, definition.space, str(path))
-            kept_works = kept.everything(read_plan(plan, len(definition.space)))
-            for done in tracked(
-                kept_works, show, "points read", len(definition.space), size=lambda done: len(done.work)
-            ):
-                tally.take_kept(done)
+            space, section = definition.space, definition.section
+            kept = Kept(store, space, str(path))
+            planned = read_plan(plan, len(space))
+            if len(space) > MAX_STUDY_POINTS:
+                tally: Tally = searched_before(kept, section, planned, definition.specs)
+            else:
+                tally = Tally(space, section, str(path), specs=definition.specs)
+                for done in tracked(
+                    kept.everything(planned),
+                    show,
+                    "points read",
+                    len(space),
+                    size=lambda done: len(done.work),
+                ):
+                    tally.take_kept(done)
             study = tally.study(definition.platform, definition.workload, definition.provenance)
         except (ValueError, KeyError, TypeError, AttributeError, ArithmeticError, RecursionError) as wrong:
             raise StoreError(
@@ -220,15 +322,15 @@ def _refuse_changes(before: Mapping[Path, str], after: Mapping[Path, str]) -> No
             )
 
 
-def _section(explored: Explored) -> Exploration:
-    """The workload's section ``explore``, with objectives, of a size that a study can hold."""
+def _section(explored: Explored, search: str | None) -> Exploration:
+    """The workload's section ``explore``, with objectives; without a search, of a size that a study can hold."""
     section = explored.section
-    if section.points > MAX_STUDY_POINTS:
+    if search is None and section.points > MAX_STUDY_POINTS:
         raise InputError(
             f"{section.points:,} points are too many to explore at once",
             "explore.axes",
             f"at most {MAX_STUDY_POINTS:,}, so that the study fits in memory: take values from the axes and conditions,"
-            " or explore in parts",
+            " or search (--search)",
         )
     named = "objectives" in section.model_fields_set
     return (

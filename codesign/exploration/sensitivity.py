@@ -14,6 +14,10 @@ Designs that are out leave holes in the grid. Then the same two questions are as
 On a full grid both are the indices above, because the axes are then orthogonal. With holes they need not add up:
 what two axes move only together counts for neither main share. An axis with few pairs (``paired``) says little: a group
 of one design has no variance, so its total share is a lower bound.
+
+An axis may exist for some values of another only. The other then moves what depends on it, too: its main share is what
+the model without all of these axes loses when it is left out, and they are free in its groups. (These are sums of
+squares of type II, and a nested axis is a term that holds the axis it depends on.)
 """
 
 from __future__ import annotations
@@ -27,6 +31,7 @@ from numpy.typing import NDArray
 
 from codesign.explanation import AxisEffect
 from codesign.figures import ResultFigure
+from codesign.inputs.boxes import When, ordered
 
 if TYPE_CHECKING:
     from codesign.exploration.study import Study
@@ -45,6 +50,7 @@ def axis_effects(study: Study, figures: Sequence[ResultFigure]) -> tuple[AxisEff
     order given.
     """
     names = [name for name, values in study.axes.items() if len(values) > 1]
+    inside = [[names.index(each) for each in inside_of(study.when, name) if each in names] for name in names]
     judged = study.judged
     effects = []
     for figure in figures:
@@ -53,7 +59,8 @@ def axis_effects(study: Study, figures: Sequence[ResultFigure]) -> tuple[AxisEff
         of_axes = study.decisions.levels(held)
         levels = [_last_of_equals(study, name)[of_axes[name]] for name in names]
         values = column[held]
-        shares = variance_shares(np.array(levels, np.intp).reshape(len(names), len(held)).T, values)
+        matrix = np.array(levels, np.intp).reshape(len(names), len(held)).T
+        shares = variance_shares(matrix, values, inside)
         effects += [
             AxisEffect(
                 axis=name,
@@ -77,11 +84,23 @@ def _last_of_equals(study: Study, name: str) -> Levels:
     )
 
 
-def variance_shares(levels: Levels, values: Values) -> list[tuple[float | None, float | None, float]]:
+def inside_of(when: When, axis: str) -> list[str]:
+    """The axes that exist for some values of an axis only, by themselves or by others between them."""
+    inside: list[str] = []
+    for other in ordered(when, when):
+        if any(each == axis or each in inside for each in when[other]):
+            inside.append(other)
+    return inside
+
+
+def variance_shares(
+    levels: Levels, values: Values, inside: Sequence[Sequence[int]] | None = None
+) -> list[tuple[float | None, float | None, float]]:
     """The main share, the total share, and the share of designs with a partner, of each axis.
 
     Args:
         levels: designs × axes, the number of the value of each axis. values: of each design, finite.
+        inside: of each axis those that exist for some of its values only.
 
     >>> grid = np.array([(a, b) for a in range(2) for b in range(2)])
     >>> variance_shares(grid, np.array([0.0, 1.0, 2.0, 3.0]))  # y = 2 a + b
@@ -97,9 +116,13 @@ def variance_shares(levels: Levels, values: Values) -> list[tuple[float | None, 
     explained = 0.0 if model is None else model.explained()
     shares: list[tuple[float | None, float | None, float]] = []
     for axis in range(axes):
-        inside, paired = _inside_groups(np.delete(levels, axis, axis=1), centred)
-        main = None if model is None else (explained - model.explained(without=axis)) / whole
-        total = inside / whole if varies else None
+        nested = [] if inside is None else list(inside[axis])
+        left, paired = _inside_groups(np.delete(levels, [axis, *nested], axis=1), centred)
+        main = None
+        if model is not None:
+            both = model.explained(nested) if nested else explained
+            main = (both - model.explained([axis, *nested])) / whole
+        total = left / whole if varies else None
         shares.append((_share(main), _share(total), paired))
     return shares
 
@@ -141,9 +164,9 @@ class _Additive:
                 counts = np.bincount(left * width + right, minlength=width * width).reshape(width, width)
                 self._products += counts if left is right else counts + counts.T
 
-    def explained(self, without: int = -1) -> float:
-        """The sum of squares that the model explains."""
-        kept = np.flatnonzero(self._axis != without)
+    def explained(self, without: Sequence[int] = ()) -> float:
+        """The sum of squares that the model explains without some axes."""
+        kept = np.flatnonzero(~np.isin(self._axis, without))
         if not len(kept):
             return 0.0
         fitted = np.linalg.lstsq(self._products[np.ix_(kept, kept)], self._sums[kept], rcond=1e-10)[0]

@@ -6,17 +6,21 @@ import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from codesign.errors import InputError
 from codesign.exploration.explored import Explored
 from codesign.exploration.identity import contents_of, identity_of
+from codesign.exploration.simulator import grid_for
 from codesign.exploration.space import canonical
 from codesign.inputs import Platform, Workload, load_platform
 from codesign.inputs.edit import PLATFORM_AXIS, VARIANT_AXIS
 from codesign.inputs.kept_document import kept_document, read_kept
 from codesign.system.catalog import load_workload
 from codesign.system.problem_map import grid_of
+
+if TYPE_CHECKING:
+    from codesign.maps import OccupancyGrid
 
 _WHAT = {
     "platform": "a part or a host of the platform",
@@ -36,23 +40,30 @@ class Specs:
     """The documents of a study's workload and platforms, and the digests of all that its results depend on.
 
     - ``text``: the documents as JSON. ``identity``, ``contents``: see ``identity_of`` and ``contents_of``.
-    - ``read``: what they are read to, where it is at hand.
+    - ``read``: what they are read to, where it is at hand. ``grid``: the map that the points were planned on, alike.
     """
 
     text: str
     identity: Mapping[str, str]
     contents: Mapping[str, Mapping[str, str]]
     read: Explored | None = field(default=None, compare=False)
+    grid: OccupancyGrid | None = field(default=None, compare=False)
 
     @classmethod
-    def of(cls, explored: Explored, identity: Mapping[str, str], contents: Any) -> Specs:
+    def of(
+        cls,
+        explored: Explored,
+        identity: Mapping[str, str],
+        contents: Any,
+        grid: OccupancyGrid | None = None,
+    ) -> Specs:
         """The specs of an exploration."""
         documents = {
             "workload": kept_document(explored.workload.document),
             "platforms": {name: kept_document(each.document) for name, each in explored.platforms.items()},
         }
         text = json.dumps(documents, ensure_ascii=False, allow_nan=False)
-        return cls(text, identity, contents, explored)
+        return cls(text, identity, contents, explored, grid)
 
     @cached_property
     def explored(self) -> Explored:
@@ -80,7 +91,24 @@ class Specs:
             InputError: a map, part or host file has changed since. SpecError: a file is missing; or the point cannot be
                 placed on its platform.
         """
-        changed = self._changed(axes)
+        return self._unless_changed(axes, self._now)
+
+    def point_on_its_map(self, axes: Mapping[str, Any]) -> tuple[Platform, Workload, OccupancyGrid | None]:
+        """Platform and workload of a point, and the map that the study was computed on.
+
+        The map is None where it has to be read again: the study was read from a store, or an axis moves the problem. A
+        study that this process computed stays sound when the file of its map changes.
+
+        Raises:
+            InputError, SpecError: see ``point``.
+        """
+        if self.read is None or self.grid is None:
+            return *self.point(axes), None
+        platform, workload = self._unless_changed(axes, self._now_on_its_map)
+        return platform, workload, grid_for(workload, self.read.workload, self.grid)
+
+    def _unless_changed(self, axes: Mapping[str, Any], now: Mapping[str, str]) -> tuple[Platform, Workload]:
+        changed = self._changed(axes, now)
         if changed:
             raise InputError(
                 f"{' and '.join(changed)} changed since the study was computed",
@@ -93,17 +121,22 @@ class Specs:
         explored = self.explored
         return identity_of(explored.single, explored.workload, grid_of(explored.workload))
 
-    def _changed(self, axes: Mapping[str, Any]) -> list[str]:
+    @cached_property
+    def _now_on_its_map(self) -> dict[str, str]:
+        return identity_of(self.explored.single, self.explored.workload, self.grid)
+
+    @cached_property
+    def _contents_now(self) -> dict[str, dict[str, str]]:
+        return contents_of(self.explored)
+
+    def _changed(self, axes: Mapping[str, Any], now: Mapping[str, str]) -> list[str]:
         """What a point depends on and differs from what it was, but for the code."""
         changed = [
-            _WHAT[name]
-            for name, digest in self.identity.items()
-            if name in _WHAT and self._now[name] != digest
+            _WHAT[name] for name, digest in self.identity.items() if name in _WHAT and now[name] != digest
         ]
-        now = contents_of(self.explored)
         for axis, digests in self.contents.items():
             value = canonical(axes.get(axis))
-            if value in digests and now.get(axis, {}).get(value) != digests[value]:
+            if value in digests and self._contents_now.get(axis, {}).get(value) != digests[value]:
                 changed.append(f"{_WHAT.get(axis, 'the map')} ({axis})")
         return changed
 

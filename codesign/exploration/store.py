@@ -74,6 +74,9 @@ class Store(Protocol):
     def latest(self) -> tuple[str, bytes] | None:
         """The definition and the plan of the study noted last, or None."""
 
+    def plan(self, key: str) -> bytes:
+        """The plan of the study noted under a key; empty where there is none."""
+
     def close(self) -> None:
         """Let go of the file; may be called twice."""
 
@@ -117,6 +120,10 @@ class MemoryStore:
     def latest(self) -> tuple[str, bytes] | None:
         """The definition and the plan of the study noted last, or None."""
         return next(reversed(self._studies.values()), None)
+
+    def plan(self, key: str) -> bytes:
+        """The plan of a study."""
+        return self._studies.get(key, ("", b""))[1]
 
     def close(self) -> None:
         """Nothing to let go of."""

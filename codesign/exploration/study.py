@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codesign.data_frames import data_frame
-from codesign.errors import Fault, InputError, SpecError, choose_hint, clip, show
+from codesign.errors import Fault, SpecError, show
 from codesign.exploration.aggregation import Floats, told_apart
 from codesign.exploration.constraints import Flags
 from codesign.exploration.designs import Conditions, Design, Rows, StudyPoint, checked_index
@@ -26,6 +26,8 @@ from codesign.exploration.reasons import ReasonCount, nearest_designs, reason_co
 from codesign.exploration.rivals import StudyRivals
 from codesign.exploration.rows import FigureColumn, figure_columns, study_columns
 from codesign.exploration.same import Indices, first_of_same
+from codesign.exploration.sample import Sample
+from codesign.exploration.search import Searched
 from codesign.exploration.sensitivity import axis_effects
 from codesign.exploration.space import Space
 from codesign.exploration.specs import Specs
@@ -41,8 +43,6 @@ from codesign.results.result import Result
 from codesign.units import counted, format_count
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     from pandas import DataFrame
 
     from codesign.certificates.check import Verdict
@@ -63,6 +63,8 @@ class Study:
         provenance: version, digests and seeds; without a date, which only what is written has.
         when: for which values of other decisions a decision exists. figures: those that it derives, by name.
         simulations: how many were made for its points when it was computed; None where it was read.
+        chosen: the designs that it holds, by their place among all, in its order; None: all, as they are not too many.
+        search: what searches made of the space; None where all points were asked for, or the study was read.
 
     Designs are named by their index in ``designs``. Of designs that differ only in what changes nothing for them
     (``same``), the first one alone counts.
@@ -81,6 +83,8 @@ class Study:
     when: When = field(default_factory=dict)
     figures: Mapping[str, DerivedFigure] = field(default_factory=dict)
     simulations: int | None = field(default=None, compare=False)
+    chosen: tuple[int, ...] | None = None
+    search: Searched | None = field(default=None, compare=False)
 
     def __post_init__(self) -> None:
         assert len(self.space) == len(self.outcomes), (
@@ -103,12 +107,14 @@ class Study:
     @cached_property
     def space(self) -> Space:
         """The axes of the points by their index."""
-        return Space(self.every_axis, "", when=self.when)
+        whole = Space(self.every_axis, "", when=self.when)
+        return whole if self.chosen is None else Sample.of(whole, self.chosen, len(self.world.each))
 
     @cached_property
     def decisions(self) -> Space:
         """The axes of the designs by their index."""
-        return Space(self.axes, "", when=self.when)
+        whole = Space(self.axes, "", when=self.when)
+        return whole if self.chosen is None else Sample.of(whole, self.chosen)
 
     @cached_property
     def judged(self) -> Judged:
@@ -266,7 +272,7 @@ class Study:
         """
         if not condition:
             return self
-        chosen = {name: self._listed(name, value) for name, value in condition.items()}
+        chosen = {name: self.world.listed(name, value) for name, value in condition.items()}
         left = {name: values for name, values in self.conditions.items() if name not in chosen}
         each = enumerate(self.world.each)
         kept = [number for number, values in each if chosen.items() <= values.items()]
@@ -295,23 +301,6 @@ class Study:
         if faults:
             raise SpecError(faults)
         return replace(self, constraints=constraints)
-
-    def _listed(self, name: str, value: Any) -> Any:
-        """The value of a condition that is named by itself or by its number."""
-        if name not in self.conditions:
-            hint = choose_hint(name, self.conditions) if self.conditions else "the study has no conditions"
-            raise InputError(f"there is no condition {name}", "condition", hint)
-        values = self.conditions[name]
-        for listed in values:
-            if listed == value and type(listed) is type(value):
-                return listed
-        if isinstance(value, int) and not isinstance(value, bool) and 0 <= value < len(values):
-            return values[value]
-        texts = (clip(json.dumps(listed), 60) for listed in values)
-        numbered = clip("; ".join(f"{number}: {text}" for number, text in enumerate(texts)), 400)
-        raise InputError(
-            f"{name} has no value {show(value)}", "condition", f"its values by number: {numbered}"
-        )
 
     @cached_property
     def reasons(self) -> tuple[ReasonCount, ...]:
@@ -371,11 +360,7 @@ class Study:
         return explain_design(self, index, show)
 
     def certify(self, path: Path | str) -> Verdict:
-        """Write the certificate of the front, which ``hwsw verify-front`` checks; see ``exploration.certify``.
-
-        Raises:
-            CertificateError: the study has no objectives. RunError: the file cannot be written.
-        """
+        """Write the certificate of the front, which ``hwsw verify-front`` checks; see ``exploration.certify``."""
         from codesign.exploration.certify import certify
 
         return certify(self, path)
@@ -398,11 +383,7 @@ class Study:
         return figure_columns(self)
 
     def to_parquet(self, path: Path | str) -> None:
-        """Write every point as a Parquet file; see ``exploration.parquet``.
-
-        Raises:
-            InputError: pyarrow is not installed. RunError: the file cannot be written.
-        """
+        """Write every point as a Parquet file; see ``exploration.parquet.write_parquet``, and what it raises."""
         from codesign.exploration.parquet import write_parquet
 
         write_parquet(self, Path(path))

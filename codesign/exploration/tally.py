@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from codesign.errors import StoreError
 from codesign.exploration.budget import Budget
@@ -17,6 +18,7 @@ from codesign.exploration.judged import Judged
 from codesign.exploration.outcomes import Outcomes
 from codesign.exploration.pace import ExplorationPace
 from codesign.exploration.partition import Work
+from codesign.exploration.search import Searched
 from codesign.exploration.shared import Shared
 from codesign.exploration.space import Space
 from codesign.exploration.specs import Specs
@@ -67,14 +69,22 @@ class Tally:
     ) -> None:
         self.space, self.section, self.where, self.specs = space, section, where, specs
         self.progress = progress
-        self.outcomes = Outcomes.empty(len(space))
+        self.total = len(space)
+        self.outcomes = self._begun()
         self.simulated = 0
+        self.chosen: tuple[int, ...] | None = None
+        self.search: Searched | None = None
         self._shared = Shared()
         self._started = time.monotonic()
         self._pace: ExplorationPace | None = None
         self._budget: Budget | None = None
         self._reported = self._started
-        self._cached = self._computed = self._feasible = 0
+        self.cached = self._computed = self._feasible = self._failed = 0
+
+    @property
+    def done(self) -> int:
+        """How many points came in; ``cached`` of them were found in the store."""
+        return self.cached + self._computed
 
     def sorting(self, works: Iterable[Work]) -> Iterator[Work]:
         """The works of a space, while ``progress`` is told how many points are in them."""
@@ -87,10 +97,10 @@ class Tally:
 
     def take_kept(self, done: Done) -> None:
         """Take what a store had."""
-        self._cached += len(done.work.indices)
+        self.cached += len(done.work)
         self._take(done)
         if time.monotonic() - self._reported > _SECONDS_BETWEEN:
-            self.report("points read from the store", self._cached)
+            self.report("points read from the store", self.cached)
 
     def watched(
         self, coming: Iterable[Done], works: Sequence[Work], workers: int, budget: Budget | None
@@ -101,7 +111,7 @@ class Tally:
 
     def take(self, done: Done) -> None:
         """Take what was computed."""
-        self._computed += len(done.work.indices)
+        self._computed += len(done.work)
         self.simulated += done.simulated
         self._take(done)
         self.report()
@@ -123,16 +133,23 @@ class Tally:
             section.when,
             dict(section.figures),
             self.simulated if self._computed else None,
+            self.chosen,
+            self.search,
         )
 
+    def _begun(self) -> Outcomes:
+        """What the outcomes are taken into: all points of the space."""
+        return Outcomes.empty(self.total)
+
     def _take(self, done: Done) -> None:
-        indices = np.array(done.work.indices, np.intp)
+        indices = np.array(done.work.indices, np.int64)
         batch = Outcomes.empty(len(indices))
         if done.priced is not None:
             batch.take(np.arange(len(indices)), done.priced)
         for place, entry in enumerate(done.entries):
             if entry.state is EntryState.FAILED:
                 batch.fail(place, entry.text)
+                self._failed += 1
                 continue
             try:
                 result = Result.model_validate(read_json(entry.text))
@@ -141,10 +158,18 @@ class Tally:
                     "holds a result that this version cannot read", self.where, OTHER_VERSION
                 ) from wrong
             batch.put(place, self._shared.result(result))
-        self.outcomes.join(indices, batch)
+        self._join(indices, batch)
         # With conditions, it is a design that keeps a constraint, by what all of its points come to.
         limits = () if self.section.conditions else self.section.constraints
         self._feasible += int(Judged(batch, Conditions({}, {}), limits).feasible_points.sum())
+
+    def _join(self, indices: NDArray[np.int64], batch: Outcomes) -> None:
+        """Take the outcomes of the points with these places in the enumeration."""
+        self.outcomes.join(indices, batch)
+
+    def left_s(self) -> float | None:
+        """Seconds to go; None as long as they are not known."""
+        return None if self._pace is None else self._pace.left_s(self._budget)
 
     def report(self, doing: str = "", done: int | None = None) -> None:
         """Tell how far the exploration is; or what goes on before, and with how many points it is done."""
@@ -153,14 +178,14 @@ class Tally:
         now = self._reported = time.monotonic()
         self.progress(
             Progress(
-                done=self._cached + self._computed if done is None else done,
-                total=len(self.space),
-                cached=self._cached,
+                done=self.done if done is None else done,
+                total=self.total,
+                cached=self.cached,
                 feasible=self._feasible,
-                failed=len(self.outcomes.failures),
+                failed=self._failed,
                 simulated=self.simulated,
                 elapsed_s=now - self._started,
-                left_s=None if self._pace is None else self._pace.left_s(self._budget),
+                left_s=self.left_s(),
                 doing=doing,
             )
         )

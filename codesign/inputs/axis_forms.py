@@ -39,7 +39,10 @@ def with_listed_axes(document: Document) -> Document:
         try:
             edits[place], sources[place] = _values(raw, place)
         except _RefusedError as refusal:
-            faults.append(document.fault(refusal.path, refusal.what, refusal.hint, at_key=refusal.at_key))
+            fault = document.fault(refusal.path, refusal.what, refusal.hint, at_key=refusal.at_key)
+            # A value that is none, such as .nan, has its fault already.
+            if not any(each.key.startswith(f"{fault.key}.") for each in document.faults):
+                faults.append(fault)
             edits[place], sources[place] = REMOVED, place
             refused.append(axis)
             continue

@@ -147,11 +147,12 @@ def _refusal(axis: str, other: str, values: Sequence[Any], axes: Values) -> Refu
         hint = choose_hint(clip(other, 60), [name for name in axes if name != axis])
         return RefusalError("there is no such axis among the decisions", hint, at)
     known = set(map(value_text, axes[other]))
-    strange = next((value for value in values if value_text(value) not in known), None)
-    if strange is None and values:
+    strange = [value for value in values if value_text(value) not in known]
+    if values and not strange:
         return None
-    what = f"{show(strange)} is no value of axis {other}" if values else "names no value"
-    return RefusalError(what, choose_hint(clip(str(strange), 60), map(str, axes[other])), at)
+    what = f"{show(strange[0])} is no value of axis {other}" if values else "names no value"
+    word = clip(str(strange[0]), 60) if strange else ""
+    return RefusalError(what, choose_hint(word, map(str, axes[other])), at)
 
 
 def in_circle(axes: Collection[str], when: Mapping[str, Collection[str]]) -> list[str]:

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from codesign.errors import Fault, UnsuitedError, clip, show
-from codesign.inputs.conditional_axes import conditions_of, edits_of, settings_of
+from codesign.inputs.conditional_axes import conditions_of, edits_of, is_unsound, settings_of
 from codesign.inputs.document import Document, KeyPath, Origin, put
 from codesign.inputs.edit import (
     PLATFORM_AXIS,
@@ -277,13 +277,13 @@ def _axis_faults(forms: list[_Form], document: Document, axes: Mapping[str, list
             faults.append(trial.at_axis(f"sets the same thing as axis {shared}", _KEEP_ONE))
             continue
         names = conditions_of(document, axis, axes).get(VARIANT_AXIS)
-        axis_faults = [
-            fault
+        of_forms = [
+            _form_faults(trial, form, movable)
             for form, movable in zip(forms, movables, strict=True)
             if names is None or (form.name or BASE) in names
-            for fault in _form_faults(trial, form, movable)
         ]
-        faults += dict.fromkeys(axis_faults)
+        if not (is_unsound(document, axis, axes) and any(not each for each in of_forms)):
+            faults += dict.fromkeys(fault for each in of_forms for fault in each)
     return faults
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from codesign.inputs.boxes import in_circle, listed
+from codesign.inputs.boxes import in_circle, listed, refusals
 from codesign.inputs.document import Document, KeyPath
 from codesign.inputs.edit import PLATFORM_AXIS, VARIANT_AXIS, Movable
 
@@ -20,6 +20,20 @@ def conditions_of(document: Document, axis: str, axes: Mapping[str, Any]) -> dic
         return {}
     chosen = {other: listed(raw, axes[other]) for other, raw in when[axis].items() if other in axes}
     return {other: values for other, values in chosen.items() if values}
+
+
+def is_unsound(document: Document, axis: str, axes: Mapping[str, Any]) -> bool:
+    """Whether what an axis depends on is at fault: it may not exist where the axis does not fit."""
+    explore = document.tree.get("explore")
+    when = explore.get("when") if isinstance(explore, dict) else None
+    if not isinstance(when, dict) or axis not in when:
+        return False
+    lists = {name: values if isinstance(values, list) else [] for name, values in axes.items()}
+    mappings = isinstance(when[axis], dict) and all(isinstance(each, dict) for each in when.values())
+    if not mappings or in_circle(axes, when):
+        return True
+    chosen = {other: listed(raw, lists.get(other, ())) for other, raw in when[axis].items()}
+    return any(name == axis for name, _ in refusals(lists, {axis: chosen}))
 
 
 def settings_of(document: Document, axis: str, axes: Mapping[str, Any]) -> dict[str, Any]:

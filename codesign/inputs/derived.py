@@ -14,6 +14,7 @@ from pydantic import Field, PlainSerializer, PlainValidator, ValidationError, Wi
 
 from codesign.errors import choose_hint, clip, show
 from codesign.figures import FIGURES, SHORT_NAMES, ResultFigure
+from codesign.figures import label as label_of
 from codesign.inputs.expression import (
     FUNCTIONS,
     MAX_TEXT,
@@ -21,17 +22,25 @@ from codesign.inputs.expression import (
     evaluate,
     evaluate_ends,
     figure_node,
+    no_figure,
     parse,
+    undefined,
     why_undefined,
 )
 from codesign.inputs.unit_powers import known_units, unit_text
 from codesign.models import RefusalError, SpecModel, details_of, raise_all, refusal_details
 
 if TYPE_CHECKING:
-    from codesign.inputs.expression import Column
+    from codesign.inputs.expression import Column, Why
 
 MAX_FIGURES = 16
 MAX_NAME = 60
+
+COLUMNS = frozenset(
+    {"index", "design", "feasible", "on_front", "state", "why_not", "codesign", "platform", "platform_digest"}
+    | {"workload_digest", "map_digest", "seeds", "date"}
+)
+"""The columns of a table of points that are no figures."""
 
 _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 
@@ -76,7 +85,18 @@ class DerivedFigure(ResultFigure):
 
     def why_none(self, figure: Callable[[str], float | None]) -> str | None:
         """Why it has no value for one point (``division by zero in ...``); None where it has one."""
-        return why_undefined(self.node, figure)
+        return why_undefined(self.node, figure) or (None if self.of(figure) is not None else _TOO_LARGE)
+
+    def whys(self, columns: Callable[[str], Column]) -> list[Why]:
+        """Why it has no value for entries of the columns of its ``names``, with these entries.
+
+        The first that holds an entry is its reason: equal to ``why_none`` for each entry by itself.
+        """
+        import numpy as np
+
+        late = np.isnan(derived_column(self, columns))
+        whys = [*undefined(self.node, columns), (_TOO_LARGE, late)]
+        return [(why, np.broadcast_to(where, late.shape)) for why, where in whys]
 
     def limit(self, text: str) -> float:
         """The limit of a text, such as ``3 mJ s``, in its unit.
@@ -102,27 +122,19 @@ class DerivedFigure(ResultFigure):
         }
 
 
+_TOO_LARGE = "a number too large for its unit"
+
+
 def _again(*given: Any) -> DerivedFigure:
     names = ("name", "within", "description", "label", "unit", "maximise", "definition", "node", "size")
     return DerivedFigure(**dict(zip(names, given, strict=True)))
 
 
 def constant_of(node: Node) -> float:
-    """The value of an expression without figures, in base units.
-
-    Raises:
-        RefusalError: it has none.
-    """
-    reason = why_undefined(node, lambda _name: None)
-    if reason is not None:
-        raise RefusalError(reason)
+    """The value of an expression without figures, in base units."""
     from codesign.inputs.expression_values import as_number
 
-    return as_number(evaluate(node, _no_figure))
-
-
-def _no_figure(name: str) -> Column:
-    raise KeyError(name)
+    return as_number(evaluate(node, no_figure))
 
 
 def derived_column(figure: DerivedFigure, columns: Callable[[str], Column]) -> Column:
@@ -130,15 +142,24 @@ def derived_column(figure: DerivedFigure, columns: Callable[[str], Column]) -> C
 
     Equal to ``figure.of`` for each entry by itself, to the bit.
     """
-    return evaluate(figure.node, columns) / figure.size
+    return _finite(evaluate(figure.node, columns) / figure.size)
 
 
 def derived_ends(
     figure: DerivedFigure, ends: Callable[[str], tuple[Column, Column]]
 ) -> tuple[Column, Column]:
     """The least and the greatest value of a derived figure inside the intervals of its ``names``; NaN: none."""
-    low, high = evaluate_ends(figure.node, ends)
-    return low / figure.size, high / figure.size
+    import numpy as np
+
+    low, high = (_finite(each / figure.size) for each in evaluate_ends(figure.node, ends))
+    none = np.isnan(low) | np.isnan(high)
+    return np.where(none, np.nan, low), np.where(none, np.nan, high)
+
+
+def _finite(values: Column) -> Column:
+    import numpy as np
+
+    return np.where(np.isfinite(values), values, np.nan)
 
 
 _SCOPE: ContextVar[Mapping[str, ResultFigure]] = ContextVar("_SCOPE", default=FIGURES)
@@ -208,7 +229,7 @@ def _figure(
         name,
         "derived",
         f"{text}, of the exploration",
-        label or name.replace("_", " "),
+        label or label_of(name),
         unit or unit_text(node.powers),
         maximise,
         definition=text,
@@ -256,7 +277,7 @@ def read_figures(raw: Any) -> dict[str, DerivedFigure]:
     refusals = []
     for name, written in raw.items():
         try:
-            _check_name(name)
+            _check_name(name, raw)
             with in_scope(figures):
                 figures[name] = _read(name, written)
         except RefusalError as refusal:
@@ -282,7 +303,7 @@ def _read(name: str, raw: Any) -> DerivedFigure:
         raise RefusalError(refusal.what, refusal.hint, at) from None
 
 
-def _check_name(name: Any) -> None:
+def _check_name(name: Any, names: Collection[Any]) -> None:
     if not isinstance(name, str) or not _NAME.fullmatch(name) or len(name) > MAX_NAME:
         hint = f"letters, digits and _, a letter first, at most {MAX_NAME}"
         raise RefusalError(f"{show(name)} is not a name", hint, of_key=True)
@@ -296,6 +317,10 @@ def _check_name(name: Any) -> None:
     kind = next((kind for kind, names in kinds.items() if name in names), None)
     if kind is not None:
         raise RefusalError(f"{name} is {kind}", "choose another name", of_key=True)
+    figures = {each.column for each in FIGURES.values()} | set(map(str, names))
+    stem = re.sub("_(low|high)$", "", name)
+    if name in COLUMNS or (name in figures and name not in names) or (stem != name and stem in figures):
+        raise RefusalError(f"{name} is a column of tables", "choose another name", of_key=True)
 
 
 def _as_written(figures: Mapping[str, DerivedFigure]) -> dict[str, Any]:

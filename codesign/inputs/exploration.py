@@ -29,7 +29,7 @@ from codesign.inputs.ranges import MAX_VALUES
 from codesign.models import Location, RefusalError, SpecModel, raise_all, refusal_details
 
 MAX_AXES = 16
-MAX_POINTS = 100_000_000
+MAX_POINTS = 10**15
 
 _AXIS = re.compile(r"platform|[A-Za-z_][A-Za-z0-9_-]*(\.[A-Za-z_][A-Za-z0-9_-]*)+")
 

@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     Column = NDArray[np.float64]
+    Why = tuple[str, NDArray[np.bool_]]
 
 MAX_TEXT = 500
 MAX_DEPTH = 32
@@ -47,12 +48,14 @@ FUNCTIONS: Mapping[str, tuple[int, int]] = {
 """The functions, each with the least and the most operands."""
 
 _MOST = Fraction(10**300)
+_EXPONENT = 3
+_LARGEST = "at most 1e+300, and at least 1e-300, or 0"
 
 SIGNS = ("<=", ">=", "<", ">", "≤", "≥")
 
 _TOKEN = re.compile(
-    r"\s*(?:(?P<number>[0-9]+(?:\.[0-9]+)?(?:[eE][+-]?[0-9]{1,2})?)|(?P<word>%|[^\W\d]\w*)"
-    r"|(?P<sign><=|>=|[-+*/(),<>≤≥])|(?P<other>\S))",
+    r"\s*(?:(?P<number>[0-9]+(?:\.[0-9]+)?(?:[eE][+-]?[0-9]+)?)|(?P<word>%|[^\W\d]\w*)"
+    r"|(?P<power>\*\*|\^)|(?P<sign><=|>=|[-+*/(),<>≤≥])|(?P<other>\S))",
     re.S,
 )
 _FORM = "write figures and numbers with + - * / ( ), min, max, sqrt, log and abs"
@@ -135,7 +138,30 @@ def _bounded(node: Node, text: str) -> Node:
     if node.size > MAX_NODES:
         what = f"{show(clip(text, 60))} is too long: {node.size:,} numbers, figures and operations"
         raise RefusalError(what, f"at most {MAX_NODES}, with those of the figures that it names")
+    why = _never(node)
+    if why is not None:
+        raise RefusalError(f"{show(clip(text, 60))} has no value for any point: {why}", "leave it out")
     return node
+
+
+def _never(node: Node) -> str | None:
+    """Why an expression has no value whatever its figures are; None where that depends on them."""
+    for operand in node.operands:
+        if (why := _never(operand)) is not None:
+            return why
+    if node.operation in ("figure", "number"):
+        return None
+    if not node.names:
+        return why_undefined(node, lambda _name: None)
+    divisor = node.operands[-1]
+    if node.operation == "/" and not divisor.names and evaluate(divisor, no_figure) == 0:
+        return f"division by zero in {node.text}"
+    return None
+
+
+def no_figure(name: str) -> Column:
+    """The columns of an expression without figures: none."""
+    raise KeyError(name)
 
 
 class _Reader:
@@ -154,6 +180,8 @@ class _Reader:
     def _split(self) -> Iterator[tuple[str, str, int]]:
         for match in _TOKEN.finditer(self.text):
             kind = str(match.lastgroup)
+            if kind == "power":
+                self.refuse("there are no powers", match.start(kind), "multiply: slices * slices")
             if kind == "other":
                 self.refuse(f"{show(match[kind])} is not accepted", match.start(kind), _FORM)
             yield kind, match[kind], match.start(kind)
@@ -226,6 +254,8 @@ class _Reader:
         kind, token, _ = self._tokens[self._next]
         self._next += 1
         if kind == "number":
+            if len(token.lower().partition("e")[2].lstrip("+-0")) > _EXPONENT:
+                self.refuse("a number that is too large or too small", begin, _LARGEST)
             return self._quantity(Fraction(token), begin)
         if kind == "word":
             return self._word(token, begin)
@@ -257,8 +287,9 @@ class _Reader:
             if not size:
                 self.refuse(f"{show(unit)} is no unit", place, choose_hint(clip(unit, 60), _plain_units()))
             value, powers = value * size, times(powers, own)
-        if value > _MOST:
-            self.refuse("a number that is too large", begin, f"at most {float(_MOST):g}")
+        if value > _MOST or 0 < value < 1 / _MOST:
+            what = "too large" if value > 1 else "too small"
+            self.refuse(f"a number that is {what}", begin, _LARGEST)
         return Node("number", powers, self._since(begin), value=value)
 
     def _word(self, word: str, begin: int) -> Node:
@@ -339,22 +370,28 @@ def why_undefined(node: Node, values: Callable[[str], float | None]) -> str | No
     >>> why_undefined(node, {"cycles": 100.0, "slices": 4.0}.get)
     'division by zero in cycles / (slices - 4)'
     """
-    import math
+    from codesign.inputs.expression_values import column
 
-    from codesign.inputs.expression_values import as_number, column
+    whys = undefined(node, lambda name: column(values(name)))
+    return next((reason for reason, where in whys if where), None)
+
+
+_UNDEFINED = {"sqrt": "root of a negative number", "log": "logarithm of a number that is not above 0"}
+
+
+def undefined(node: Node, values: Callable[[str], Column]) -> Iterator[Why]:
+    """Why an expression has no value, with the entries of the columns (bool) for which that is so.
+
+    The first that holds an entry is its reason: an operand comes before the operation.
+    """
+    import numpy as np
 
     for operand in node.operands:
-        reason = why_undefined(operand, values)
-        if reason is not None:
-            return reason
+        yield from undefined(operand, values)
+    without = np.isnan(evaluate(node, values))
     if node.operation == "figure":
-        return f"there is no {node.name}" if values(node.name) is None else None
-    if not math.isnan(as_number(evaluate(node, lambda name: column(values(name))))):
-        return None
-    if (
-        node.operation == "/"
-        and as_number(evaluate(node.operands[1], lambda name: column(values(name)))) == 0
-    ):
-        return f"division by zero in {node.text}"
-    what = {"sqrt": "root of a negative number", "log": "logarithm of a number that is not above 0"}
-    return f"{what.get(node.operation, 'a number too large')} in {node.text}"
+        yield f"there is no {node.name}", without
+        return
+    if node.operation == "/":
+        yield f"division by zero in {node.text}", without & (evaluate(node.operands[1], values) == 0)
+    yield f"{_UNDEFINED.get(node.operation, 'a number too large')} in {node.text}", without

@@ -29,6 +29,10 @@ By = Literal["", "step", "factor", "linear", "log"]
 DIGITS = 6
 """Significant digits of the values between the ends of a range of a count."""
 
+MAX_TEXT = 100
+_TOO_LARGE = 10**MAX_TEXT
+_NINES = "9" * (MAX_TEXT + 1)
+
 KEYS = ("from", "to", "step", "factor", "count", "scale")
 _FORMS = (
     "write {from: 10 MHz, to: 100 MHz, step: 10 MHz}, or factor: 2, or count: 12 with scale: linear or log"
@@ -64,7 +68,7 @@ class Range:
         values: list[Any] = []
         while begin <= end:
             if len(values) == MAX_VALUES:
-                raise too_many()
+                raise too_many(self.text)
             values.append(_written(begin, dimension, whole))
             begin = begin * change if self.by == "factor" else begin + change
         return values
@@ -89,13 +93,13 @@ class Range:
                 what = "two different ends above 0" if self.by == "log" else "two different ends"
                 raise InputError(f"{self.text} is no range: a count of at least 2 needs {what}", hint=forms)
             if change > MAX_VALUES:
-                raise too_many()
+                raise too_many(self.text, int(change))
             return
         if (self.by == "factor" and (change <= 1 or begin <= 0)) or change <= 0:
             what = "a factor is above 1, of values above 0" if self.by == "factor" else "a step is above 0"
             raise InputError(f"{self.text} does not end: {what}", hint=forms)
         if self.by != "factor" and (end - begin) / change >= MAX_VALUES:
-            raise too_many()
+            raise too_many(self.text, int((end - begin) / change) + 1)
 
     def _spread(self, begin: Fraction, end: Fraction, count: int, dimension: Dimension | None) -> list[Any]:
         """``count`` values from end to end, rounded between them; those that are rounded to the same stand once."""
@@ -173,10 +177,16 @@ def range_values(raw: Mapping[str, Any]) -> list[Any]:
 
 def _number_text(value: Any) -> str:
     if isinstance(value, WrittenFloat) and value.text:
-        return value.text.replace("_", "")
-    if isinstance(value, str | int | float) and not isinstance(value, bool):
-        return str(value).strip(" ")
-    raise InputError(f"{show(value)} is no number and no quantity", hint=_FORMS)
+        text = value.text.replace("_", "")
+    elif isinstance(value, int) and not isinstance(value, bool):
+        text = str(value) if abs(value) < _TOO_LARGE else _NINES
+    elif isinstance(value, str | float):
+        text = str(value).strip(" ")
+    else:
+        raise InputError(f"{show(value)} is no number and no quantity", hint=_FORMS)
+    if len(text) > MAX_TEXT:
+        raise InputError(f"{clip(text, 20)} is too long", hint=f"at most {MAX_TEXT} characters")
+    return text
 
 
 def _dimension(text: str) -> Dimension | None:
@@ -190,7 +200,10 @@ def _dimension(text: str) -> Dimension | None:
         with contextlib.suppress(InputError):
             parse_quantity(text, dimension)
             return dimension
-    return Dimension.TIME
+    # The number may be at fault, such as a frequency of 0.
+    match = _QUANTITY.fullmatch(text)
+    units = (each for each in Dimension if match and match[1] in SCALES[each].units)
+    return next(units, Dimension.TIME)
 
 
 def _exact(text: str, dimension: Dimension | None, forms: str) -> Fraction:
@@ -216,6 +229,8 @@ def _written(value: Fraction, dimension: Dimension | None, whole: bool) -> Any:
         raise InputError(fault.what, hint="choose a step or factor with few decimals") from None
 
 
-def too_many() -> InputError:
-    """What is wrong with more values than an axis may have."""
-    return InputError("too many values", hint=f"at most {MAX_VALUES:,}")
+def too_many(text: str = "", count: int = 0) -> InputError:
+    """What is wrong with more values than an axis may have. ``count``: how many they are; 0: not known."""
+    number = f"{count:,} values" if 0 < count < 10**15 else "too many values"
+    what = f"{text} has {number}" if text else "too many values"
+    return InputError(what, hint=f"at most {MAX_VALUES:,}")

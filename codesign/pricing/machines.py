@@ -108,14 +108,14 @@ class _Link(_Resource):
 
     def send(self, now: Times, bits: int) -> Times:
         """The time of the end of a message that is requested at ``now``, ps."""
-        begin, end = self._span(now, bits)
+        begin, end = self.span(now, bits)
         self.busy = self.busy + (end - begin)
         self.waited = begin - now
         self.sent += 1
         self.bits += bits
         return end
 
-    def _span(self, now: Times, bits: int) -> tuple[Times, Times]:
+    def span(self, now: Times, bits: int) -> tuple[Times, Times]:
         del bits
         return now, now
 
@@ -128,7 +128,7 @@ class _Bus(_Link):
         self._setup = specs.column(name, lambda spec: int(spec.setup_cycles.value))
         self._burst = specs.column(name, lambda spec: int(spec.burst_words.value))
 
-    def _span(self, now: Times, bits: int) -> tuple[Times, Times]:
+    def span(self, now: Times, bits: int) -> tuple[Times, Times]:
         # ceil(words / burst) · setup + words cycles from the next edge (components.bus).
         words = -(-bits // self._width)
         cycles = -(-words // self._burst) * self._setup + words
@@ -144,7 +144,7 @@ class _Serial(_Link):
         self._spec = specs.model(name)
         self._baud = specs.column(name, lambda spec: int(spec.baud.value))
 
-    def _span(self, now: Times, bits: int) -> tuple[Times, Times]:
+    def span(self, now: Times, bits: int) -> tuple[Times, Times]:
         # A message of one chain is requested when the one before it has ended, so it begins a run of its own.
         half_bits = np.int64(half_bits_of(self._spec, bits))
         # ceil(half_bits · 10¹² / (2 · baud)) is an edge of a clock of 2 · baud.

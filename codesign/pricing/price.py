@@ -200,7 +200,7 @@ def _run(
     """The requests on the machines, the fields of a result that all share, and the figures that prices move."""
     watts = {name: board.watts(specs.which[name]) for name, board in boards.items()}
     played = [Machines(system, specs).play(request, watts) for request in computation.requests]
-    parts = [_parts(each, request) for each, request in zip(played, computation.requests, strict=True)]
+    parts = [parts_of(each, request) for each, request in zip(played, computation.requests, strict=True)]
     times = times_of([parts[number] for number in computation.of_starts])
     first, machines = computation.requests[0], played[0].machines
     components = {**machines.by_name, **machines.links}
@@ -236,7 +236,7 @@ def _run(
     return played, fields, priced
 
 
-def _parts(played: Played, request: Recorded) -> tuple[Times, Times, Times]:
+def parts_of(played: Played, request: Recorded) -> tuple[Times, Times, Times]:
     """Picoseconds until the map was there, of planning, and until the answer was received (``Answer.parts``)."""
     asked, loaded, planned, answered = (
         played.times[number] for number in (request.asked, request.loaded, request.planned, request.answered)

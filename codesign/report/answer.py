@@ -216,6 +216,8 @@ def _why_not(reasons: tuple[Reason, ...]) -> str:
 
 
 def _against(reason: Reason) -> str:
+    if reason.words:
+        return reason.words
     demand, limit = (quantity_text(value, reason.unit) for value in (reason.demand, reason.limit))
     return f"{label(reason.name)}: {demand} against {limit}"
 

@@ -101,6 +101,8 @@ def _why_not(result: Result | CodesignError) -> str:
     if not result.reasons:
         return ABSENT
     reason = result.reasons[0]
+    if reason.words:
+        return reason.words
     demand, limit = (quantity_text(value, reason.unit) for value in (reason.demand, reason.limit))
     return f"{label(reason.name)}: {demand} against {limit}"
 

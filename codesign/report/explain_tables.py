@@ -61,7 +61,7 @@ def _best_text(explanation: Explanation) -> str:
     better = [each for each in explanation.neighbours if each.dominates]
     if not better:
         return "no neighbour is better in all" if explanation.neighbours else ""
-    return f"better is {_change_text(better[0])}, in {_labels(better[0].better)}"
+    return f"better is {_change_text(better[0])}, in {_labels(explanation, better[0].better)}"
 
 
 def _out_text(explanation: Explanation) -> str:
@@ -78,8 +78,8 @@ def _out_text(explanation: Explanation) -> str:
 
 
 def _against(reason: Reason) -> str:
-    if reason.kind == "mapping":
-        return reason.name
+    if reason.words:
+        return reason.words
     demand, limit = (quantity_text(value, reason.unit) for value in (reason.demand, reason.limit))
     for bound in (f" {name.replace('_', ' ')}" for name in BOUNDS):
         if reason.kind == "constraint" and reason.name.endswith(bound):
@@ -98,8 +98,13 @@ def _value_text(axis: str, value: Any) -> str:
     return axis_text(axis, value)
 
 
-def _labels(names: Sequence[str]) -> str:
-    return ", ".join(named(name).label for name in names)
+def _labels(explanation: Explanation, names: Sequence[str]) -> str:
+    return ", ".join(_named(explanation, name).label for name in names)
+
+
+def _named(explanation: Explanation, name: str) -> ResultFigure:
+    words = explanation.derived.get(name)
+    return named(name) if words is None else ResultFigure(name, "derived", "", words.label, words.unit)
 
 
 def explanation_tables(explanation: Explanation, *, everything: bool = False) -> tuple[Table, ...]:
@@ -114,7 +119,7 @@ def explanation_tables(explanation: Explanation, *, everything: bool = False) ->
             tables.append(_why_table(title, why, explanation.condition, most))
     tables += [_neighbours_table(explanation, most), _sure_table(explanation)]
     names = list(explanation.objectives)
-    tables.append(effects_table(explanation.effects, [named(name) for name in names]))
+    tables.append(effects_table(explanation.effects, [_named(explanation, name) for name in names]))
     return tuple(table for table in tables if table.rows)
 
 
@@ -122,7 +127,7 @@ def _chosen_table(explanation: Explanation) -> Table:
     """The decisions, and what the objectives come to."""
     rows = [words(axis, axis_text(axis, value)) for axis, value in explanation.axes.items()]
     rows += [
-        (word(named(name).label), figure_cell(named(name), value))
+        (word(_named(explanation, name).label), figure_cell(_named(explanation, name), value))
         for name, value in explanation.objectives.items()
     ]
     return Table("The design", left("axis or figure", "value"), tuple(rows), explanation.notes)
@@ -132,7 +137,7 @@ def _reasons_table(explanation: Explanation) -> Table:
     rows = []
     for each in explanation.out:
         reason = each.reason
-        values = (None,) * 3 if reason.kind == "mapping" else (reason.demand, reason.limit, reason.gap)
+        values = (None,) * 3 if reason.words else (reason.demand, reason.limit, reason.gap)
         numbers = (quantity_cell(value, reason.unit) for value in values)
         rows.append((word(reason.kind), word(label(reason.name)), *numbers, word(each.condition)))
     columns = (*left("kind", "what"), *right("demand", "limit", "gap"), *left("at"))
@@ -166,7 +171,7 @@ def _differing(explanation: Explanation, moved: Sequence[Moved]) -> list[ResultF
         name: {own, *(each.figures[name] for each in moved if name in each.figures)}
         for name, own in explanation.objectives.items()
     }
-    return [named(name) for name, held in values.items() if len(held) > 1]
+    return [_named(explanation, name) for name, held in values.items() if len(held) > 1]
 
 
 def _figure_columns(figures: Sequence[ResultFigure]) -> tuple[Column, ...]:
@@ -255,8 +260,8 @@ def _relation(explanation: Explanation, moved: Moved) -> str:
         return f"out: {', '.join(moved.out)}"
     if not explanation.feasible:
         return "feasible"
-    parts = [f"better in {_labels(moved.better)}"] if moved.better else []
-    parts += [f"worse in {_labels(moved.worse)}"] if moved.worse else []
+    parts = [f"better in {_labels(explanation, moved.better)}"] if moved.better else []
+    parts += [f"worse in {_labels(explanation, moved.worse)}"] if moved.worse else []
     return "; ".join(parts) or EQUAL
 
 

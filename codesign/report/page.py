@@ -25,6 +25,7 @@ from codesign.report.chart import MOST_POINTS, bokeh_script, chart_data, chart_f
 from codesign.report.explain_tables import effects_table
 from codesign.report.reproduction_tables import findings_table, reproduction_sources_table, reproduction_table
 from codesign.report.result_tables import figure_tables, result_reasons_table, sources_table
+from codesign.report.search_tables import search_picture, search_table
 from codesign.report.sentences import headline, run_pace_text
 from codesign.report.sourced import sourced_results
 from codesign.report.study_tables import (
@@ -112,7 +113,8 @@ def study_html(
         plots=_script_json(chart_plots(study)) if feasible else None,
         bokeh=bokeh_script() if feasible else None,
         script=_text("study.js"),
-        pictures=pictures,
+        searched=search_table(study),
+        pictures=(*pictures, *([curves] if (curves := search_picture(study)) else [])),
         command=command or f"hwsw explore {_platform_word(study)}{study.workload} --html report.html",
     )
 

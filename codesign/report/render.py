@@ -10,11 +10,11 @@ import csv
 import io
 import re
 import sys
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from codesign.files import write_atomically
+from codesign.files import is_stream, write_atomically, written_atomically
 from codesign.progress import Show, silent, tracked
 from codesign.report.table import Cell, Column, Table
 
@@ -125,6 +125,29 @@ def write_csv(table: Table | Iterable[Table], path: Path) -> None:
     write_atomically(path, b"".join(parts))
 
 
+def write_columns_csv(blocks: Iterable[Mapping[str, Sequence[Any]]], path: Path) -> None:
+    """Write blocks of columns as CSV like ``render_csv``, one block after another: no more than one is held.
+
+    Raises:
+        RunError: the file cannot be written.
+    """
+
+    def parts() -> Iterator[bytes]:
+        for number, columns in enumerate(blocks):
+            out = io.StringIO()
+            writer = csv.writer(out, lineterminator="\n")
+            if number == 0:
+                writer.writerow(map(_harmless, columns))
+            writer.writerows(zip(*(map(_value, column) for column in columns.values()), strict=True))
+            yield out.getvalue().encode()
+
+    if is_stream(path):
+        write_atomically(path, b"".join(parts()))
+        return
+    with written_atomically(path) as target, target.open("wb") as file:
+        file.writelines(parts())
+
+
 def printable(text: str) -> str:
     r"""The text with control characters (escape codes, line breaks, writing direction) shown, not obeyed.
 
@@ -148,11 +171,15 @@ def _heading(column: Column) -> str:
 
 
 def _field(cell: Cell) -> str | int | float:
-    if cell.value is None:
+    return _value(cell.value)
+
+
+def _value(value: str | int | float | None) -> str | int | float:
+    if value is None:
         return ""
-    if isinstance(cell.value, bool):
-        return "yes" if cell.value else "no"
-    return _harmless(cell.value) if isinstance(cell.value, str) else cell.value
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    return _harmless(value) if isinstance(value, str) else value
 
 
 def _harmless(text: str) -> str:

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from codesign.figures import label
 from codesign.progress import Show, doing, silent
 from codesign.report.aggregated import aggregated_cell, aim_text, kind_of_row, spread_table
 from codesign.report.certainty import winners_certainty_table
 from codesign.report.explain_tables import effects_table
 from codesign.report.render import printable
 from codesign.report.result_tables import sources_table
+from codesign.report.search_tables import search_table
 from codesign.report.sourced import sourced_results
 from codesign.report.study_tables import (
     best_design,
@@ -40,10 +42,19 @@ def study_sentence(study: Study) -> str:
     if best is not None:
         value = aggregated_cell(study, best, study.objectives[0], spread=True).text
         end = f"; {aim_text(study, study.objectives[0])}: {value}, {kind} {best.index}"
+    elif lack := _lack(study):
+        end = f"; no {kind} has {label(lack)}"
     elif nearest:
         design = study.designs[nearest[0]]
         end = f"; nearest to feasible: {kind} {design.index}, {why_out(study, design)}"
     return printable(f"{head}{end}.")
+
+
+def _lack(study: Study) -> str:
+    """The first objective, and why, where feasible designs have none; "" where none is feasible."""
+    first = study.objectives[0].name
+    lacks = (reason.name for reason in study.reasons if reason.kind == "no figure")
+    return next((name for name in lacks if name.partition(": ")[0] == first), "")
 
 
 def study_tables(study: Study, *, everything: bool = False, show: Show = silent) -> tuple[Table, ...]:
@@ -56,6 +67,8 @@ def study_tables(study: Study, *, everything: bool = False, show: Show = silent)
     tables = [front_table(study) if study.feasible else nearest_table(study)]
     if study.feasible and study.conditions:
         tables += [best_table(study), *([spread_table(study)] if study.world.draws is not None else [])]
+    searched = search_table(study)
+    tables += [] if searched is None else [searched]
     tables.append(winners_certainty_table(study))
     doing(show, "comparing designs value by value")
     winners = winners_table(study)

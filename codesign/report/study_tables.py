@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from codesign.exploration.rows import provenance_columns, study_columns
-from codesign.figures import ResultFigure, label
+from codesign.exploration.rows import Scalar, provenance_columns, study_columns
+from codesign.figures import FIGURES, ResultFigure, label
+from codesign.inputs.derived import DerivedFigure
 from codesign.progress import Show, silent, tracked
 from codesign.report.aggregated import (
     aggregated_cell,
@@ -25,7 +27,7 @@ from codesign.report.aggregated import (
 )
 from codesign.report.axes import axis_levels, fixed_axes, level_texts, short_names, varying_axes
 from codesign.report.certainty import verdict_text
-from codesign.report.render import write_csv
+from codesign.report.render import write_columns_csv
 from codesign.report.sentences import asked_notes
 from codesign.report.table import Cell, Column, Table, left, right, word, words
 from codesign.report.wording import (
@@ -130,13 +132,16 @@ def study_csv(study: Study, points: range | None = None) -> Table:
     Of all points, or of a range of them. The columns are the same for any range.
     """
     points = range(len(study.points)) if points is None else points
-    why = _Whys(study)
-    columns = study_columns(study, points) | {"why_not": [why.of(index) for index in points]}
-    columns |= provenance_columns(study, points)
+    columns = _raw_columns(study, points, _Whys(study))
     cells = tuple(
         tuple(Cell(str(value), value) for value in row) for row in zip(*columns.values(), strict=True)
     )
     return Table("All points", left(*columns), cells)
+
+
+def _raw_columns(study: Study, points: range, why: _Whys) -> dict[str, list[Scalar]]:
+    reasons: list[Scalar] = [why.of(index) for index in points]
+    return study_columns(study, points) | {"why_not": reasons} | provenance_columns(study, points)
 
 
 class _Whys:
@@ -186,10 +191,12 @@ def write_study_csv(study: Study, path: Path, show: Show = silent) -> None:
     ranges = [
         range(begin, min(begin + _ROWS_AT_ONCE, count)) for begin in range(0, max(count, 1), _ROWS_AT_ONCE)
     ]
-    tables = (
-        study_csv(study, each) for each in tracked(ranges, show, "rows of CSV written", count, size=len)
+    why = _Whys(study)
+    blocks = (
+        _raw_columns(study, rows, why)
+        for rows in tracked(ranges, show, "rows of CSV written", count, size=len)
     )
-    write_csv(tables, path)
+    write_columns_csv(blocks, path)
 
 
 def front_table(study: Study) -> Table:
@@ -288,7 +295,9 @@ def reasons_table(study: Study) -> Table:
     """
     kind, rows = kind_of_row(study), []
     for count in study.reasons:
-        measured = count.kind not in {"failure", "unreached", "no figure", "mapping"}
+        # Of a constraint on a figure that has no value, the name ends with the reason.
+        without = count.kind == "constraint" and ": " in count.name
+        measured = count.kind not in {"failure", "unreached", "no figure", "mapping"} and not without
         in_words = count.kind in {"failure", "unreached", "mapping"}
         rows.append(
             (
@@ -330,12 +339,25 @@ def why_out(study: Study, design: Design) -> str:
         why, number = design.ended
         return f"goals not reached: {why} (at {condition_text(study, number)})"
     if lacking := study.lacking(design):
-        return f"has no {', no '.join(name.label for name in lacking)}"
+        return f"has no {', no '.join(_lack(design, figure) for figure in lacking)}"
     return "; ".join(
         reason_text(out.reason)
         + ("" if out.condition is None else f" (at {condition_text(study, out.condition)})")
         for out in design.out
     )
+
+
+def _lack(design: Design, figure: ResultFigure) -> str:
+    """A figure that a design does not have; of a derived one with the reason in its first condition without it."""
+    if not isinstance(figure, DerivedFigure):
+        return figure.label
+    whys = (figure.why_none(partial(_value, point)) for point in design.points)
+    why = next(filter(None, whys), "")
+    return f"{figure.label}: {why}" if why else figure.label
+
+
+def _value(point: StudyPoint, name: str) -> float | None:
+    return point.figure(FIGURES[name])
 
 
 def reason_text(reason: Reason) -> str:
@@ -344,8 +366,8 @@ def reason_text(reason: Reason) -> str:
     >>> reason_text(Reason(kind="resource", name="slices", demand=40000, limit=33792, gap=6208, unit=""))
     'slices 40,000 against 33,792'
     """
-    if reason.kind == "mapping":
-        return reason.name
+    if reason.words:
+        return reason.words
     demand, limit = (quantity_text(value, reason.unit) for value in (reason.demand, reason.limit))
     return f"{label(reason.name)} {demand} against {limit}"
 

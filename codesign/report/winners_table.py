@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from codesign.exploration.rivals import StudyRivals
 from codesign.exploration.same import first_of_equals
+from codesign.exploration.sensitivity import inside_of
 from codesign.figures import ResultFigure
 from codesign.inputs.edit import VARIANT_AXIS
 from codesign.report.axes import axis_levels, level_texts, short_names, varying_axes
@@ -25,6 +26,8 @@ from codesign.units import counted
 
 if TYPE_CHECKING:
     from codesign.exploration import Study, StudyPoint
+
+Points = NDArray[np.int64]
 
 _EQUAL = " = "
 
@@ -44,6 +47,9 @@ def winners_table(
     that are equal to the last digit win together. For each of the study's objectives a note says how often each variant
     wins by it. None where ``axis`` has fewer than two values.
 
+    Axes that exist for some values of ``axis`` only are no part of a setting: each value is taken at the best that they
+    make of it.
+
     Args:
         study: with ``axis``.
         objective: by default the study's first.
@@ -52,22 +58,25 @@ def winners_table(
     if axis not in study.axes or len(axis_levels(study, axis)) < 2:
         return None
     objective = objective or study.objectives[0]
-    others = tuple(name for name in varying_axes(study) if name != axis)
+    own = inside_of(study.when, axis)
+    others = tuple(name for name in varying_axes(study) if name not in (axis, *own))
     others = (*(name for name in study.conditions if len(axis_levels(study, name)) > 1), *others)
     # In one condition a point is a design of its own, and keeps the constraints by itself.
     alone = replace(study, axes=study.every_axis, conditions={}, aggregate={})
     settings = _Settings(study, alone, others)
+    headings = short_names((*others, *own))
     texts = [(name, level_texts(study, name)) for name in others]
     rows, simulated = [], 0
-    for indices in settings.first(MOST_SETTINGS):
-        points = [alone.points[index] for index in indices]
+    for every in settings.first(MOST_SETTINGS):
+        indices = settings.best_of_each(every, objective, axis) if own else every
+        points = [alone.points[index] for index in indices.tolist()]
         axes = points[0].axes
         setting = words(*(text(axes.get(name)) for name, text in texts))
-        simulated += any(alone.outcomes.is_priced(index) for index in indices)
+        simulated += any(alone.outcomes.is_priced(point.index) for point in points)
         rows.append((*setting, *_contest(alone, points, objective, axis, simulated <= MOST_ASSESSED)))
     figure = objective.label
     columns = (
-        *left(*short_names(others), "best"),
+        *left(*headings[: len(others)], "best"),
         Column(figure, objective.unit, "right"),
         *left("runner-up"),
         Column(f"its {figure}", objective.unit, "right"),
@@ -80,6 +89,8 @@ def winners_table(
         _wins_text(name, settings.winners(name, axis))
         for name in dict.fromkeys((objective, *study.objectives))
     )
+    if own:
+        notes += (f"each at its best over the axes that depend on it: {', '.join(headings[len(others) :])}",)
     if settings.count > MOST_SETTINGS:
         notes += (f"the first {MOST_SETTINGS:,} of {settings.count:,} settings",)
     if simulated > MOST_ASSESSED:
@@ -111,17 +122,28 @@ class _Settings:
         self._points, self._setting = points[order], of_points[order]
         self._begins = np.searchsorted(self._setting, np.arange(self.count + 1))
 
-    def first(self, most: int) -> Iterator[list[int]]:
+    def first(self, most: int) -> Iterator[Points]:
         """The points of each of the first settings."""
         for number in range(min(most, self.count)):
-            yield self._points[self._begins[number] : self._begins[number + 1]].tolist()
+            yield self._points[self._begins[number] : self._begins[number + 1]]
+
+    def best_of_each(self, points: Points, objective: ResultFigure, axis: str) -> Points:
+        """Of points of one setting the best with each value of an axis; the first where none counts."""
+        levels, losses = self._alone.space.levels(points)[axis], self._losses(points, objective)
+        order = np.lexsort((losses, levels))
+        _, firsts = np.unique(levels[order], return_index=True)
+        return points[order[firsts]]
+
+    def _losses(self, points: Points, objective: ResultFigure) -> NDArray[np.float64]:
+        """The values of an objective with the sign that makes less of it better; NaN of points that do not count."""
+        judged, values = self._alone.judged, self._alone.outcomes.column(objective)[points]
+        fine = (judged.feasible_points & ~judged.unreached_points)[points]
+        return np.where(fine, -values if objective.maximise else values, math.nan)
 
     def winners(self, objective: ResultFigure, axis: str) -> Counter[str]:
         """How often each value of an axis, or several that are equal, wins by an objective; "" where none does."""
         alone, setting = self._alone, self._setting
-        values = alone.outcomes.column(objective)[self._points]
-        fine = alone.judged.feasible_points & ~alone.judged.unreached_points
-        losses = np.where(fine[self._points], -values if objective.maximise else values, math.nan)
+        losses = self._losses(self._points, objective)
         losses[self._differs[setting]] = math.nan
         held = np.flatnonzero(~np.isnan(losses))
         order = held[np.lexsort((losses[held], setting[held]))]
@@ -129,14 +151,17 @@ class _Settings:
         best = np.full(self.count, math.nan)
         best[setting[order[firsts]]] = losses[order[firsts]]
         winners = np.flatnonzero(losses == best[setting])
+        levels = alone.space.levels(self._points[winners])[axis]
+        # Several points of one value are one winner.
+        _, firsts = np.unique(np.stack([setting[winners], levels]), axis=1, return_index=True)
+        winners, levels = winners[np.sort(firsts)], levels[np.sort(firsts)]
         wins = np.bincount(setting[winners], minlength=self.count)
         counts: Counter[str] = Counter()
         # In the order of the settings, which decides between equal counts.
         texts = (axis_text(axis, value) or "none" for value in (*alone.axes[axis], None))
         names = ["a tie" if _EQUAL in text else text for text in texts]
-        places = alone.space.levels(self._points[winners])[axis]
         name_of = np.full(self.count, len(names), np.int64)
-        name_of[setting[winners]] = np.where(places < 0, len(names) - 1, places)
+        name_of[setting[winners]] = np.where(levels < 0, len(names) - 1, levels)
         name_of[wins > 1] = len(names) + 1
         numbers, firsts = np.unique(name_of, return_index=True)
         words_of = [*names, "none", "a tie"]

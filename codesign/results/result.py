@@ -48,7 +48,8 @@ class Reason(ResultModel):
     """Why a design point cannot be built, or is not wanted: ``demand`` passes ``limit`` by ``gap``.
 
     All three are in ``unit``; what is whole, as counts are, is an integer. Of a mapping, they are 1, 0 and 1: a
-    platform cannot take the design, and ``name`` is the sentence that says why.
+    platform cannot take the design, and ``name`` is the sentence that says why. Where a constrained figure has no
+    value, ``demand`` is 0, and ``name`` ends with the reason.
     """
 
     kind: Literal["resource", "bound", "clock", "constraint", "mapping", "quality"] = Field(
@@ -68,9 +69,20 @@ class Reason(ResultModel):
         # Above 2^53 a double is whole only because it is too coarse to be anything else.
         return int(value) if isinstance(value, float) and value.is_integer() and abs(value) < 2**53 else value
 
-    def __str__(self) -> str:
+    @property
+    def words(self) -> str:
+        """What is wrong, where it is no number; else "".
+
+        >>> Reason(kind="constraint", name="cycles below: no such figure", demand=0, limit=9, gap=9, unit="").words
+        'cycles below: no such figure'
+        """
         if self.kind == "mapping":
-            return f"{self.name} ({'; '.join(self.levers)})" if self.levers else self.name
+            return self.name
+        return label(self.name) if self.kind == "constraint" and ": " in self.name else ""
+
+    def __str__(self) -> str:
+        if self.words:
+            return f"{self.words} ({'; '.join(self.levers)})" if self.levers else self.words
         text = f"{label(self.name)}: {self.demand:g} against {self.limit:g} {self.unit}".rstrip()
         return f"{text} ({'; '.join(self.levers)})" if self.levers else text
 

@@ -77,7 +77,8 @@ def _parameter(parameter: inspect.Parameter) -> str:
     text = f"{stars}{parameter.name}" + (f": {annotation}" if annotation else "")
     if parameter.default is parameter.empty:
         return text
-    default = re.sub(r"<factory>", "...", repr(parameter.default))
+    function = inspect.isfunction(parameter.default)
+    default = parameter.default.__name__ if function else re.sub(r"<factory>", "...", repr(parameter.default))
     return f"{text} = {default}" if annotation else f"{text}={default}"
 
 

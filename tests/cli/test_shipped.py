@@ -96,7 +96,8 @@ def test_every_exploration_starts_and_ends(hwsw: Run, tmp_path: Path, workload: 
         pytest.skip("nothing to explore")
     axes = source["explore"]["axes"]
     source["explore"]["axes"] = {
-        axis: values[:2] if index == 0 else values[:1] for index, (axis, values) in enumerate(axes.items())
+        axis: values[: 2 if index == 0 else 1] if isinstance(values, list) else [values["from"]]
+        for index, (axis, values) in enumerate(axes.items())
     }
     conditions = source["explore"].get("conditions", {})
     source["explore"]["conditions"] = {axis: values[:1] for axis, values in conditions.items()}

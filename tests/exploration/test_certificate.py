@@ -14,13 +14,14 @@ from drawn_studies import studies
 from explore_fakes import result
 from hypothesis import given, settings
 from plain_study import Plain
+from tampering import Excluded
 
 from codesign.certificates.check import check
 from codesign.certificates.file import packed, read_certificate, unpacked, write_certificate
 from codesign.certificates.form import MAX_TEXTS, Claim
 from codesign.errors import CertificateError
 from codesign.exploration.certify import certificate_of, differences
-from codesign.exploration.claims import Excluded, Listed, Reasons
+from codesign.exploration.claims import Listed, Reasons
 from codesign.exploration.front import dominators, non_dominated
 from codesign.exploration.outcomes import Outcomes
 from codesign.exploration.study import Study
@@ -93,8 +94,8 @@ def test_dominators_dominate() -> None:
         assert better[place] if place >= 0 else not any(better)
 
 
-def box_of(study: Study, low: int, high: int, **figures: float) -> Excluded:
-    return Excluded(0, (low,), (high,), figures)
+def box_of(low: int, high: int, *, by: int | None = None, why: str = "", **bound: float) -> Excluded:
+    return Excluded(0, (low,), (high,), bound or None, by, why)
 
 
 def half(*, missing: bool = False) -> Study:
@@ -114,9 +115,9 @@ def half(*, missing: bool = False) -> Study:
 def test_boxes_stand_for_designs_that_were_not_computed() -> None:
     study = replace(half(missing=True), constraints=(constraint_of("slices <= 70"),))
     excluded = [
-        box_of(study, 4, 6, first_plan_s=2, slices=30),
-        box_of(study, 6, 7, slices=71),
-        Excluded(0, (7,), (8,), {}, "no clock reaches it"),
+        box_of(4, 6, by=1, why="dominated", first_plan_s=2, slices=30),
+        box_of(6, 7, why="constraint slices", slices=71),
+        box_of(7, 8, why="no clock reaches it"),
     ]
     certificate = unpacked(packed(certificate_of(study, excluded)))
     verdict = check(certificate)
@@ -130,14 +131,14 @@ def test_boxes_stand_for_designs_that_were_not_computed() -> None:
 
 def test_a_box_may_say_that_its_designs_are_missing() -> None:
     study = half(missing=True)
-    assert check(certificate_of(study, [box_of(study, 4, 8)])).missing == 4
+    assert check(certificate_of(study, [box_of(4, 8)])).missing == 4
     assert check(certificate_of(study)).missing == 4
 
 
 def test_a_bound_that_is_equal_to_a_figure_of_the_front_excludes_nothing() -> None:
     study = half(missing=True)
     with pytest.raises(CertificateError, match="no design of the front dominates box 0"):
-        certificate_of(study, [box_of(study, 4, 8, first_plan_s=2, slices=20)])
+        certificate_of(study, [box_of(4, 8, by=1, why="dominated", first_plan_s=2, slices=20)])
 
 
 def test_boxes_in_a_space_with_axes_that_do_not_always_exist() -> None:
@@ -145,8 +146,8 @@ def test_boxes_in_a_space_with_axes_that_do_not_always_exist() -> None:
     outcomes = Outcomes.of([result(seconds=1, slices=10), *[None] * 3])
     study = Study("bench", "maze", axes, TWO, (), outcomes, when={"c.d": {"a.b": (1,)}})
     excluded = [
-        Excluded(1, (0, 0), (1, 2), {"first_plan_s": 2, "slices": 10}),
-        Excluded(1, (0, 2), (1, 3), {"first_plan_s": 1, "slices": 11}),
+        Excluded(1, (0, 0), (1, 2), {"first_plan_s": 2, "slices": 10}, 0, "dominated"),
+        Excluded(1, (0, 2), (1, 3), {"first_plan_s": 1, "slices": 11}, 0, "dominated"),
     ]
     verdict = check(unpacked(packed(certificate_of(study, excluded))))
     assert (verdict.front, verdict.missing, verdict.designs[Claim.DOMINATED]) == ((0,), 0, 3)

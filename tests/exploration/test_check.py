@@ -46,7 +46,7 @@ def test_the_last_bit_of_any_figure_counts(study: Study, column: str) -> None:
     check = check_points(study, 2)
     assert [line.partition(" is ")[0].split(": ")[0] for line in check.differences] == ["point 1"]
     assert "energy_j" in check.differences[0]
-    assert check.sentence == "2 points were run alone: 1 figure differ"
+    assert check.sentence == "2 points were run alone: 1 figure differs"
 
 
 def test_the_command_checks_and_says_how_many_simulations(specs: Specs, hwsw: Hwsw) -> None:
@@ -64,7 +64,7 @@ def test_a_difference_ends_the_command(specs: Specs, hwsw: Hwsw, monkeypatch: py
     )
     ran = hwsw("explore", *specs, "--workers", 1, "--check", 1)
     assert ran.exit_code == 1
-    assert "1 point was run alone: 1 figure differ" in ran.output
+    assert "1 point was run alone: 1 figure differs" in ran.output
 
 
 @pytest.mark.parametrize("workers", [1, 2])

@@ -200,6 +200,28 @@ def test_a_worker_with_other_code_is_refused_before_any_work(
     assert computed(tmp_path / "log") == []
 
 
+def test_a_worker_with_other_files_is_refused_before_any_work(two: Cluster, tmp_path: Path) -> None:
+    part = tmp_path / "parts" / "mine.yaml"
+    evaluate = OfFiles(Fake(tmp_path / "log"), Space({"slices": [1]}, ""))
+    evaluate.read = {part: "a digest"}
+    with (
+        ClusterExecutor(two.address) as executor,
+        pytest.raises(RunError, match="its files differ") as caught,
+    ):
+        list(executor.run(works_of({"slices": [1]}), evaluate))
+    assert str(part) in str(caught.value)
+    assert computed(tmp_path / "log") == []
+
+
+class OfFiles(PointByPoint):
+    """Reads files, as one says that has them."""
+
+    read: dict[Path, str]
+
+    def files(self) -> dict[Path, str]:
+        return self.read
+
+
 class Other:
     """Another digest here than where it is sent to."""
 

@@ -183,12 +183,18 @@ def test_an_interrupted_exploration_goes_on(file: Path, tmp_path: Path) -> None:
 
 def test_platforms_share_their_functional_work(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     recorded: list[str] = []
+    memos: list[Memo] = []
 
     def counted(system: System, memo: Memo) -> Computation:
         recorded.append(computation_digest(system))
         return record(system, memo)
 
+    def remembered() -> Memo:
+        memos.append(Memo())
+        return memos[-1]
+
     monkeypatch.setattr("codesign.exploration.evaluation.record", counted)
+    monkeypatch.setattr("codesign.exploration.evaluation.Memo", remembered)
     without(file, "workload.variant", "fabric.clock")
     boards = load_platforms(["zynq", "arty-a7", "virtex2-pci"])
     over(file, boards[0])
@@ -197,6 +203,11 @@ def test_platforms_share_their_functional_work(file: Path, monkeypatch: pytest.M
     assert single
     assert sorted(set(recorded)) == sorted(recorded), "none is computed twice"
     assert set(single) <= set(recorded)
+    # Components have other names on other boards, so a computation is one of its board. The plans are not.
+    assert len(recorded) == 3 * len(single)
+    one, three = memos
+    assert three.misses == one.misses > 0
+    assert three.hits > one.hits
 
 
 def test_platforms_from_python(file: Path) -> None:

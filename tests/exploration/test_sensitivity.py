@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from codesign.exploration.outcomes import Outcomes
-from codesign.exploration.sensitivity import variance_shares
+from codesign.exploration.sensitivity import inside_of, variance_shares
 from codesign.exploration.study import Study
 from codesign.figures import FIGURES
 
@@ -108,3 +108,22 @@ def test_a_study_counts_feasible_designs_alone() -> None:
     assert study.sensitivity(TIME) == tuple(
         each for (_, figure), each in effects.items() if figure == "first_plan_s"
     )
+
+
+def test_an_axis_moves_what_depends_on_it_too() -> None:
+    """Half of the designs have axis 1, the other half axis 2: axis 0 says which, and moves the mean of the halves."""
+    none = 3
+    levels = np.array([*((0, b, none) for b in range(3)), *((1, none, c) for c in range(3))], np.intp)
+    inside, outside = np.array([-1.0, 0.0, 1.0]), np.array([-2.0, 0.0, 2.0])
+    values = np.concatenate([10 + inside, 20 + outside])
+    variant, first, second = variance_shares(levels, values, [[1, 2], [], []])
+    parts = 25.0, inside.var() / 2, outside.var() / 2
+    assert variant == (pytest.approx(parts[0] / sum(parts)), 1, 1)
+    for share, part in ((first, parts[1]), (second, parts[2])):
+        assert share == (pytest.approx(part / sum(parts)), pytest.approx(part / sum(parts)), 0.5)
+
+
+def test_axes_inside_another_are_found_through_those_between() -> None:
+    when = {"d": {"c": (1,)}, "b": {"a": (1,)}, "c": {"b": (2,), "x": (0,)}, "y": {"x": (1,)}}
+    assert (set(inside_of(when, "a")), set(inside_of(when, "x"))) == ({"b", "c", "d"}, {"c", "d", "y"})
+    assert inside_of(when, "d") == []

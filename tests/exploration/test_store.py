@@ -201,6 +201,17 @@ def test_a_newer_format_is_named(file: Path) -> None:
         connection.execute(f"PRAGMA user_version = {SCHEMA + 1}")
     connection.close()
     assert f"format {SCHEMA + 1}" in refusal(file)
+    with pytest.raises(StoreError, match="update hwsw-codesign"):
+        FileStore(file)
+
+
+def test_of_an_older_format_the_points_are_computed_again(file: Path) -> None:
+    with sqlite3.connect(file) as connection:
+        connection.execute(f"PRAGMA user_version = {SCHEMA - 1}")
+    connection.close()
+    assert f"was written in format {SCHEMA - 1}, and this version reads format {SCHEMA}" in refusal(file)
+    with pytest.raises(StoreError, match="give another file name: its points are computed again"):
+        FileStore(file)
 
 
 @pytest.mark.parametrize(

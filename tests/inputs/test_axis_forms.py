@@ -86,9 +86,24 @@ def test_an_axis_is_a_list_or_a_range(written: str, values: list[Any]) -> None:
         ("{from: 1, to: 9, scale: log}", "scale without count"),
         ("{from: 1, to: 9, count: 3, scale: cubic}", "there is no scale 'cubic'"),
         ("{from: 0, to: 9, count: 3, scale: log}", "needs two different ends above 0"),
+        ("{from: 0 MHz, to: 9 MHz, count: 3, scale: log}", "'0 MHz' is zero\n  hint: a frequency is above 0"),
+        (
+            "{from: 1, to: " + "9" * 5000 + "}",
+            "999... is too long or too large for a number",
+        ),
+        ("{from: 1, to: 9e99, factor: 1.001}", "from 1 to 9e99 has too many values"),
+        ("{from: .nan, to: 9}", "17:30: explore.axes.relax.iterations.from: .nan is not a finite number"),
+        (
+            "{from: 1 MHz, to: .inf, step: 1 MHz}",
+            "17:41: explore.axes.relax.iterations.to: .inf is not a finite",
+        ),
+        (
+            "{from: 1, to: 9, count: 1000000000}",
+            "from 1 to 9 has 1,000,000,000 values\n  hint: at most 1,000",
+        ),
         ("{from: 1, to: 9, count: 1}", "a count of at least 2"),
         ("{from: 1, to: 9, count: 2.5}", "'2.5' is no number of values"),
-        ("{from: 1, to: 900000, step: 1}", f"too many values\n  hint: at most {MAX_VALUES:,}"),
+        ("{from: 1, to: 900000, step: 1}", f"has 900,000 values\n  hint: at most {MAX_VALUES:,}"),
         ("{from: 1 MHz, to: 9 s, step: 1 MHz}", "'9 s' has no unit of frequency"),
         ("{from: 1 MHz, to: 9 MHz}", "has no step"),
         ("{from: [1], to: 9}", "is no number and no quantity"),
@@ -161,6 +176,10 @@ def test_every_point_that_exists_can_be_made(tmp_path: Path) -> None:
             "relax.iterations depends on an axis that depends on it",
         ),
         (
+            "workload.variant: [base, on-host]\nrelax.iterations: {values: [4], when: {workload.variant: null}}",
+            "18:62: explore.axes.relax.iterations.when.workload.variant: an empty value is no value of axis",
+        ),
+        (
             "workload.variant: [base, on-host]\nrelax.iterations: {values: [4], when: {workload.variant: base}}\n"
             "relax.omega: {values: [1.5], when: {workload.variant: on-host, relax.iterations: 4}}",
             "no point has axis relax.omega: its conditions contradict each other",
@@ -171,6 +190,8 @@ def test_what_axes_depend_on_is_checked(tmp_path: Path, axes: str, told: str) ->
     with pytest.raises(SpecError) as caught:
         load(tmp_path, axes)
     assert told in str(caught.value)
+    # That an axis does not fit where it should not exist is no fault beside this one.
+    assert str(caught.value).count("w.yaml:") == 1
 
 
 def test_a_condition_depends_on_nothing(tmp_path: Path) -> None:

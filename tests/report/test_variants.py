@@ -174,3 +174,38 @@ def test_values_that_are_alike_for_long_are_still_told_apart() -> None:
         Outcomes.of([result(), None]),
     )
     assert axis_levels(made, "workload.scenario") == ["last 1", "last 2"]
+
+
+def nested(times: tuple[float | None, ...]) -> Study:
+    """Variant ``base`` with three blocks, ``on-host`` with two omegas, at two clocks of the link."""
+    axes: dict[str, tuple[Any, ...]] = {
+        "workload.variant": ("base", "on-host"),
+        "relax.block": (1, 2, 3),
+        "relax.omega": (1.5, 1.7),
+        "pci.clock": ("33 MHz", "66 MHz"),
+    }
+    when = {"relax.block": {"workload.variant": ("base",)}, "relax.omega": {"workload.variant": ("on-host",)}}
+    outcomes = [result(fits=False) if time is None else result(seconds=time) for time in times]
+    return Study("bench", "maze", axes, (F["first_plan_s"],), (), Outcomes.of(outcomes), when=when)
+
+
+def test_each_variant_is_at_its_best_over_the_axes_that_it_alone_has() -> None:
+    table = winners_table(nested((9, 9, 3, 9, None, 4, 8, None, 6, None)))
+    assert table is not None
+    assert [column.name for column in table.columns][:2] == ["clock", "best"]
+    assert [row[:6] for row in texts(table)] == [
+        ["33 MHz", "base", "3 s", "on-host", "6 s", "2"],
+        ["66 MHz", "base", "4 s", "–", "–", "–"],
+    ]
+    assert texts(table)[1][-1] == "on-host: infeasible"
+    assert table.notes == (
+        "least first plan time, of 2 settings: base in 2",
+        "each at its best over the axes that depend on it: block, omega",
+    )
+
+
+def test_several_points_of_one_variant_are_no_tie() -> None:
+    table = winners_table(nested((3, 3, 3, 3, 3, 3, 3, 4, 5, 4)))
+    assert table is not None
+    assert table.notes[0] == "least first plan time, of 2 settings: a tie in 1, base in 1"
+    assert [row[1] for row in texts(table)] == ["base = on-host", "base"]

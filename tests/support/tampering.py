@@ -5,7 +5,8 @@ from __future__ import annotations
 import io
 import json
 import zipfile
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from random import Random
 from typing import Any
 
@@ -16,7 +17,6 @@ from numpy.lib import format as npy
 from codesign.certificates.file import DEFINITION, DIGESTS, HEAD, packed, sealed
 from codesign.certificates.form import Claim, digests_of
 from codesign.exploration.certify import certificate_of
-from codesign.exploration.claims import Excluded
 from codesign.exploration.outcomes import Outcomes
 from codesign.exploration.study import Study
 from codesign.figures import FIGURES
@@ -25,6 +25,18 @@ from codesign.inputs.constraint import constraint_of
 OBJECTIVES = tuple(FIGURES[name] for name in ("first_plan_s", "slices", "path_length_ratio_mean"))
 
 Members = dict[str, bytes]
+
+
+@dataclass(frozen=True)
+class Excluded:
+    """A box that is excluded; see ``codesign.exploration.claims.Excluded``."""
+
+    part: int
+    low: tuple[int, ...]
+    high: tuple[int, ...]
+    bound: Mapping[str, float] | None = None
+    by: int | None = None
+    why: str = ""
 
 
 def sample(seed: int = 0) -> tuple[Study, list[Excluded]]:
@@ -45,10 +57,10 @@ def sample(seed: int = 0) -> tuple[Study, list[Excluded]]:
     study = Study("bench", "maze", axes, OBJECTIVES, limits, Outcomes.of(outcomes), when=when)
     at_best = {"first_plan_s": 2.0, "slices": 51.0, "path_length_ratio_mean": 1.5}
     excluded = [
-        Excluded(1, (0, 3, 0, 0), (1, 6, 2, 2), at_best),
-        Excluded(1, (0, 3, 2, 0), (1, 5, 4, 2), {"slices": 99.0}),
-        Excluded(1, (0, 5, 2, 0), (1, 6, 4, 1), {}, "no clock"),
-        Excluded(1, (0, 5, 2, 1), (1, 6, 4, 2), {}),
+        Excluded(1, (0, 3, 0, 0), (1, 6, 2, 2), at_best, 0, "dominated"),
+        Excluded(1, (0, 3, 2, 0), (1, 5, 4, 2), {"slices": 99.0}, why="constraint slices"),
+        Excluded(1, (0, 5, 2, 0), (1, 6, 4, 1), why="no clock"),
+        Excluded(1, (0, 5, 2, 1), (1, 6, 4, 2)),
     ]
     return study, excluded
 
@@ -326,7 +338,8 @@ def space_changed(content: bytes, rng: Random) -> bytes:
     elif kind == 1:
         definition["axes"][rng.randrange(4)]["values"].pop()
     elif kind == 2:
-        definition["axes"][3]["when"] = rng.choice([{}, {"a.b": [0]}, {"a.b": [0, 1]}, {"a.c": [1]}])
+        other = [{}, {"a.b": [0]}, {"a.b": [0, 1]}, {"a.c": [1]}, {"a.b": [-1]}, {"x": [0]}]
+        definition["axes"][3]["when"] = rng.choice(other)
     elif kind == 3:
         head["parts"].pop(rng.randrange(2))
     else:

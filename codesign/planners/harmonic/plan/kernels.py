@@ -45,11 +45,12 @@ from __future__ import annotations
 
 from numba import njit
 
+from codesign.planners.harmonic.plan.borders import add_visit, push_all
 from codesign.planners.harmonic.plan.lanes import get, put
-from codesign.planners.harmonic.plan.visits import add_visit, push_all, trim, visit_block
+from codesign.planners.harmonic.plan.visits import trim, visit_block
 
-CALLED = ("lanes", "layout", "planes", "visits")
-CALLED_DIGEST = "622958ab67dbeacc"
+CALLED = ("borders", "lanes", "layout", "planes", "visits")
+CALLED_DIGEST = "15a42e2c2eda3e66"
 
 RUNNING, CONVERGED, GROW, CYCLE = range(4)
 POSITION, DONE_ITERATIONS, UNSETTLED, SWEEPS, POWER, SINCE = range(6)
@@ -74,8 +75,8 @@ def _has_room(layout, state, block, iterations):
         bits += 1
         iterations >>= 1
     need = max(get(state.active, block) + bits, get(state.deepest, block) + 2)
-    for group in range(layout.groups):
-        need = max(need, get(state.visit_width, group) + 8)
+    for segment in range(layout.segments):
+        need = max(need, get(state.visit_width, segment) + 8)
     row, column = block // layout.across, block % layout.across
     if row > 0:
         need = max(need, get(state.active, block - layout.across) + 8)
@@ -168,8 +169,8 @@ def advance(layout, state, control, counts, iterations, budget, published, signe
             # Only now do the neighbours see the block's values: they were fixed during the visit.
             add_visit(layout, state, block, signed)
             push_all(layout, state, block, signed)
-            for group in range(layout.groups):
-                put(state.visit_width, group, 0)
+            for segment in range(layout.segments):
+                put(state.visit_width, segment, 0)
             control[DONE_ITERATIONS] = 0
             if finished or not published:
                 control[UNSETTLED] = 1

@@ -1,0 +1,152 @@
+"""Searches: which designs of a space to evaluate, where the space is too large to evaluate all of them.
+
+A search asks for designs and is told what came of them. All searches have one interface, so that they are compared at
+the same number of evaluations. Designs are numbers of the enumeration of the decisions (``Space.values``).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, Protocol
+
+import numpy as np
+
+from codesign.exploration.constraints import Flags, Floats
+
+if TYPE_CHECKING:
+    from codesign.exploration.bounds import Bounds
+    from codesign.exploration.space import Space
+
+
+@dataclass(frozen=True)
+class Problem:
+    """What is searched.
+
+    - ``decisions``: the space of the designs. ``objectives``: their names; ``maximise``: of each, whether more is
+      better. ``limits``: the names of the amounts by which a design may break a limit.
+    - ``bounds``: gives bounds of the objectives over boxes of axes; None where no law is known.
+    """
+
+    decisions: Space
+    objectives: tuple[str, ...]
+    maximise: tuple[bool, ...]
+    limits: tuple[str, ...]
+    bounds: Bounds | None = None
+
+
+class Search(Protocol):
+    """Says which designs to evaluate next.
+
+    Every design that is asked for is told of, in the same order, before the next ones are asked for. The same seed and
+    the same answers give the same questions.
+    """
+
+    name: str
+    endless: bool
+    """Whether a budget has to end it, as it would go on until it has asked for every design."""
+
+    @property
+    def complete(self) -> bool:
+        """Whether every design was asked for or excluded."""
+
+    @property
+    def excluded(self) -> Sequence[ExcludedBox]:
+        """The boxes that were proved to hold no design of the front; most searches prove nothing."""
+
+    @property
+    def batch(self) -> int:
+        """How many designs the search asks for at once, where it may choose."""
+
+    def ask(self, count: int) -> list[int]:
+        """At most so many designs; one may be known already. Empty: the search is at its end."""
+
+    def tell(self, designs: Sequence[int], objectives: Floats, excess: Floats) -> None:
+        """What came of the designs that were asked for.
+
+        Args:
+            designs: as they were asked for.
+            objectives: float64, designs × objectives; NaN: a design that lacks a figure, or is not feasible.
+            excess: float64, designs × limits: the amount by which a limit is broken, relative to it; 0: it is kept.
+                NaN: the design failed.
+        """
+
+
+@dataclass(frozen=True)
+class ExcludedBox:
+    """A box of designs that holds none of the front, though not all of them were evaluated.
+
+    - ``part``: the number of the box of the space (``Space.boxes``) that it is a part of. ``low``, ``high``: of each
+      axis of that box, the places of its values there: from ``low`` to before ``high``.
+    - ``bound``: by name, the least value over the box of each objective, or of the figure of a constraint (the greatest
+      of one that is maximised); None where another reason excludes it. ``by``: the evaluated design that dominates the
+      bound, strictly better in one objective; None: another reason.
+    - ``why``: ``dominated``; ``fit``: no design of it fits, or too few starts arrive; ``clock``: the clock of all is
+      above its limit; ``constraint NAME``: the bound breaks it; ``lacks NAME``: no design of it has this figure.
+    """
+
+    part: int
+    low: tuple[int, ...]
+    high: tuple[int, ...]
+    bound: Mapping[str, float] | None
+    by: int | None
+    why: str
+
+    @property
+    def designs(self) -> int:
+        """How many designs are in the box."""
+        return math.prod(high - low for low, high in zip(self.low, self.high, strict=True))
+
+    def axes(self, decisions: Space) -> dict[str, tuple[Any, ...]]:
+        """The values of each axis that exists in the box."""
+        own = decisions.boxes[self.part].axes
+        return {
+            axis: tuple(decisions.axes[axis][number] for number in numbers[low:high])
+            for (axis, numbers), low, high in zip(own.items(), self.low, self.high, strict=True)
+        }
+
+
+@dataclass(eq=False)
+class Trace:
+    """What a search did.
+
+    - ``name``, ``seed``: of the search. ``designs``: those that it evaluated, each once, in their order.
+    - ``repeated``: how often it asked for one again; that costs nothing.
+    - ``excluded``: see ``Search.excluded``. ``ended``: why it ended; ``proved``: no other design is on the front.
+    """
+
+    name: str
+    seed: int
+    designs: list[int] = field(default_factory=list)
+    repeated: int = 0
+    excluded: tuple[ExcludedBox, ...] = ()
+    ended: str = ""
+    proved: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class Searched:
+    """What searches made of a space: the chosen one first, then random search beside it.
+
+    ``simulated``: how many simulations they took together. ``kept``: points that were found in the store.
+    """
+
+    traces: tuple[Trace, ...]
+    simulated: int
+    kept: int
+
+    @property
+    def excluded(self) -> tuple[ExcludedBox, ...]:
+        """The boxes that the chosen search excluded."""
+        return self.traces[0].excluded
+
+    @property
+    def proved(self) -> bool:
+        """Whether the chosen search proved the front."""
+        return self.traces[0].proved
+
+
+def comparable(objectives: Floats, excess: Floats) -> Flags:
+    """Which designs keep every limit and have every objective."""
+    return np.asarray((excess <= 0).all(axis=1) & ~np.isnan(objectives).any(axis=1))

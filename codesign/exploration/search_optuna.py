@@ -1,0 +1,191 @@
+"""NSGA-II and TPE of Optuna 5 as searches. Optuna is imported when one of them is used: extra ``search``.
+
+Every option that changes what a sampler does is named here, with its value: the defaults of several moved in the last
+releases (4.9: most options of TPE deprecated; 5.0: ``constant_liar`` on, ``multivariate`` on for one objective and off
+for several, no upper limit of ``gamma`` for several objectives, ``mutation`` new in NSGA-II, ``constraints_func``
+deprecated for ``Trial.set_constraint``).
+
+An axis with numbers or quantities in order is an integer, the place of its value. Any other is a category.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from codesign.errors import InputError
+from codesign.exploration.constraints import Floats
+from codesign.exploration.rows import order_of
+from codesign.exploration.search import ExcludedBox, Problem, Search
+from codesign.inputs.boxes import value_text
+
+if TYPE_CHECKING:
+    from types import ModuleType
+
+    from optuna.samplers import BaseSampler
+    from optuna.trial import Trial
+
+    from codesign.exploration.space import Space
+
+POPULATION = 50
+"""Designs in a generation of NSGA-II."""
+
+STARTUP = 10
+"""Designs that TPE draws at random before it models anything."""
+
+_TPE_BATCH = 10
+
+
+def nsga2(problem: Problem, seed: int) -> Search:
+    """NSGA-II: Deb, Pratap, Agarwal and Meyarivan, IEEE Transactions on Evolutionary Computation 6(2), 2002.
+
+    Raises:
+        InputError: Optuna is not installed.
+    """
+    optuna = _optuna()
+    sampler = optuna.samplers.NSGAIISampler(
+        population_size=POPULATION,
+        mutation=None,  # a mutated axis is drawn anew, all its values alike
+        mutation_prob=None,  # 1 / axes
+        crossover=optuna.samplers.nsgaii.UniformCrossover(swapping_prob=0.5),
+        crossover_prob=0.9,
+        swapping_prob=0.5,
+        seed=seed,
+        constraints_func=None,  # deprecated in 5.0 for Trial.set_constraint
+        elite_population_selection_strategy=None,  # constrained domination, then crowding distance
+        child_generation_strategy=None,
+        after_trial_strategy=None,
+    )
+    # A population crosses axes that all of its designs have. So each has a value of every axis; an axis that does not
+    # exist for a design is a gene without effect.
+    return OptunaSearch("nsga2", problem, sampler, POPULATION, every_axis=True)
+
+
+def tpe(problem: Problem, seed: int) -> Search:
+    """TPE: Bergstra, Bardenet, Bengio and Kégl, NIPS 2011; of several objectives Ozaki et al., GECCO 2020.
+
+    Raises:
+        InputError: Optuna is not installed.
+    """
+    optuna = _optuna()
+    single = len(problem.objectives) == 1
+    with warnings.catch_warnings():
+        # ``group`` counts as experimental since 2.8.
+        warnings.simplefilter("ignore", optuna.exceptions.ExperimentalWarning)
+        sampler = optuna.samplers.TPESampler(
+            n_startup_trials=STARTUP,
+            n_ei_candidates=24,
+            seed=seed,
+            multivariate=single,
+            group=single and bool(problem.decisions.when),
+            constant_liar=True,
+            constraints_func=None,  # deprecated in 5.0 for Trial.set_constraint
+            # Deprecated in 4.3 and 4.9, to be removed in 6.0: None is the one value that stays.
+            consider_prior=None,
+            prior_weight=None,
+            consider_magic_clip=None,
+            consider_endpoints=None,
+            gamma=None,  # a tenth; at most 25 designs of one objective, without a limit of several
+            weights=None,
+            warn_independent_sampling=None,
+        )
+    return OptunaSearch("tpe", problem, sampler, _TPE_BATCH, every_axis=False)
+
+
+class OptunaSearch:
+    """A sampler of Optuna behind the interface of searches.
+
+    ``batch``: how many designs are asked for before any of them is told. ``every_axis``: whether a design is given
+    values of axes that do not exist for it too.
+    """
+
+    endless = True
+    complete = False
+    excluded: tuple[ExcludedBox, ...] = ()
+
+    def __init__(
+        self, name: str, problem: Problem, sampler: BaseSampler, batch: int, *, every_axis: bool
+    ) -> None:
+        optuna = _optuna()
+        self.name, self.batch = name, batch
+        self._problem, self._every_axis = problem, every_axis
+        self._genes = _Genes(problem.decisions)
+        directions = ["maximize" if more else "minimize" for more in problem.maximise]
+        level = optuna.logging.get_verbosity()
+        optuna.logging.set_verbosity(optuna.logging.WARNING)
+        self._study = optuna.create_study(
+            storage=optuna.storages.InMemoryStorage(), sampler=sampler, directions=directions
+        )
+        optuna.logging.set_verbosity(level)
+        self._failed = optuna.trial.TrialState.FAIL
+        self._trials: list[Trial] = []
+
+    def ask(self, count: int) -> list[int]:
+        """So many designs; one may be known already."""
+        self._trials = [self._study.ask() for _ in range(min(count, self.batch))]
+        return [self._genes.design(trial, self._every_axis) for trial in self._trials]
+
+    def tell(self, designs: Sequence[int], objectives: Floats, excess: Floats) -> None:
+        """Tell the sampler; what a design breaks are its constraints, by their names."""
+        assert len(designs) == len(self._trials), "what was asked for is told"
+        for trial, values, amounts in zip(self._trials, objectives, excess, strict=True):
+            if np.isnan(amounts).any():
+                self._study.tell(trial, state=self._failed)
+                continue
+            for name, amount in zip(self._problem.limits, amounts.tolist(), strict=True):
+                trial.set_constraint(name, amount)
+            # A design that breaks a limit is ranked by how far alone: what stands for its figures is not looked at.
+            self._study.tell(trial, np.where(np.isnan(values), 0.0, values).tolist())
+        self._trials = []
+
+
+class _Genes:
+    """The axes of a space as parameters of trials; an axis with one value is none."""
+
+    def __init__(self, space: Space) -> None:
+        self._space = space
+        self._ordered = {axis for axis, values in space.axes.items() if order_of(axis, values)}
+        self._allowed = {
+            axis: {other: set(map(value_text, values)) for other, values in conditions.items()}
+            for axis, conditions in space.when.items()
+        }
+
+    def design(self, trial: Trial, every_axis: bool) -> int:
+        """The design that a trial stands for; its parameters are suggested on the way."""
+        chosen: dict[str, Any] = {}
+        for axis, values in self._space.axes.items():
+            exists = all(
+                other in chosen and value_text(chosen[other]) in texts
+                for other, texts in self._allowed.get(axis, {}).items()
+            )
+            number = self._suggested(trial, axis) if exists or every_axis else 0
+            if exists:
+                chosen[axis] = values[number]
+        return self._space.index(chosen)
+
+    def _suggested(self, trial: Trial, axis: str) -> int:
+        count = len(self._space.axes[axis])
+        if count == 1:
+            return 0
+        if axis in self._ordered:
+            return trial.suggest_int(axis, 0, count - 1)
+        return trial.suggest_categorical(axis, range(count))
+
+
+def _optuna() -> ModuleType:
+    """Optuna, imported.
+
+    Raises:
+        InputError: it is not installed, or is of another version.
+    """
+    hint = "pip install 'hwsw-codesign[search]'; random and bound need nothing more"
+    try:
+        import optuna
+    except ImportError as missing:
+        raise InputError("Optuna is not installed", "search", hint) from missing
+    if int(optuna.__version__.split(".")[0]) != 5:
+        raise InputError(f"Optuna {optuna.__version__} is not Optuna 5", "search", hint)
+    return optuna

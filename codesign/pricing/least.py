@@ -1,0 +1,99 @@
+"""The least that a computation may cost on any machine of a box: bounds on what ``price`` gives.
+
+A box is every combination of the values of some axes, each of which moves costs in one direction (``MONOTONE``). The
+figures themselves do not move in one direction: a message waits for an edge of a clock, and a faster clock may have its
+next edge later. So time is bounded by what each act takes without any wait, on the fastest machine of the box. Power is
+bounded by that at the slowest clock, as static power does not depend on the clock and dynamic power rises with it.
+Energy is bounded by the least power over the least time.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from codesign.inputs.components import FpgaComponent
+from codesign.inputs.links import BusLink, SerialLink
+from codesign.models import SpecModel
+from codesign.pricing.boards import boards_of, used_boards
+from codesign.pricing.computation import BITS, Act, Computation
+from codesign.pricing.machines import Column, Machines, Specs
+from codesign.pricing.price import parts_of
+from codesign.results.ledger import CYCLES, Ledger
+from codesign.results.task import times_of
+from codesign.scenarios.requests import mean_of_requests
+from codesign.system.bind import System
+from codesign.units import PICOSECONDS_PER_SECOND
+
+MONOTONE: Mapping[type[SpecModel], Mapping[str, int]] = {
+    FpgaComponent: {"clock": 1},
+    BusLink: {"clock": 1, "width": 1, "setup_cycles": -1, "burst_words": 1},
+    SerialLink: {"baud": 1},
+}
+"""What of a component or link makes every act as fast or faster where it rises (1), or where it falls (-1).
+
+- An FPGA takes n / clock for n cycles. Its clock is in its dynamic power too, which rises with it.
+- A bus takes (ceil(words / burst_words) · setup_cycles + words) / clock, with words = ceil(bits / width).
+- A serial line takes half_bits / (2 · baud).
+"""
+
+TRADED: Mapping[type[SpecModel], frozenset[str]] = {FpgaComponent: frozenset({"clock"})}
+"""What of these is a matter of trade: faster is also worse in another figure. Of others, the fastest is best."""
+
+_ROUNDED = {"plan_time_95_s", "energy_j"}
+_ROUNDING = 1e-9
+"""Relative, far more than sums of floats may be off. All other figures are whole picoseconds or products: exact."""
+
+
+def least(system: System, fastest: Specs, slowest: Specs, computation: Computation) -> dict[str, Column]:
+    """A bound below each figure that prices move, of boxes: float64, one entry a box.
+
+    Args:
+        system: bound, on a machine of the boxes; one that ``why_alone`` lets price.
+        fastest, slowest: the machine of each box on which every act is fastest, and the one on which it is slowest.
+        computation: what the system computes.
+    """
+    boards = boards_of(system, slowest)
+    watts = {name: board.watts(slowest.which[name]) for name, board in boards.items()}
+    played = [_LeastMachines(system, fastest).play(request, watts) for request in computation.requests]
+    parts = [parts_of(each, request) for each, request in zip(played, computation.requests, strict=True)]
+    times = times_of([parts[number] for number in computation.of_starts])
+    first = computation.requests[0]
+    bounds = {
+        **{name: times[name] for name in ("plan_time_worst_s", "plan_time_mean_s", "plan_time_95_s")},
+        "first_plan_s": played[0].times[first.before or first.answered] / PICOSECONDS_PER_SECOND,
+        "energy_j": mean_of_requests([played[number].joules["energy_j"] for number in computation.of_starts]),
+    }
+    used = used_boards(system)
+    if used:
+        bounds["power"] = sum(watts[used[0]])
+    return {
+        name: np.broadcast_to(np.asarray(column, np.float64), fastest.count)
+        * (1 - _ROUNDING if name in _ROUNDED else 1.0)
+        for name, column in bounds.items()
+    }
+
+
+class _LeastMachines(Machines):
+    """Machines on which nothing waits. Each act takes at most what it takes on any machine that is not faster."""
+
+    def watts(self, name: str) -> tuple[Column, Column]:
+        """Busy and idle power, the idle one at most the busy one: then energy rises with each of the times."""
+        busy, idle = super().watts(name)
+        return busy, np.minimum(busy, idle)
+
+    def _do(self, act: Act, ledger: Ledger) -> None:
+        if act.unit == BITS:
+            resource = self.links[act.where]
+            begin, end = resource.span(np.zeros_like(self.now), act.amount)
+        elif act.unit == CYCLES:
+            resource = self.by_name[act.where]
+            begin, end = np.zeros_like(self.now), resource.clocks.edge(np.full_like(self.now, act.amount))
+        else:
+            super()._do(act, ledger)
+            return
+        # From time 0 on, the end is rounded up; between other edges it may be 1 ps less.
+        span = np.maximum(end - begin - 1, 0)
+        resource.busy = resource.busy + span
+        self.now = self.now + span
