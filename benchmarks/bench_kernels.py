@@ -22,7 +22,7 @@ from codesign.maps.generate import rooms
 from codesign.planners.harmonic.plan import Field, Stage, StageEnd, relax
 from codesign.planners.harmonic.plan.arguments import check_arguments
 from codesign.planners.harmonic.plan.engine import Engine
-from codesign.planners.harmonic.plan.layout import LANES, addresses, make_layout, make_state
+from codesign.planners.harmonic.plan.layout import addresses, make_layout, make_state
 from codesign.planners.harmonic.plan.visits import iterate
 
 CLOCK = 150e6
@@ -192,7 +192,7 @@ def by_size() -> list[Any]:
 @njit
 def _again(layout, state, count):
     for _ in range(count):
-        iterate(layout, state, 0, 0, 1, 0, False)
+        iterate(layout, state, 0, state.residual, state.ring, False)
 
 
 def iteration_alone() -> list[Any]:
@@ -204,9 +204,9 @@ def iteration_alone() -> list[Any]:
     generator = np.random.default_rng(0)
     many, lines = 20_000, []
     for width in (1, 2, 4, 8):
-        planes = state.ring[: (width + 2) * layout.plane].reshape(width + 2, layout.plane)
+        planes = state.residual[: (width + 2) * layout.plane].reshape(width + 2, layout.plane)
         planes[:] = generator.integers(0, 1 << 63, planes.shape, dtype=np.uint64) & state.mask
-        state.ring_width[layout.first // LANES : (layout.first + block[0]) // LANES] = width
+        state.turn_width[:] = state.read_width[:] = width
         _again(layout, addresses(state), 1)
         seconds, _ = best_of(15, lambda: _again(layout, addresses(state), many))
         cost = f"{seconds / many * 1e9 / 12 / width:.1f} ns a bit and vector"
@@ -224,7 +224,7 @@ def run() -> list[dict[str, str]]:
         real_time("XC2V6000", virtex2[:36, :66], (36, 66), 6, range(7, 256, 8)),
         *(real_time("XC2V6000", virtex2, (36, 66), i, range(7, 256, 8)) for i in (6, 16, 64)),
         *(real_time("XC4VLX160", virtex4, (96, 48), i, range(7, 64, 8)) for i in (6, 16, 64)),
-        real_time("XC4VLX160", virtex4, (96, 48), 16, range(63, 64)),
+        *(real_time("XC4VLX160", virtex4, (96, 48), i, range(63, 64)) for i in (6, 16)),
     ]
     return [*lines, *compared((36, 66), 16), *by_precision(), *by_size(), *iteration_alone()]
 

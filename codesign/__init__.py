@@ -160,13 +160,13 @@ def explain(
     platform: Platform | Source,
     workload: Workload | Source,
     settings: Mapping[str, Any] | None = None,
-    show: Show = silent,
+    show: Show | None = None,
 ) -> Explanation:
     """Why a run takes its time and energy, why it is out, what would be better, and how sure that is.
 
     The run is simulated, and so is each of its levers and each step to a next value, by itself. ``settings``: raw
     values by axis, put into platform and workload first. A study has ``Study.explain(index)``.
-    ``show`` is told what is run.
+    ``show`` is told what is run (``codesign.progress``).
 
     Raises:
         SpecError: platform, workload and map do not belong together, or an axis is none.
@@ -176,7 +176,7 @@ def explain(
 
     asked = _workload(workload)
     point = point_of(_platform(platform), asked, settings or {})
-    return explain_run(*point, asked, settings, show)
+    return explain_run(*point, asked, settings, show or silent)
 
 
 def explore(

@@ -120,7 +120,7 @@ def explore(
     import codesign
     from codesign import interrupts
     from codesign.cli.outputs import check_outputs
-    from codesign.cli.progress import compiling, compiling_shown, progress_shown
+    from codesign.cli.progress import SECONDS_BETWEEN_LINES, compiling, compiling_shown, progress_shown
     from codesign.exploration.budget import Budget
     from codesign.kernel_cache import is_cold
     from codesign.progress import Advance
@@ -149,7 +149,8 @@ def explore(
         def progress(state: Progress) -> None:
             nonlocal cold
             if state.doing:
-                show(Advance(state.done, state.total, state.doing))
+                brief = state.elapsed_s < SECONDS_BETWEEN_LINES
+                show(Advance(state.done, state.total, state.doing, brief=brief))
                 return
             show(Advance(state.done, state.total, _words(state), state.left_s))
             if cold and workers > 1 and state.done < state.total:

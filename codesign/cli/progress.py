@@ -10,7 +10,7 @@ import click
 
 from codesign.progress import Advance, Show, silent, span_text
 
-_SECONDS_BETWEEN_LINES = 10.0
+SECONDS_BETWEEN_LINES = 10.0
 _BAR_AFTER_S = 1.0
 
 LATER_S = 2.0
@@ -70,7 +70,7 @@ class PlainLines:
 
     def __init__(self, after_s: float = 0.0) -> None:
         self.after = time.monotonic() + after_s
-        self.last_time = self.after - _SECONDS_BETWEEN_LINES
+        self.last_time = self.after - SECONDS_BETWEEN_LINES
         self.last_tenth = -1
         self.last = Advance(0, None, "")
 
@@ -89,7 +89,7 @@ class PlainLines:
         if now < self.after:
             return
         tenth = 10 * advance.done // max(1, advance.total)
-        if tenth > self.last_tenth or now - self.last_time >= _SECONDS_BETWEEN_LINES:
+        if tenth > self.last_tenth or now - self.last_time >= SECONDS_BETWEEN_LINES:
             self.last_tenth, self.last_time = tenth, now
             left = "" if advance.left_s is None else f", {span_text(advance.left_s)} left"
             click.echo(f"{advance.done}/{advance.total} {advance.words}{left}", err=True)

@@ -32,7 +32,7 @@ from codesign.inputs.exploration import Exploration
 from codesign.results.result import Reason, Result
 from codesign.units import counted
 
-MOST_REPEATED = 500
+MOST_REPEATED = 200
 """A search that asked for so many known designs in a row is ended."""
 
 _GROWN = 1.25

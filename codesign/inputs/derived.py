@@ -142,7 +142,7 @@ def derived_column(figure: DerivedFigure, columns: Callable[[str], Column]) -> C
 
     Equal to ``figure.of`` for each entry by itself, to the bit.
     """
-    return _finite(evaluate(figure.node, columns) / figure.size)
+    return _in_unit(evaluate(figure.node, columns), figure)
 
 
 def derived_ends(
@@ -151,15 +151,17 @@ def derived_ends(
     """The least and the greatest value of a derived figure inside the intervals of its ``names``; NaN: none."""
     import numpy as np
 
-    low, high = (_finite(each / figure.size) for each in evaluate_ends(figure.node, ends))
+    low, high = (_in_unit(each, figure) for each in evaluate_ends(figure.node, ends))
     none = np.isnan(low) | np.isnan(high)
     return np.where(none, np.nan, low), np.where(none, np.nan, high)
 
 
-def _finite(values: Column) -> Column:
+def _in_unit(values: Column, figure: DerivedFigure) -> Column:
     import numpy as np
 
-    return np.where(np.isfinite(values), values, np.nan)
+    with np.errstate(over="ignore"):
+        own = values / figure.size
+    return np.where(np.isfinite(own), own, np.nan)
 
 
 _SCOPE: ContextVar[Mapping[str, ResultFigure]] = ContextVar("_SCOPE", default=FIGURES)
@@ -317,9 +319,10 @@ def _check_name(name: Any, names: Collection[Any]) -> None:
     kind = next((kind for kind, names in kinds.items() if name in names), None)
     if kind is not None:
         raise RefusalError(f"{name} is {kind}", "choose another name", of_key=True)
-    figures = {each.column for each in FIGURES.values()} | set(map(str, names))
+    declared = {each.column for each in FIGURES.values()}
     stem = re.sub("_(low|high)$", "", name)
-    if name in COLUMNS or (name in figures and name not in names) or (stem != name and stem in figures):
+    of_interval = stem != name and (stem in declared or stem in names)
+    if name in COLUMNS or name in declared or of_interval:
         raise RefusalError(f"{name} is a column of tables", "choose another name", of_key=True)
 
 

@@ -56,6 +56,27 @@ def test_the_front_over_rooms_and_seeds_is_as_the_page_says(tmp_path: Path) -> N
     assert f"begins at {100 * spread.interval[0]:.2f} %" in " ".join(page.split())
 
 
+def test_the_study_of_spaces_prints_what_the_page_says(
+    hwsw: Callable[..., Result], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    page = PAGE.read_text(encoding="utf-8")
+    block = re.search(r"^```yaml\n(# spaces\.yaml\n.*?)^```", page, re.MULTILINE | re.DOTALL)
+    assert block is not None
+    (tmp_path / "spaces.yaml").write_text(block[1], encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    first, reasons, cut = re.findall(r"^```text\n(.*?)^```", page[block.end() :], re.MULTILINE | re.DOTALL)[
+        :3
+    ]
+    ran = hwsw(
+        "explore", "virtex2-pci", "spaces.yaml", "--points", 20, "-q", "--workers", 1, "--store", "cut.sqlite"
+    )
+    assert ran.stdout.split() == cut.split()
+    ran = hwsw("explore", "virtex2-pci", "spaces.yaml", "--workers", 1)
+    assert ran.stdout.split() == first.split()
+    ran = hwsw("report", "virtex2-pci-spaces.sqlite", "--need", "spread > 0 Hz")
+    assert ran.stdout.split()[-len(reasons.split()) :] == reasons.split()
+
+
 def test_platforms_of_the_page(tmp_path: Path) -> None:
     import codesign
 

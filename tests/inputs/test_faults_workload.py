@@ -244,11 +244,11 @@ def test_no_cell_has_a_row_or_column_below_zero() -> None:
 
 def test_too_many_points_are_refused_with_the_product() -> None:
     many = str(list(range(1, 1001)))
-    axes = f"    relax.iterations: {many}\n    fpga.a: {many}\n    fpga.b: {many}\n"
+    axes = f"    relax.iterations: {many}\n" + "".join(f"    fpga.{name}: {many}\n" for name in "abcde")
     text = f"{WORKLOAD[: WORKLOAD.index('    relax.block')]}{axes}"
     assert (
-        "w.yaml:15:5: explore.axes: 1000 x 1000 x 1000 = 1,000,000,000 points are too many\n  hint: at most 100,000,000"
-        in (faults(text))
+        "w.yaml:15:5: explore.axes: 1000 x 1000 x 1000 x 1000 x 1000 x 1000 = 1,000,000,000,000,000,000 points are too"
+        " many\n  hint: at most 1,000,000,000,000,000" in faults(text)
     )
     longer = text.replace(f"fpga.b: {many}", f"fpga.b: {list(range(1001))}")
     assert "explore.axes.fpga.b: a list of 1001 entries is too long\n  hint: at most 1000 accepted" in faults(

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import hashlib
 import itertools
+import os
 import pickle
 import random
+import subprocess
+import sys
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -20,6 +23,7 @@ from codesign.errors import RunError
 from codesign.planners.harmonic.plan import StageEnd, kernels, relax, work
 from codesign.planners.harmonic.plan.arguments import check_arguments
 from codesign.planners.harmonic.plan.engine import Engine
+from codesign.planners.harmonic.plan.layout import make_layout, segment_words
 
 quick = settings(max_examples=60, suppress_health_check=list(HealthCheck))
 
@@ -133,6 +137,102 @@ def test_any_start(problem: dict[str, Any], transposed: bool, spare: int, budget
         assert sweeps == 3000
     else:
         assert actual == outcome(reference_items(problem))
+
+
+# Rows of 1 to 8 bytes, that end in the middle of a word or not, one to several segments of groups, one to three words.
+SHAPES = [
+    (40, 7),
+    (40, 15),
+    (52, 20),
+    (40, 30),
+    (70, 37),
+    (33, 44),
+    (34, 50),
+    (90, 61),
+    (40, 64),
+    (70, 66),
+    (36, 130),
+]
+
+
+@settings(max_examples=40, suppress_health_check=list(HealthCheck))
+@given(
+    st.sampled_from(SHAPES),
+    st.integers(0, 2**32),
+    st.sampled_from([1, 2, 3]),
+    st.sampled_from([1, 5, 6, 7, 13, 40]),
+    st.sampled_from([[4], [3, 8], [1, 14]]),
+    st.booleans(),
+    st.booleans(),
+)
+def test_rows_of_any_length_are_the_reference(
+    shape: tuple[int, int],
+    seed: int,
+    parts: int,
+    iterations: int,
+    schedule: list[int],
+    high: bool,
+    transposed: bool,
+) -> None:
+    generator = np.random.default_rng(seed)
+    free = generator.random(shape) >= 0.2
+    goal = (int(generator.integers(shape[0])), int(generator.integers(shape[1])))
+    free[goal] = True
+    problem = {
+        "free": free,
+        "goals": [goal],
+        "block": (-(-shape[0] // parts), shape[1]),
+        "iterations": iterations,
+        "schedule": schedule,
+        "termination": "sound",
+        # Values that fall as well as rise: r has a sign.
+        "start": np.where(free, 1 << schedule[0], 0) if high else None,
+    }
+    expected = outcome(reference_items(problem))
+    assert outcome(engine_items(problem, transposed=transposed)) == expected
+
+
+def test_rows_take_as_few_bytes_as_they_need() -> None:
+    # One shape at least for each distance from row to row, so that the test above covers all of them.
+    layouts = [make_layout(shape, shape, 1) for shape in SHAPES]
+    assert {layout.pitch for layout in layouts} == {1, 2, 3, 4, 5, 6, 7, 8}
+    assert {layout.columns for layout in layouts} == {1, 2, 3}
+    assert {layout.each for layout in layouts} >= {1, 2, 3}
+    for layout in layouts:
+        assert layout.columns > 1 or layout.pitch * 8 > layout.block_columns or layout.block_columns == 64
+        begin, end = segment_words(layout)
+        assert (begin < end).all()
+        assert sum(end - begin) == layout.columns * layout.words
+
+
+ON_ANY_PROCESSOR = """
+import numpy as np
+from numba import njit
+from codesign.planners.harmonic.plan.lanes import load, majority, shift_down, shift_up, store
+
+@njit
+def compute(a, b, c, out):
+    x, y, z = load(a, 0), load(b, 0), load(c, 0)
+    store(out, 0, majority(x, y, z))
+    store(out, 8, shift_up(x, y))
+    store(out, 16, shift_down(x, y))
+
+words = np.random.default_rng(7).integers(0, 1 << 64, (3, 8), dtype=np.uint64)
+out = np.zeros(24, np.uint64)
+compute(*(array.ctypes.data for array in words), out.ctypes.data)
+x, y, z = words
+one, most = np.uint64(1), np.uint64(63)
+assert (out[:8] == x & y | x & z | y & z).all()
+assert (out[8:16] == x << one | y >> most).all()
+assert (out[16:] == y >> one | x << most).all()
+"""
+
+
+@pytest.mark.parametrize("processor", ["", "generic"])
+def test_lanes_are_the_same_on_any_processor(processor: str) -> None:
+    # Where there are 512-bit registers the majority is one instruction, elsewhere it is made of several.
+    environment = os.environ | ({"NUMBA_CPU_NAME": processor, "NUMBA_CPU_FEATURES": ""} if processor else {})
+    subprocess.run([sys.executable, "-c", ON_ANY_PROCESSOR], env=environment, check=True, timeout=300)
 
 
 def test_relax_collects_what_work_yields() -> None:

@@ -13,25 +13,27 @@ from codesign.planners.harmonic.plan import kernels, limbs
 from codesign.planners.harmonic.plan.arguments import Arguments
 from codesign.planners.harmonic.plan.fixed_point import Field, limbs_needed
 from codesign.planners.harmonic.plan.layout import (
-    LANES,
     addresses,
     better_transposed,
     make_layout,
     make_state,
+    segmented,
 )
 from codesign.planners.harmonic.plan.stages import Stage, StageEnd, VisitBatch
 
 VISITS_PER_BATCH = 1 << 14
 # Words times iterations between two chances for an interrupt: some tenth of a second.
 BUDGET = 1 << 25
-SPARE_PLANES = 48
+# Planes above those in use, besides those for the sum of the steps of a visit: memory that is seldom touched.
+SPARE_PLANES = 16
 
 
 class Engine:
     """Runs stage after stage of one relaxation.
 
-    ``spare_planes``: planes allocated above those in use. ``budget``: see ``BUDGET``. ``transposed``: whether rows and
-    columns are exchanged inside; None: where that takes fewer vectors. None of these arguments changes a result.
+    ``spare_planes``: planes allocated above those in use; None: as many as a visit may need. ``budget``: see
+    ``BUDGET``. ``transposed``: whether rows and columns are exchanged inside; None: where that takes fewer vectors.
+    None of these arguments changes a result.
 
     ``published``: whether stages end by the published test, not by the sound one. It may be changed between stages.
     """
@@ -39,14 +41,16 @@ class Engine:
     def __init__(
         self,
         arguments: Arguments,
-        spare_planes: int = SPARE_PLANES,
+        spare_planes: int | None = None,
         budget: int = BUDGET,
         transposed: bool | None = None,
     ) -> None:
         # The arguments are not kept: their start would take as much memory again as the values.
         self._iterations = arguments.iterations
         self.published = arguments.termination == "published"
-        self._spare, self._budget = spare_planes, budget
+        self._budget = budget
+        bits_of_a_visit = arguments.iterations.bit_length()
+        self._spare = SPARE_PLANES + bits_of_a_visit if spare_planes is None else spare_planes
         shape, block = arguments.free.shape, arguments.block
         self._transposed = better_transposed(block) if transposed is None else transposed
         if self._transposed:
@@ -60,7 +64,7 @@ class Engine:
         # r always has its two low planes, and a sign in two's complement.
         # At the start of a stage r = N + E + S + W - 4H of its first values, and d = 0.
         count = max(bits, 2) + self._signed
-        self._layout = make_layout(shape, block, count + spare_planes, self._transposed)
+        self._layout = make_layout(shape, block, count + self._spare, self._transposed)
         self._state = make_state(self._layout, self._signed)
         limbs.fill_mask(self._layout, self._movable, self._state.mask)
         limbs.fill_residual(self._layout, self._limbs, self._movable, self._state.residual, count)
@@ -152,7 +156,7 @@ class Engine:
                 self._by_plane(target, self._layout.planes)[:, :depth] = self._by_plane(source, old_planes)[
                     :, :depth
                 ]
-            elif name not in ("ring", "ring_width"):
+            elif name != "ring":
                 target[:] = source
 
     def _by_plane(self, words: NDArray[np.uint64], planes: int) -> NDArray[np.uint64]:
@@ -167,20 +171,27 @@ class Engine:
         # 0 <= r < 4. A stage that the published test ended early leaves more, and one that cycles may leave r < 0.
         self._signed &= bool(old.active.any())
         count = int(old.active.max()) + 2
-        self._layout = self._layout._replace(planes=shift + count + self._signed + self._spare)
+        layout = segmented(self._layout, shift + count)
+        self._layout = layout._replace(planes=shift + count + self._signed + self._spare)
         new = self._state = make_state(self._layout, self._signed)
         new.mask[:] = old.mask
         source = self._by_plane(old.residual, old_planes)
         target = self._by_plane(new.residual, self._layout.planes)
-        words = np.repeat(old.width, LANES).reshape(-1, self._layout.plane)
+        words = np.zeros((len(old.active), self._layout.plane), np.int64)
+        for segment, (begin, end) in enumerate(zip(old.begin, old.end, strict=True)):
+            words[:, begin:end] = old.width.reshape(len(old.active), -1)[:, segment, None]
         # plane   0 .. shift - 1   shift   shift + 1  ..
         #         0    0           r_0     r_1        ..         new memory is 0 already
         for plane in range(count):
             np.copyto(target[:, shift + plane], source[:, plane], where=plane < words + 2)
         # r of 2 planes, its steps 0, is now t = r >> 2 with ``shift`` planes: the stage begins unsettled.
-        new.width[:] = old.width + shift
+        # A segment of this layout may lie in one of the last, or be made of several.
+        widest = np.stack(
+            [words[:, begin:end].max(axis=1) for begin, end in zip(new.begin, new.end, strict=True)], 1
+        )
+        new.width[:] = widest.ravel() + shift
         if self._signed:
-            new.width[old.width == 0] += 1
+            new.width[widest.ravel() == 0] += 1
         kernels.trim_all(self._layout, addresses(new), self._signed)
 
     def _forget(self, *names: str) -> None:

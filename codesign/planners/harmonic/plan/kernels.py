@@ -20,23 +20,24 @@ and an iteration changes a bit if and only if some step is not 0. Four things fo
 
 Bit i of r over a whole block is a *plane*. Bit b of a word is a column, eight words below each other are a
 vector of 512 nodes (a *group*), and an integer a node is a column of bits through the planes; sums are chains
-of full adders. North and south are the same plane one word off, west and east one bit off. Every group
-counts the planes that it needs. So quiet parts of a block cost little, settled parts next to nothing, and a settled
-block one test.
+of full adders. North and south are the same plane one row off, west and east one bit off. Rows of few columns share
+words (``layout``). Some groups together, a *segment*, count the planes that they need, once in a *turn* of up to six
+iterations. So quiet parts of a block cost little, settled parts next to nothing, and a settled block one test.
 
-Cost: of each plane and group, an iteration loads three vectors (two of them across cache lines), does
-12 logic operations and stores one vector: 256 bytes and 12 operations for 512 nodes and one bit of t. On an
-AMD EPYC of the Zen 4 kind that is 2.6 to 3 ns, about 9 cycles: operations (two vectors a cycle) and accesses
-(one line a cycle, a store every other) are about balanced. A machine without 512-bit registers takes two or
-four times as many operations. With few iterations a visit, the work at its begin and end costs as much again.
+Cost: of each plane and group, an iteration loads three vectors (two of them across cache lines; five where rows share
+words), does 7 logic operations and two shifts and stores one vector. With 512-bit registers that takes about 2 ns.
+A machine without them takes two or four times as many operations, and the majority of three bits takes four instead
+of one. With few iterations a visit, the work at its end costs two thirds as much again.
 
-Tried and left: the majority as one instruction instead of two (an intrinsic of x86 alone, a few percent, lost
-in noise); one width a block instead of one a group (up to 1.8 times slower); planes of all blocks side by side
-(they fell on each other in the cache); numba's arrays inside the kernel (reference counts at every use, 5 times
-slower), hence addresses.
+Tried and left: one width a block (up to 1.8 times slower, where steps of many bits differ from group to group);
+code for each small width without a loop over planes (no faster, and twice the time to compile); north and south
+by shuffles of three vectors instead of loads across cache lines (no faster); shorter turns, so that the ring fits the
+first cache (slower); planes of all blocks side by side (they fell on each other in the cache); numba's arrays inside
+the kernel (reference counts at every use, 5 times slower), hence addresses.
 
-``planes`` does the arithmetic of a group, ``visits`` that of a block; here are the sweeps. Numba keeps the compiled
-``advance`` and ``trim_all`` until *this* file changes, and sees no edit in the functions that they call. So
+``planes`` does the arithmetic of a group, ``visits`` that of a block, ``borders`` that between blocks; here are the
+sweeps. Numba keeps the compiled ``advance`` and ``trim_all`` until *this* file changes, and sees no edit in the
+functions that they call. So
 CALLED_DIGEST is here, and a test compares it with those files. After an edit there, the new digest here makes numba
 compile anew.
 """
@@ -45,11 +46,12 @@ from __future__ import annotations
 
 from numba import njit
 
+from codesign.planners.harmonic.plan.borders import add_visit, push_all
 from codesign.planners.harmonic.plan.lanes import get, put
-from codesign.planners.harmonic.plan.visits import add_visit, push_all, trim, visit_block
+from codesign.planners.harmonic.plan.visits import trim, visit_block
 
-CALLED = ("lanes", "layout", "planes", "visits")
-CALLED_DIGEST = "622958ab67dbeacc"
+CALLED = ("borders", "lanes", "layout", "planes", "visits")
+CALLED_DIGEST = "15a42e2c2eda3e66"
 
 RUNNING, CONVERGED, GROW, CYCLE = range(4)
 POSITION, DONE_ITERATIONS, UNSETTLED, SWEEPS, POWER, SINCE = range(6)
@@ -74,8 +76,8 @@ def _has_room(layout, state, block, iterations):
         bits += 1
         iterations >>= 1
     need = max(get(state.active, block) + bits, get(state.deepest, block) + 2)
-    for group in range(layout.groups):
-        need = max(need, get(state.visit_width, group) + 8)
+    for segment in range(layout.segments):
+        need = max(need, get(state.visit_width, segment) + 8)
     row, column = block // layout.across, block % layout.across
     if row > 0:
         need = max(need, get(state.active, block - layout.across) + 8)
@@ -168,8 +170,8 @@ def advance(layout, state, control, counts, iterations, budget, published, signe
             # Only now do the neighbours see the block's values: they were fixed during the visit.
             add_visit(layout, state, block, signed)
             push_all(layout, state, block, signed)
-            for group in range(layout.groups):
-                put(state.visit_width, group, 0)
+            for segment in range(layout.segments):
+                put(state.visit_width, segment, 0)
             control[DONE_ITERATIONS] = 0
             if finished or not published:
                 control[UNSETTLED] = 1

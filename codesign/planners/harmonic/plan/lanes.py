@@ -18,6 +18,7 @@ import operator
 
 from llvmlite import ir
 from numba import types
+from numba.core import cgutils
 from numba.extending import intrinsic, models, overload, register_model
 
 from codesign.planners.harmonic.plan.layout import LANES, WORD_BITS
@@ -118,6 +119,46 @@ def any_bit(typing_context, lanes):
 
 
 @intrinsic
+def majority(typing_context, a, b, c):
+    """The carry of a + b + c, bit by bit. The sum is a ^ b ^ c."""
+
+    # Bit by bit a + b + c = 2 · carry + sum: a full adder, 64 of them in a word.
+    def generate(context, builder, signature, arguments):
+        a, b, c = arguments
+        features = context.codegen().magic_tuple()[2].split(",")
+        if "+avx512f" not in features:
+            return builder.or_(builder.and_(a, b), builder.and_(c, builder.or_(a, b)))
+        # LLVM makes two instructions of this; the processor has one for any function of three bits, here the eight
+        # values 1 1 1 0 1 0 0 0 for a b c from 111 down to 000.
+        kind = ir.FunctionType(_VECTOR, [_VECTOR] * 3 + [ir.IntType(32)])
+        function = cgutils.get_or_insert_function(builder.module, kind, "llvm.x86.avx512.pternlog.q.512")
+        return builder.call(function, [a, b, c, ir.IntType(32)(0b11101000)])
+
+    return lanes_type(lanes_type, lanes_type, lanes_type), generate
+
+
+def _funnel(name, what):
+    def shift(typing_context, a, b):
+        def generate(context, builder, signature, arguments):
+            kind = ir.FunctionType(_VECTOR, [_VECTOR] * 3)
+            function = cgutils.get_or_insert_function(
+                builder.module, kind, f"llvm.{name}.v{LANES}i{WORD_BITS}"
+            )
+            return builder.call(function, [*arguments, ir.Constant(_VECTOR, [1] * LANES)])
+
+        return lanes_type(lanes_type, lanes_type), generate
+
+    shift.__doc__ = what
+    return intrinsic(shift)
+
+
+shift_up = _funnel("fshl", "The first, one bit up; the lowest bit of a word is the highest of the second's.")
+shift_down = _funnel(
+    "fshr", "The second, one bit down; the highest bit of a word is the lowest of the first's."
+)
+
+
+@intrinsic
 def spread(typing_context, word):
     """The same word in every lane."""
 
@@ -131,16 +172,6 @@ def spread(typing_context, word):
         )
 
     return lanes_type(types.uint64), generate
-
-
-@intrinsic
-def one_lane(typing_context, lane):
-    """All ones in one lane."""
-
-    def generate(context, builder, signature, arguments):
-        return builder.insert_element(ir.Constant(_VECTOR, [0] * LANES), ir.Constant(_WORD, -1), arguments[0])
-
-    return lanes_type(types.int64), generate
 
 
 def _overload_logic(instruction, *operations):

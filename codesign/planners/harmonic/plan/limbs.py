@@ -43,6 +43,20 @@ def _all_zero(limbs, row, column):
 
 
 @njit(cache=True, nogil=True)
+def _rows_with_values(limbs):
+    """Whether some value of a row, of the one above or of the one below is not 0."""
+    rows = limbs.shape[0]
+    some = np.zeros(rows + 2, np.bool_)
+    for row in range(rows):
+        bits = np.uint64(0)
+        for column in range(limbs.shape[1]):
+            for limb in range(limbs.shape[2]):
+                bits |= limbs[row, column, limb]
+        some[row + 1] = bits != 0
+    return some[:rows] | some[1 : rows + 1] | some[2:]
+
+
+@njit(cache=True, nogil=True)
 def _residual(limbs, row, column, residual):
     """N + E + S + W - 4h of a cell, in two's complement halves; the bits it takes, and whether it is negative."""
     if _all_zero(limbs, row, column):
@@ -81,7 +95,10 @@ def residual_bits(limbs, movable):
     """Most bits that r of any movable cell takes, its sign not counted, and whether any is negative."""
     residual = np.empty(2 * limbs.shape[2] + 1, np.int64)
     most, any_negative = 0, False
+    some = _rows_with_values(limbs)
     for row in range(limbs.shape[0]):
+        if not some[row]:
+            continue
         for column in range(limbs.shape[1]):
             if movable[row, column]:
                 bits, negative = _residual(limbs, row, column, residual)
@@ -96,18 +113,32 @@ def _place(layout, row, column):
     # Where ``layout`` has it: block in raster order, word column of 64 columns, row.
     block = row // layout.block_rows * layout.across + column // layout.block_columns
     inner_row, inner_column = row % layout.block_rows, column % layout.block_columns
-    word = layout.first + inner_column // 64 * layout.stride + inner_row
-    return block, word, np.uint64(inner_column % 64)
+    bits = inner_row * layout.pitch * 8 + inner_column % 64
+    word = layout.first + inner_column // 64 * layout.stride + bits // 64
+    return block, word, np.uint64(bits % 64)
+
+
+@njit(cache=True, nogil=True)
+def _segment(layout, word):
+    """Segment of a word of a plane."""
+    column, below = (word - layout.first) // layout.stride, (word - layout.first) % layout.stride
+    return column * layout.each + below // layout.segment
 
 
 @njit(cache=True, nogil=True)
 def fill_mask(layout, movable, mask):
     """Set the bits of ``mask`` (zero before) at the movable cells."""
     for row in range(movable.shape[0]):
-        for column in range(movable.shape[1]):
-            if movable[row, column]:
-                block, word, bit = _place(layout, row, column)
-                mask[block * layout.plane + word] |= np.uint64(1) << bit
+        column = 0
+        while column < movable.shape[1]:
+            # The cells of a row that share a word.
+            block, word, bit = _place(layout, row, column)
+            together = min(64 - np.int64(bit), layout.block_columns - column % layout.block_columns)
+            bits = np.uint64(0)
+            for index in range(min(together, movable.shape[1] - column)):
+                bits |= np.uint64(movable[row, column + index]) << np.uint64(index)
+            mask[block * layout.plane + word] |= bits << bit
+            column += together
 
 
 @njit(cache=True, nogil=True)
@@ -115,7 +146,10 @@ def fill_residual(layout, limbs, movable, planes, count):
     """Set ``count`` bits of r of every movable cell in ``planes`` (zero before), negative ones in two's complement."""
     # The transpose: a number a node becomes one bit in each of ``count`` planes.
     residual = np.empty(2 * limbs.shape[2] + 1, np.int64)
+    some = _rows_with_values(limbs)
     for row in range(limbs.shape[0]):
+        if not some[row]:
+            continue
         for column in range(limbs.shape[1]):
             if not movable[row, column]:
                 continue
@@ -134,29 +168,31 @@ def fill_residual(layout, limbs, movable, planes, count):
 
 
 @njit(cache=True, nogil=True)
-def _gather(planes, word, step, first, width, signed, digits):
-    """Bits ``first`` to ``first`` + 63 of the 64 numbers of ``width`` planes that share a word."""
-    # The transpose back, 64 nodes at once: bit c of plane i goes to bit i of number c.
+def _gather(planes, word, step, first, width, signed, low, together, digits):
+    """64 bits from ``first`` on of ``together`` numbers of ``width`` planes that share a word, from bit ``low`` on."""
+    # The transpose back: bit ``low`` + c of plane i goes to bit i of number c.
     #
     #   planes (a word each)         digits (a number each)
     #   i = 2   . . . x . .          x . .  c = 3:  .. b_2 b_1 b_0
     #   i = 1   . . . x . .    ->    x . .
     #   i = 0   . . . x . .          x . .          above the top plane: zeros, or copies of the sign
+    digits[:] = 0
     last = min(first + 64, width)
-    sign = planes[word + (width - 1) * step] if signed and width > 0 else np.uint64(0)
-    for column in range(64):
-        negative = (sign >> np.uint64(column)) & np.uint64(1)
+    if signed and width > 0 and last - first < 64:
+        sign = planes[word + (width - 1) * step] >> low
         above = ~np.uint64(0) if last <= first else ~np.uint64(0) << np.uint64(last - first)
-        digits[column] = above * negative if last - first < 64 else np.uint64(0)
+        for column in range(together):
+            digits[column] = above * (sign >> np.uint64(column) & np.uint64(1))
     for plane in range(first, last):
-        bits, weight = planes[word + plane * step], np.uint64(plane - first)
-        for column in range(64):
-            digits[column] |= (bits >> np.uint64(column) & np.uint64(1)) << weight
+        bits, weight = planes[word + plane * step] >> low, np.uint64(plane - first)
+        if bits:
+            for column in range(together):
+                digits[column] |= (bits >> np.uint64(column) & np.uint64(1)) << weight
 
 
 @njit(cache=True, nogil=True)
 def raise_field(layout, limbs, shift, planes, widths, signed, raised):
-    """Put (limbs << shift) + d into ``raised``; d is given by its planes and the width of each group."""
+    """Put (limbs << shift) + d into ``raised``; d is given by its planes and the width of each segment."""
     # h = (H << shift) + d, a limb at a time with its carry, where
     # (H << shift)[k] = H[k - words] << bits | H[k - words - 1] >> (64 - bits).
     words, bits = shift // 64, np.uint64(shift % 64)
@@ -164,15 +200,15 @@ def raise_field(layout, limbs, shift, planes, widths, signed, raised):
     for row in range(raised.shape[0]):
         column = 0
         while column < raised.shape[1]:
-            block, word, _ = _place(layout, row, column)
-            width = widths[block * layout.groups + word // 8]
+            block, word, low = _place(layout, row, column)
+            width = widths[block * layout.segments + _segment(layout, word)]
             word += block * layout.planes * layout.plane
             # As many columns as share the word.
             inner = column % layout.block_columns
-            together = min(64, layout.block_columns - inner, raised.shape[1] - column)
+            together = min(64 - np.int64(low), layout.block_columns - inner, raised.shape[1] - column)
             carries[:] = 0
             for limb in range(raised.shape[2]):
-                _gather(planes, word, layout.plane, limb * 64, width, signed, digits)
+                _gather(planes, word, layout.plane, limb * 64, width, signed, low, together, digits)
                 source = limb - words
                 for index in range(together):
                     value = np.uint64(0)
@@ -201,10 +237,32 @@ def _greater(limbs, row, column, other_row, other_column):
 
 
 @njit(cache=True, nogil=True)
+def _count_of_one_limb(values, candidates):
+    """``count_local_maxima`` of values of 63 bits or fewer, without a branch a cell."""
+    rows, columns = values.shape
+    outside = np.zeros(columns, np.uint64)
+    count = 0
+    for row in range(rows):
+        here = values[row]
+        north = values[row - 1] if row > 0 else outside
+        south = values[row + 1] if row < rows - 1 else outside
+        for column in range(columns):
+            highest = max(north[column], south[column])
+            if column > 0:
+                highest = max(highest, here[column - 1])
+            if column < columns - 1:
+                highest = max(highest, here[column + 1])
+            count += candidates[row, column] & (highest <= here[column])
+    return count
+
+
+@njit(cache=True, nogil=True)
 def count_local_maxima(limbs, candidates):
     """The number of candidates without a strictly greater one among their four neighbours."""
     # Section 4.1 stops once "no such local extremum is detected". Local minima do not matter to an ascent.
     count = 0
+    if limbs.shape[2] == 1:
+        return _count_of_one_limb(limbs[:, :, 0], candidates)
     for row in range(limbs.shape[0]):
         for column in range(limbs.shape[1]):
             if candidates[row, column] and not (

@@ -2,7 +2,8 @@
 # The compiler of numba gives types to the kernels.
 """Arithmetic of one group: chains of full adders over the planes of eight words, 512 nodes at once.
 
-``kernels`` defines r, its steps and their sums, and explains why an edit here requires one there.
+``kernels`` defines r, its steps and their sums, and explains why an edit here requires one there. Numbers are given by
+the address of their planes and the word of a group in the lowest of them; ``step`` words lead to the next plane.
 """
 
 from __future__ import annotations
@@ -10,18 +11,42 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from codesign.planners.harmonic.plan.lanes import any_bit, load, spread, store, zeros
-from codesign.planners.harmonic.plan.layout import WORD_BITS
+from codesign.planners.harmonic.plan.lanes import (
+    any_bit,
+    load,
+    majority,
+    shift_down,
+    shift_up,
+    spread,
+    store,
+    zeros,
+)
+from codesign.planners.harmonic.plan.layout import EAST, INSIDE, LANES, WEST
 
 
-@njit(nogil=True)
-def _majority(a, b, c):
-    """The carry of a + b + c. The sum is a ^ b ^ c."""
-    # Bit by bit a + b + c = 2 · carry + sum: a full adder, 64 of them in a word.
-    return (a & b) | (c & (a | b))
+@njit(inline="always", nogil=True)
+def _around(layout, ring, at, joined):
+    """North, south, east and west of eight words of a plane."""
+    # Rows follow each other after ``pitch`` bytes, so north and south are the same plane ``pitch`` bytes off; columns
+    # are bits. One bit up puts each node's western neighbour into its own bit:
+    #
+    #    at - beside          at             at + beside
+    #   ..  61 62 63 |  0  1  2 ..  63 |  0  1  2  ..
+    #              '--> up       down <--'
+    #
+    # Bit 0 has it in bit 63 of the word before, or of the word column to the west. Where rows fill whole words, the
+    # zeros that a shift brings in are right: outside of the block every step is 0 (``layout``).
+    centre = load(ring, at)
+    if joined:
+        west = shift_up(centre, load(ring, at - layout.beside))
+        east = shift_down(load(ring, at + layout.beside), centre)
+    else:
+        one_bit = spread(np.uint64(1))
+        west, east = centre << one_bit, centre >> one_bit
+    return load(ring - layout.pitch, at), load(ring + layout.pitch, at), east, west
 
 
-@njit(nogil=True)
+@njit(inline="always", nogil=True)
 def _add_seven(n, s, e, w, a, b, c):
     """Sum and the three carries of seven bits of equal weight."""
     # A 7-to-3 counter made of three full adders (FA), the number that the paper's Update module has (section 5.2):
@@ -33,47 +58,12 @@ def _add_seven(n, s, e, w, a, b, c):
     #  carry    carry    carry                those of plane i are the a, b, c of plane i + 1
     first = n ^ s ^ e
     second = first ^ w ^ a
-    return second ^ b ^ c, _majority(n, s, e), _majority(first, w, a), _majority(second, b, c)
-
-
-@njit(nogil=True)
-def _around(layout, ring, at):
-    """North, south, east and west of eight words of a plane."""
-    one_bit, other_bits = spread(np.uint64(1)), spread(np.uint64(WORD_BITS - 1))
-    # A word holds 64 columns of one row, bit b for column b; the next row is the next word:
-    #
-    #    at - stride          at             at + stride
-    #   ..  61 62 63 |  0  1  2 ..  63 |  0  1  2  ..
-    #              '--> <<1       >>1 <--'
-    #
-    # << 1 puts each node's western neighbour into its own bit. Bit 0 has it in bit 63 of the word column to the west.
-    # With one word column the zeros that a shift brings in are right: outside of the block every step is 0
-    # (``layout``).
-    centre = load(ring, at)
-    west, east = centre << one_bit, centre >> one_bit
-    if layout.columns > 1:
-        west |= load(ring, at - layout.stride) >> other_bits
-        east |= load(ring, at + layout.stride) << other_bits
-    return load(ring, at - 1), load(ring, at + 1), east, west
+    return second ^ b ^ c, majority(n, s, e), majority(first, w, a), majority(second, b, c)
 
 
 @njit(inline="always", nogil=True)
-def needed_planes(planes, at, step, count, least, signed):
-    """``count`` less the redundant planes at the top of a group; not below ``least``."""
-    while count > least:
-        # Such a plane is all 0 or, in two's complement, a copy of the plane below it: both hold the sign.
-        top = load(planes, at + (count - 1) * step)
-        if signed and count > least + 1:
-            top ^= load(planes, at + (count - 2) * step)
-        if any_bit(top):
-            break
-        count -= 1
-    return count
-
-
-@njit(inline="always", nogil=True)
-def iterate_group(layout, ring, free, source, target, width, signed):
-    """One iteration of eight words of a block."""
+def iterate_group(layout, source, target, word, free, width, joined, signed):
+    """One iteration of eight words of a block. ``joined``: some row goes on in another word."""
     step = layout.plane
     # r' = (r mod 4) + t_N + t_E + t_S + t_W with t = r >> 2. The shift is free: plane i of t is plane i + 2 of r.
     #
@@ -84,128 +74,248 @@ def iterate_group(layout, ring, free, source, target, width, signed):
     #   t_W          w        ..   w    w
     #   r mod 4                    c    low      plane 0 takes no carries, so only two leave it: a and b.
     #   carries      a b c    ..   a b           Plane 1 of r fills the place of the third, c.
-    at, out = source + 2 * step, target
-    n, s, e, w = _around(layout, ring, at)
-    low, c = load(ring, source), load(ring, source + step)
+    at, out = word + 2 * step, word
+    n, s, e, w = _around(layout, source, at, joined)
+    low, c = load(source, word), load(source, word + step)
     around = n ^ s ^ e
     # ``free`` keeps r of obstacles, of goals and of cells outside of the map at 0, so that they never step.
-    store(ring, out, (around ^ w ^ low) & free)
-    a, b = _majority(n, s, e), _majority(around, w, low)
+    store(target, out, (around ^ w ^ low) & free)
+    a, b = majority(n, s, e), majority(around, w, low)
     for _ in range(1, width):
         at += step
         out += step
-        n, s, e, w = _around(layout, ring, at)
+        n, s, e, w = _around(layout, source, at, joined)
         total, a, b, c = _add_seven(n, s, e, w, a, b, c)
-        store(ring, out, total & free)
+        store(target, out, total & free)
     out += step
     # The carries that are left, of weight 2^w, fill two planes more: r' has w + 2, as r had. With a sign, copies of
     # the top planes of the steps are added as well, and carries beyond plane w + 1 are dropped (modulo 2^(w+2)).
     if signed:
         total, a, b, c = _add_seven(n, s, e, w, a, b, c)
-        store(ring, out, total & free)
+        store(target, out, total & free)
         total, a, b, c = _add_seven(n, s, e, w, a, b, c)
-        store(ring, out + step, total & free)
+        store(target, out + step, total & free)
     else:
-        store(ring, out, (a ^ b ^ c) & free)
-        store(ring, out + step, _majority(a, b, c) & free)
+        store(target, out, (a ^ b ^ c) & free)
+        store(target, out + step, majority(a, b, c) & free)
 
 
 @njit(inline="always", nogil=True)
-def _carry_on(planes, at, step, plane, have, carry):
-    """Add a carry from ``plane`` on to an unsigned number of ``have`` planes; the planes it has then."""
-    # A half adder a plane, until none of the 512 nodes carries.
-    while any_bit(carry):
-        here = at + plane * step
-        digit = load(planes, here) if plane < have else zeros()
-        store(planes, here, digit ^ carry)
-        carry &= digit
-        plane += 1
-    return max(have, plane)
+def needed_planes(planes, begin, end, step, count, least, signed):
+    """``count`` less the redundant planes at the top of the groups from ``begin`` to ``end``; not below ``least``."""
+    while count > least:
+        # Such a plane is all 0 or, in two's complement, a copy of the plane below it: both hold the sign.
+        some = zeros()
+        for at in range(begin + (count - 1) * step, end + (count - 1) * step, LANES):
+            top = load(planes, at)
+            if signed and count > least + 1:
+                top ^= load(planes, at - step)
+            some |= top
+        if any_bit(some):
+            break
+        count -= 1
+    return count
 
 
 @njit(inline="always", nogil=True)
-def sum_steps(ring, steps, slots, visit, at, step, width, have):
-    """Add four unsigned steps of ``width`` planes to a group of ``visit``; the planes it has then, about."""
-    # x + t_0 + t_1 + t_2 + t_3 with x the sum so far: nine bits of weight 2^i, five of numbers and four of carries,
-    # give one bit of the sum and four carries of weight 2^(i+1), in four full adders:
+def clear_planes(planes, begin, end, step, first, last):
+    """Zero the planes from ``first`` to ``last``, exclusive, of the groups from ``begin`` to ``end``."""
+    for plane in range(first, last):
+        for at in range(begin + plane * step, end + plane * step, LANES):
+            store(planes, at, zeros())
+
+
+@njit(inline="always", nogil=True)
+def _steps(slots, at):
+    """The planes of six steps."""
+    s0, s1, s2, s3, s4, s5 = slots
+    return load(s0, at), load(s1, at), load(s2, at), load(s3, at), load(s4, at), load(s5, at)
+
+
+@njit(inline="always", nogil=True)
+def sum_steps(slots, at, visit, out, step, width):
+    """Put the sum of six unsigned steps of ``width`` planes into ``width`` + 3 planes."""
+    # Six numbers and five carries of weight 2^i give one bit of the sum and five carries of weight 2^(i+1), in five
+    # full adders:
     #
-    #  t0 t1 t2   t3 x  a     b       c d
-    #  [  FA  ]---[ FA ]---[ FA ]---[ FA ]--- sum
-    s0, s1, s2, s3 = slots
-    a = b = c = d = zeros()
-    for plane in range(width):
-        digit = load(visit, at + plane * step) if plane < have else zeros()
-        t0, t1, t2, t3 = (
-            load(ring, s0 + steps),
-            load(ring, s1 + steps),
-            load(ring, s2 + steps),
-            load(ring, s3 + steps),
-        )
-        first = t0 ^ t1 ^ t2
-        second = t3 ^ digit ^ a
-        third = first ^ second ^ b
-        store(visit, at + plane * step, third ^ c ^ d)
-        d = _majority(third, c, d)
-        a, b, c = _majority(t0, t1, t2), _majority(t3, digit, a), _majority(first, second, b)
-        steps += step
-    # Above the steps: x and four carries in plane ``width``, x and two in the next, x and one from there on.
-    digit = load(visit, at + width * step) if width < have else zeros()
+    #  t0 t1 t2   t3 t4 t5
+    #  [  FA  ]   [  FA  ]       a       b c     d e
+    #      '---------'---------[ FA ]---[ FA ]---[ FA ]--- sum
+    a = b = c = d = e = zeros()
+    for _ in range(width):
+        t0, t1, t2, t3, t4, t5 = _steps(slots, at)
+        first, second = t0 ^ t1 ^ t2, t3 ^ t4 ^ t5
+        third = first ^ second ^ a
+        fourth = third ^ b ^ c
+        store(visit, out, fourth ^ d ^ e)
+        e = majority(fourth, d, e)
+        d = majority(third, b, c)
+        c = majority(first, second, a)
+        a, b = majority(t0, t1, t2), majority(t3, t4, t5)
+        at += step
+        out += step
+    # Five carries are left.
     first = a ^ b ^ c
-    store(visit, at + width * step, first ^ d ^ digit)
-    a, b = _majority(a, b, c), _majority(first, d, digit)
-    digit = load(visit, at + (width + 1) * step) if width + 1 < have else zeros()
-    store(visit, at + (width + 1) * step, a ^ b ^ digit)
-    return _carry_on(visit, at, step, width + 2, max(have, width + 2), _majority(a, b, digit))
+    store(visit, out, first ^ d ^ e)
+    a, b = majority(a, b, c), majority(first, d, e)
+    store(visit, out + step, a ^ b)
+    store(visit, out + 2 * step, a & b)
+
+
+@njit(inline="always", nogil=True)
+def sum_more_steps(slots, at, visit, out, step, width, have):
+    """Add six unsigned steps of ``width`` planes to a sum of ``have`` planes: max(``have``, ``width`` + 3) + 1 then."""
+    # As ``sum_steps``, with the sum so far, x, in one more full adder.
+    x = a = b = c = d = e = f = zeros()
+    for plane in range(width):
+        t0, t1, t2, t3, t4, t5 = _steps(slots, at)
+        x = load(visit, out) if plane < have else zeros()
+        first, second = t0 ^ t1 ^ t2, t3 ^ t4 ^ t5
+        third = first ^ second ^ a
+        fourth = third ^ b ^ c
+        fifth = fourth ^ d ^ e
+        store(visit, out, fifth ^ x ^ f)
+        f = majority(fifth, x, f)
+        e = majority(fourth, d, e)
+        d = majority(third, b, c)
+        c = majority(first, second, a)
+        a, b = majority(t0, t1, t2), majority(t3, t4, t5)
+        at += step
+        out += step
+    # Six carries are left, then three, two and one.
+    x = load(visit, out) if width < have else zeros()
+    first, second = a ^ b ^ c, d ^ e ^ f
+    store(visit, out, first ^ second ^ x)
+    a, b, c = majority(a, b, c), majority(d, e, f), majority(first, second, x)
+    out += step
+    x = load(visit, out) if width + 1 < have else zeros()
+    first = a ^ b ^ c
+    store(visit, out, first ^ x)
+    a, b = majority(a, b, c), first & x
+    out += step
+    x = load(visit, out) if width + 2 < have else zeros()
+    store(visit, out, a ^ b ^ x)
+    a = majority(a, b, x)
+    for _ in range(width + 3, have):
+        out += step
+        x = load(visit, out)
+        store(visit, out, x ^ a)
+        a &= x
+    store(visit, out + step, a)
+
+
+@njit(inline="always", nogil=True)
+def sum_three_steps(slots, at, visit, out, step, width, have):
+    """Add three unsigned steps to a sum of ``have`` planes; it has max(``have``, ``width`` + 2) + 1 then."""
+    x = a = b = c = zeros()
+    for plane in range(width):
+        t0, t1, t2 = load(slots[0], at), load(slots[1], at), load(slots[2], at)
+        x = load(visit, out) if plane < have else zeros()
+        first = t0 ^ t1 ^ t2
+        second = first ^ a ^ b
+        store(visit, out, second ^ x ^ c)
+        c = majority(second, x, c)
+        b = majority(first, a, b)
+        a = majority(t0, t1, t2)
+        at += step
+        out += step
+    x = load(visit, out) if width < have else zeros()
+    first = a ^ b ^ c
+    store(visit, out, first ^ x)
+    a, b = majority(a, b, c), first & x
+    out += step
+    x = load(visit, out) if width + 1 < have else zeros()
+    store(visit, out, a ^ b ^ x)
+    a = majority(a, b, x)
+    for _ in range(width + 2, have):
+        out += step
+        x = load(visit, out)
+        store(visit, out, x ^ a)
+        a &= x
+    store(visit, out + step, a)
 
 
 @njit(nogil=True)
-def sum_signed_steps(ring, steps, slots, visit, at, step, width, have):
-    """``sum_steps`` in two's complement."""
-    # Four steps take two bits more than one of them, and x added to that one bit more. Numbers that have ended go on
-    # with their sign: t0 .. t3 and x are not loaded again and keep their last plane.
-    total = max(have, width + 2) + 1
-    x = t0 = t1 = t2 = t3 = a = b = c = d = zeros()
-    for plane in range(total):
+def sum_signed_steps(slots, at, visit, out, step, width, have):
+    """``sum_more_steps`` in two's complement."""
+    # Numbers that have ended go on with their sign: they are not loaded again and keep their last plane.
+    x = a = b = c = d = e = f = zeros()
+    t0 = t1 = t2 = t3 = t4 = t5 = zeros()
+    for plane in range(max(have, width + 3) + 1):
         if plane < width:
-            t0, t1 = load(ring, slots[0] + steps), load(ring, slots[1] + steps)
-            t2, t3 = load(ring, slots[2] + steps), load(ring, slots[3] + steps)
-            steps += step
+            t0, t1, t2, t3, t4, t5 = _steps(slots, at)
+            at += step
         if plane < have:
-            x = load(visit, at)
-        first = t0 ^ t1 ^ t2
-        second = t3 ^ x ^ a
-        third = first ^ second ^ b
-        store(visit, at, third ^ c ^ d)
-        d = _majority(third, c, d)
-        a, b, c = _majority(t0, t1, t2), _majority(t3, x, a), _majority(first, second, b)
-        at += step
-    return total
+            x = load(visit, out)
+        first, second = t0 ^ t1 ^ t2, t3 ^ t4 ^ t5
+        third = first ^ second ^ a
+        fourth = third ^ b ^ c
+        fifth = fourth ^ d ^ e
+        store(visit, out, fifth ^ x ^ f)
+        f = majority(fifth, x, f)
+        e = majority(fourth, d, e)
+        d = majority(third, b, c)
+        c = majority(first, second, a)
+        a, b = majority(t0, t1, t2), majority(t3, t4, t5)
+        out += step
 
 
 @njit(inline="always", nogil=True)
-def add_gains(planes, at, have, gains, source, count, right, left, select, step, signed):
-    """Add gains, shifted ``right``, then ``left``, where selected, to a number; the planes it has then, about.
+def _moved(gains, source, shift, side, select):
+    """Eight words of gains, moved from a border to where the neighbour stands in its own words."""
+    x = load(gains, source)
+    if side == WEST:
+        x = x << shift
+    elif side == EAST:
+        x = x >> shift
+    return x if side == INSIDE else x & select
 
-    Both numbers are given by the word of their lowest plane and how many planes they have.
+
+@njit(inline="always", nogil=True)
+def add_gains(planes, at, have, gains, source, count, shift, side, select, step):
+    """Add gains to a number; what is carried out of it.
+
+    The number has ``have`` planes, the gains ``count``. It has the more of both then, and one more, the carry. Gains
+    that go across a border are shifted by columns, and all but the border's nodes are left out (``select``).
     """
-    # Ripple carry. The gains go from one block to another across a border, so their column or row is first moved to
-    # where the neighbour stands in its own words, and all other nodes are left out (``select``).
+    # Ripple carry.
+    carry = zeros()
+    for _ in range(min(have, count)):
+        x, y = _moved(gains, source, shift, side, select), load(planes, at)
+        store(planes, at, x ^ y ^ carry)
+        carry = majority(x, y, carry)
+        at += step
+        source += step
+    for _ in range(have, count):
+        x = _moved(gains, source, shift, side, select)
+        store(planes, at, x ^ carry)
+        carry &= x
+        at += step
+        source += step
+    # A carry seldom gets far. So after some planes it is worth a look whether one of the 512 nodes still carries.
+    top = at + max(have - count, 0) * step
+    for plane in range(count, have):
+        if plane >= count + 4 and not any_bit(carry):
+            break
+        y = load(planes, at)
+        store(planes, at, y ^ carry)
+        carry &= y
+        at += step
+    store(planes, top, carry)
+    return carry
+
+
+@njit(inline="always", nogil=True)
+def add_signed_gains(planes, at, have, gains, source, count, shift, side, select, step):
+    """``add_gains`` in two's complement; the planes that the number has then: one more than the longer."""
     x = y = carry = zeros()
-    for plane in range(count):
-        x = ((load(gains, source + plane * step) >> right) << left) & select
-        if plane < have:
-            y = load(planes, at + plane * step)
-        elif not signed:
-            y = zeros()
-        store(planes, at + plane * step, x ^ y ^ carry)
-        carry = _majority(x, y, carry)
-    if not signed:
-        return _carry_on(planes, at, step, count, max(have, count), carry)
-    # Both numbers go on with their sign, the last plane loaded.
     total = max(have, count) + 1
-    for plane in range(count, total):
+    # Both numbers go on with their sign, the last plane loaded.
+    for plane in range(total):
+        if plane < count:
+            x = _moved(gains, source + plane * step, shift, side, select)
         if plane < have:
             y = load(planes, at + plane * step)
         store(planes, at + plane * step, x ^ y ^ carry)
-        carry = _majority(x, y, carry)
+        carry = majority(x, y, carry)
     return total
