@@ -45,7 +45,7 @@ def test_commands_print_what_the_page_shows(
     hwsw: Callable[..., Result], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("COLUMNS", "200")
-    assert len(EXAMPLES) == 4
+    assert len(EXAMPLES) == 6
     for command, shown in EXAMPLES:
         program, *arguments = shlex.split(command)
         assert program == "hwsw"
