@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import Any, TypeVar
 
 from codesign.errors import Fault, SpecError, choose_hint, clip, show
-from codesign.inputs.base import Spec
+from codesign.inputs.base import Same, Spec
 from codesign.inputs.document import REMOVED, Document, KeyPath, Origin, dotted, put
 from codesign.inputs.faults import Teller
 from codesign.inputs.platform import Platform, no_such
@@ -199,25 +199,14 @@ def choose_variant(workload: Workload, name: Any, by: str = "") -> Workload:
     return chosen
 
 
-class _Same:
-    """A workload as the key of what is kept of it: this very object, whatever is equal to it."""
-
-    def __init__(self, workload: Workload) -> None:
-        self.workload = workload
-
-    def __hash__(self) -> int:
-        return id(self.workload)
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, _Same) and self.workload is other.workload
-
-
 @functools.lru_cache(maxsize=128)
-def _kept_variant(key: _Same, name: str) -> tuple[Document, Workload | None]:
+def _kept_variant(key: Same, name: str) -> tuple[Document, Workload | None]:
     """A workload with a variant put in, as a document and, where it is sound, as a model; made once."""
-    document = with_variant(key.workload.document, name)
+    workload = key.spec
+    assert isinstance(workload, Workload)
+    document = with_variant(workload.document, name)
     fixed: dict[str, Any] = {"variants": {}, "explore": None}
-    return document, validated(Workload, key.workload, document, fixed, document.fault)[0]
+    return document, validated(Workload, workload, document, fixed, document.fault)[0]
 
 
 def _chosen(workload: Workload, name: Any, by: str) -> tuple[Workload, Document]:
@@ -230,7 +219,7 @@ def _chosen(workload: Workload, name: Any, by: str) -> tuple[Workload, Document]
         return workload, workload.document
     if not isinstance(name, str) or name not in workload.variants:
         raise SpecError([Fault(place, 0, 0, "", *no_variant(name, workload.variants))])
-    document, variant = _kept_variant(_Same(workload), name)
+    document, variant = _kept_variant(Same(workload), name)
     return variant or workload, document
 
 
@@ -277,13 +266,33 @@ def design_point(
         edits = movable.edits(axis, axes[axis])
         moved |= dict.fromkeys(edits, axis)
         (of_workload if next(iter(edits))[0] == "mapping" else of_platform).update(edits)
-    document, parts = put(document, of_workload, origin), put(parts, of_platform, origin)
-    faults += [*document.faults, *parts.faults]
+    document = put(document, of_workload, origin)
+    moved_platform, more = _moved(_Moves(platform, of_platform, moved, by))
+    faults += document.faults
     point, wrong = _edited(spec, document, fixed, _teller(document, moved, by))
-    moved_platform, more = _edited(platform, parts, {}, _teller(parts, moved, by))
     if faults or wrong or more or point is None or moved_platform is None:
         raise SpecError([*faults, *wrong, *more])
     return moved_platform, point
+
+
+class _Moves:
+    """Edits of a platform as the key of what they make of it: by their text, and the state of the files they name.
+
+    ``axes``: of each path the axis that moves it. ``by``: see ``design_point``.
+    """
+
+    def __init__(
+        self, platform: Platform, edits: Mapping[KeyPath, Any], axes: Mapping[KeyPath, str], by: str
+    ) -> None:
+        self.platform, self.edits, self.axes, self.by = platform, edits, axes, by
+        own = [(path, axes[path], value) for path, value in edits.items()]
+        self._key = Same(platform), by, repr(own), files_of(platform.document)
+
+    def __hash__(self) -> int:
+        return hash(self._key)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Moves) and self._key == other._key
 
 
 def _edited(

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import reduce
 from typing import Annotated, Any, Literal
 
@@ -73,7 +73,7 @@ class Monomial:
 
     def bounds(self, inputs: Mapping[str, Figure]) -> Interval:
         """The least and the greatest value inside the intervals of the inputs."""
-        return _Ends(inputs).of(self)
+        return _Ends(inputs).of(self, _key(self))
 
 
 @dataclass(frozen=True)
@@ -124,10 +124,7 @@ class Terms(ResultModel):
             return ()
         if figure == "energy_j":
             plans = self.times.get(ENERGY_OVER, ())
-            return tuple(
-                merged(_product(term, draw) for term in plan for draw in self.draws if draw.during(term))
-                for plan in plans
-            )
+            return tuple(_drawn(plan, self.draws) for plan in plans)
         return self.times.get(figure, ())
 
     def interval(self, figure: str) -> Interval | None:
@@ -141,7 +138,7 @@ class Terms(ResultModel):
         """The interval of each figure that has terms. Parts that several figures share are computed once."""
         ends, intervals = _Ends(self.inputs), {}
         for figure in figures:
-            bounds = [ends.of_sum(plan) for plan in self.plans(figure)]
+            bounds = list(map(ends.of_sum, self.plans(figure)))
             if bounds:
                 least, most = zip(*bounds, strict=True)
                 low, high = reduce(np.maximum, least), reduce(np.maximum, most)
@@ -181,15 +178,14 @@ class _Ends:
         key = tuple(map(_key, plan))
         held = self._sums.get(key)
         if held is None:
-            bounds = [self.of(monomial) for monomial in plan]
+            bounds = list(map(self.of, plan, key))
             held = sum((low for low, _ in bounds), 0.0), sum((high for _, high in bounds), 0.0)
             if None not in key:
                 self._sums[key] = held
         return held
 
-    def of(self, monomial: Monomial) -> Interval:
-        """The bounds of a monomial."""
-        key = _key(monomial)
+    def of(self, monomial: Monomial, key: Any) -> Interval:
+        """The bounds of a monomial. ``key``: see ``_key``."""
         held = self._monomials.get(key)
         if held is None:
             low: Any = monomial.amount
@@ -230,22 +226,36 @@ def _quotient(monomial: Monomial, values: Mapping[str, Any]) -> Any:
     return -(-quotient // 1)
 
 
-def _product(term: Monomial, draw: Monomial) -> Monomial:
-    powers = dict(term.powers)
-    for name, power in draw.powers.items():
+def _drawn(plan: Plan, draws: Sequence[Draw]) -> tuple[Monomial, ...]:
+    """The energy of a plan, with one monomial for each product of inputs."""
+    return merged(
+        (term.amount * draw.amount, _of_product(term.powers, draw.powers), term.divide, term.by)
+        for term in plan
+        for draw in draws
+        if draw.during(term)
+    )
+
+
+def merged(parts: Iterable[tuple[Any, dict[str, int], int, tuple[str, ...]]]) -> tuple[Monomial, ...]:
+    """A sum of monomials, given by their fields, with one monomial for each product of inputs."""
+    sums: dict[Any, tuple[Any, dict[str, int]]] = {}
+    for amount, powers, divide, by in parts:
+        key = frozenset(powers.items()), divide, by
+        before = sums[key][0] if key in sums else 0.0
+        sums[key] = amount + before, powers
+    return tuple(
+        Monomial(amount, powers, divide, by)
+        for (_, divide, by), (amount, powers) in sums.items()
+        if np.any(amount)
+    )
+
+
+def _of_product(one: Mapping[str, int], other: Mapping[str, int]) -> dict[str, int]:
+    """The powers of a product of monomials."""
+    powers = dict(one)
+    for name, power in other.items():
         powers[name] = powers.get(name, 0) + power
-    kept = {name: power for name, power in powers.items() if power}
-    return Monomial(term.amount * draw.amount, kept, term.divide, term.by)
-
-
-def merged(monomials: Iterable[Monomial]) -> tuple[Monomial, ...]:
-    """The same sum with one monomial for each product of inputs."""
-    sums: dict[Any, Monomial] = {}
-    for each in monomials:
-        key = frozenset(each.powers.items()), each.divide, each.by
-        amount = each.amount + (sums[key].amount if key in sums else 0.0)
-        sums[key] = Monomial(amount, each.powers, each.divide, each.by)
-    return tuple(each for each in sums.values() if np.any(each.amount))
+    return {name: power for name, power in powers.items() if power}
 
 
 def mean_of(plans: Sequence[Plan]) -> Plan:
@@ -260,8 +270,16 @@ def mean_of(plans: Sequence[Plan]) -> Plan:
             key = term.where, term.what, frozenset(term.powers.items()), term.divide, term.by
             old = sums.get(key)
             amount, seconds = (0.0, 0.0) if old is None else (old.amount, old.seconds)
-            amount, seconds = amount + share * term.amount, seconds + share * term.seconds
-            sums[key] = replace(term, amount=amount, seconds=seconds)
+            sums[key] = Term(
+                amount + share * term.amount,
+                term.powers,
+                term.divide,
+                term.by,
+                term.where,
+                term.what,
+                seconds + share * term.seconds,
+                term.works,
+            )
     return tuple(sums.values())
 
 
