@@ -16,7 +16,7 @@ from codesign.inputs.base import Same, Spec
 from codesign.inputs.document import REMOVED, Document, KeyPath, Origin, dotted, put
 from codesign.inputs.faults import Teller
 from codesign.inputs.platform import Platform, no_such
-from codesign.inputs.revalidate import ENTRIES, validated
+from codesign.inputs.revalidate import ENTRIES, files_of, validated
 from codesign.inputs.roles import ROLES
 from codesign.inputs.workload import BASE, PLACE_KEYS, Workload, tasks_of
 from codesign.models import SpecModel, TaskParameters
@@ -266,33 +266,45 @@ def design_point(
         edits = movable.edits(axis, axes[axis])
         moved |= dict.fromkeys(edits, axis)
         (of_workload if next(iter(edits))[0] == "mapping" else of_platform).update(edits)
-    document = put(document, of_workload, origin)
-    moved_platform, more = _moved(_Moves(platform, of_platform, moved, by))
-    faults += document.faults
+    document, parts = put(document, of_workload, origin), put(parts, of_platform, origin)
+    faults += [*document.faults, *parts.faults]
     point, wrong = _edited(spec, document, fixed, _teller(document, moved, by))
+    moved_platform, more = _kept_platform(_Moved(platform, of_platform, parts, moved, by))
     if faults or wrong or more or point is None or moved_platform is None:
         raise SpecError([*faults, *wrong, *more])
     return moved_platform, point
 
 
-class _Moves:
-    """Edits of a platform as the key of what they make of it: by their text, and the state of the files they name.
+class _Moved:
+    """An edited platform as the key of what is kept of it: by the text of the edits, and the state of its files.
 
-    ``axes``: of each path the axis that moves it. ``by``: see ``design_point``.
+    ``parts``: its document after the edits. ``moved``: the axis of each path. ``by``: see ``design_point``.
     """
 
     def __init__(
-        self, platform: Platform, edits: Mapping[KeyPath, Any], axes: Mapping[KeyPath, str], by: str
+        self,
+        platform: Platform,
+        edits: Mapping[KeyPath, Any],
+        parts: Document,
+        moved: Mapping[KeyPath, str],
+        by: str,
     ) -> None:
-        self.platform, self.edits, self.axes, self.by = platform, edits, axes, by
-        own = [(path, axes[path], value) for path, value in edits.items()]
-        self._key = Same(platform), by, repr(own), files_of(platform.document)
+        self.platform, self.parts, self.moved, self.by = platform, parts, moved, by
+        own = repr([(path, moved[path], value) for path, value in edits.items()])
+        self._key = Same(platform), by, own, files_of(parts, edits)
 
     def __hash__(self) -> int:
         return hash(self._key)
 
     def __eq__(self, other: object) -> bool:
-        return isinstance(other, _Moves) and self._key == other._key
+        return isinstance(other, _Moved) and self._key == other._key
+
+
+@functools.lru_cache(maxsize=64)
+def _kept_platform(key: _Moved) -> tuple[Platform | None, tuple[Fault, ...]]:
+    """An edited platform, or every fault of it; the points of a study that share it have one object of it."""
+    spec, faults = _edited(key.platform, key.parts, {}, _teller(key.parts, key.moved, key.by))
+    return spec, tuple(faults)
 
 
 def _edited(
