@@ -10,7 +10,7 @@ from __future__ import annotations
 import sys
 from collections import OrderedDict
 from collections.abc import Callable, Iterable, Mapping
-from typing import Any, TypeVar
+from typing import Any, Generic, TypeVar
 
 T = TypeVar("T")
 
@@ -66,6 +66,19 @@ class Memo:
         while self.held_bytes > self.max_bytes:
             _, (_, freed) = self._kept.popitem(last=False)
             self.held_bytes -= freed
+
+
+class Same(Generic[T]):
+    """An object as the key of what is kept of it: this very object, whatever is equal to it."""
+
+    def __init__(self, it: T) -> None:
+        self.it = it
+
+    def __hash__(self) -> int:
+        return id(self.it)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Same) and self.it is other.it
 
 
 def approximate_bytes(value: Any) -> int:

@@ -68,19 +68,6 @@ class Spec(SpecModel):
         return self.model_dump(mode="json")
 
 
-class Same:
-    """A spec as the key of what is kept of it: this very object, whatever is equal to it."""
-
-    def __init__(self, spec: Spec) -> None:
-        self.spec = spec
-
-    def __hash__(self) -> int:
-        return id(self.spec)
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, Same) and self.spec is other.spec
-
-
 def fault(spec: Spec, path: KeyPath, what: str, hint: str | None = None) -> Fault:
     """A fault at a key of a loaded spec, or at what is around the key where it is not written out.
 

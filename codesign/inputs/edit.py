@@ -12,13 +12,14 @@ from dataclasses import dataclass
 from typing import Any, TypeVar
 
 from codesign.errors import Fault, SpecError, choose_hint, clip, show
-from codesign.inputs.base import Same, Spec
+from codesign.inputs.base import Spec
 from codesign.inputs.document import REMOVED, Document, KeyPath, Origin, dotted, put
 from codesign.inputs.faults import Teller
 from codesign.inputs.platform import Platform, no_such
 from codesign.inputs.revalidate import ENTRIES, files_of, validated
 from codesign.inputs.roles import ROLES
 from codesign.inputs.workload import BASE, PLACE_KEYS, Workload, tasks_of
+from codesign.memo import Same
 from codesign.models import SpecModel, TaskParameters
 
 S = TypeVar("S", bound=Spec)
@@ -200,10 +201,9 @@ def choose_variant(workload: Workload, name: Any, by: str = "") -> Workload:
 
 
 @functools.lru_cache(maxsize=128)
-def _kept_variant(key: Same, name: str) -> tuple[Document, Workload | None]:
+def _kept_variant(key: Same[Workload], name: str) -> tuple[Document, Workload | None]:
     """A workload with a variant put in, as a document and, where it is sound, as a model; made once."""
-    workload = key.spec
-    assert isinstance(workload, Workload)
+    workload = key.it
     document = with_variant(workload.document, name)
     fixed: dict[str, Any] = {"variants": {}, "explore": None}
     return document, validated(Workload, workload, document, fixed, document.fault)[0]

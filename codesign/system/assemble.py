@@ -10,7 +10,6 @@ from pydantic import BaseModel
 
 from codesign.errors import CodesignError, Fault
 from codesign.inputs import Platform, Workload, fault
-from codesign.inputs.base import Same
 from codesign.inputs.components import (
     Component,
     DifferentialKinematics,
@@ -25,6 +24,7 @@ from codesign.inputs.components import (
     Sensor,
 )
 from codesign.inputs.links import BusLink, IdealLink, Link, SerialLink
+from codesign.memo import Same
 from codesign.planners.external_memory import ExternalMemoryLaw
 from codesign.records import Listener
 
@@ -224,11 +224,10 @@ def platform_faults(platform: Platform) -> tuple[Fault, ...]:
 
 
 @lru_cache(maxsize=64)
-def _faults_of(key: Same) -> tuple[Fault, ...]:
+def _faults_of(key: Same[Platform]) -> tuple[Fault, ...]:
     import simpy
 
-    platform = key.spec
-    assert isinstance(platform, Platform)
+    platform = key.it
 
     environment = simpy.Environment()
     built: dict[str, components.Component] = {}
