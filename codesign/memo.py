@@ -10,6 +10,7 @@ from __future__ import annotations
 import sys
 from collections import OrderedDict
 from collections.abc import Callable, Iterable, Mapping
+from functools import lru_cache
 from typing import Any, Generic, TypeVar
 
 T = TypeVar("T")
@@ -113,8 +114,16 @@ def _parts(item: Any) -> Iterable[Any]:
         flat: list[Any] = item.ravel().tolist()
         return flat
     attributes = list(getattr(item, "__dict__", {}).values())
-    for kind in type(item).__mro__:
-        slots = kind.__dict__.get("__slots__", ())
-        names = (slots,) if isinstance(slots, str) else slots
-        attributes += [getattr(item, name) for name in names if hasattr(item, name)]
+    kind: Any = type(item)
+    attributes += [getattr(item, name) for name in _slots(kind) if hasattr(item, name)]
     return attributes
+
+
+@lru_cache(maxsize=1024)
+def _slots(kind: type) -> tuple[str, ...]:
+    """The names of the slots of a type and of those that it is made from."""
+    names: list[str] = []
+    for each in kind.__mro__:
+        slots = each.__dict__.get("__slots__", ())
+        names += (slots,) if isinstance(slots, str) else slots
+    return tuple(names)

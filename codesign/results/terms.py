@@ -15,7 +15,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import reduce
+from functools import lru_cache, reduce
 from typing import Annotated, Any, Literal
 
 import numpy as np
@@ -228,34 +228,45 @@ def _quotient(monomial: Monomial, values: Mapping[str, Any]) -> Any:
 
 def _drawn(plan: Plan, draws: Sequence[Draw]) -> tuple[Monomial, ...]:
     """The energy of a plan, with one monomial for each product of inputs."""
-    return merged(
-        (term.amount * draw.amount, _of_product(term.powers, draw.powers), term.divide, term.by)
-        for term in plan
-        for draw in draws
-        if draw.during(term)
+    of_plan = tuple(
+        (tuple(term.powers.items()), term.divide, term.by, term.where, term.works) for term in plan
     )
-
-
-def merged(parts: Iterable[tuple[Any, dict[str, int], int, tuple[str, ...]]]) -> tuple[Monomial, ...]:
-    """A sum of monomials, given by their fields, with one monomial for each product of inputs."""
-    sums: dict[Any, tuple[Any, dict[str, int]]] = {}
-    for amount, powers, divide, by in parts:
-        key = frozenset(powers.items()), divide, by
-        before = sums[key][0] if key in sums else 0.0
-        sums[key] = amount + before, powers
+    of_draws = tuple((tuple(draw.powers.items()), draw.where, draw.when, draw.beside) for draw in draws)
+    pairs, products = _products(of_plan, of_draws)
+    sums: list[Any] = [0.0] * len(products)
+    for term, draw, number in pairs:
+        sums[number] = sums[number] + plan[term].amount * draws[draw].amount
     return tuple(
-        Monomial(amount, powers, divide, by)
-        for (_, divide, by), (amount, powers) in sums.items()
+        Monomial(amount, dict(powers), divide, by)
+        for amount, (powers, divide, by) in zip(sums, products, strict=True)
         if np.any(amount)
     )
 
 
-def _of_product(one: Mapping[str, int], other: Mapping[str, int]) -> dict[str, int]:
-    """The powers of a product of monomials."""
-    powers = dict(one)
-    for name, power in other.items():
-        powers[name] = powers.get(name, 0) + power
-    return {name: power for name, power in powers.items() if power}
+@lru_cache(maxsize=256)
+def _products(
+    plan: tuple[Any, ...], draws: tuple[Any, ...]
+) -> tuple[tuple[tuple[int, int, int], ...], tuple[Any, ...]]:
+    """The terms and draws that meet in an energy, with the number of their product, and the different products.
+
+    The points of a study differ in the amounts, and hardly in the inputs that their terms rest on.
+    """
+    products: dict[Any, Any] = {}
+    pairs = []
+    for place, (powers, divide, by, where, works) in enumerate(plan):
+        term = Term(1.0, dict(powers), divide, by, where, works=works)
+        for which, (own, of, when, beside) in enumerate(draws):
+            if not Draw(1.0, {}, where=of, when=when, beside=beside).during(term):
+                continue
+            product = dict(powers)
+            for name, power in own:
+                product[name] = product.get(name, 0) + power
+            kept = {name: power for name, power in product.items() if power}
+            key = frozenset(kept.items()), divide, by
+            # The last of equal products gives the order of the inputs.
+            products[key] = tuple(kept.items()), divide, by
+            pairs.append((place, which, list(products).index(key)))
+    return tuple(pairs), tuple(products.values())
 
 
 def mean_of(plans: Sequence[Plan]) -> Plan:
