@@ -145,7 +145,7 @@ class Parts:
 
 
 _FIELDS = tuple(Result.model_fields)
-_MOST_GIVEN = 4096
+_MOST_GIVEN = 1024
 _ALL_SET = set(_FIELDS)
 
 
