@@ -10,7 +10,8 @@ from __future__ import annotations
 import sys
 from collections import OrderedDict
 from collections.abc import Callable, Iterable, Mapping
-from typing import Any, TypeVar
+from functools import lru_cache
+from typing import Any, Generic, TypeVar
 
 T = TypeVar("T")
 
@@ -68,6 +69,19 @@ class Memo:
             self.held_bytes -= freed
 
 
+class Same(Generic[T]):
+    """An object as the key of what is kept of it: this very object, whatever is equal to it."""
+
+    def __init__(self, it: T) -> None:
+        self.it = it
+
+    def __hash__(self) -> int:
+        return id(self.it)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Same) and self.it is other.it
+
+
 def approximate_bytes(value: Any) -> int:
     """The approximate memory of a value with everything that it refers to. Arrays count with their buffers.
 
@@ -100,8 +114,16 @@ def _parts(item: Any) -> Iterable[Any]:
         flat: list[Any] = item.ravel().tolist()
         return flat
     attributes = list(getattr(item, "__dict__", {}).values())
-    for kind in type(item).__mro__:
-        slots = kind.__dict__.get("__slots__", ())
-        names = (slots,) if isinstance(slots, str) else slots
-        attributes += [getattr(item, name) for name in names if hasattr(item, name)]
+    kind: Any = type(item)
+    attributes += [getattr(item, name) for name in _slots(kind) if hasattr(item, name)]
     return attributes
+
+
+@lru_cache(maxsize=1024)
+def _slots(kind: type) -> tuple[str, ...]:
+    """The names of the slots of a type and of those that it is made from."""
+    names: list[str] = []
+    for each in kind.__mro__:
+        slots = each.__dict__.get("__slots__", ())
+        names += (slots,) if isinstance(slots, str) else slots
+    return tuple(names)

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import contextlib
 import hashlib
+import os
 from collections.abc import Iterable
 from functools import cache, lru_cache
 from importlib.machinery import EXTENSION_SUFFIXES, SOURCE_SUFFIXES
@@ -123,7 +124,7 @@ def files_read(explored: Explored) -> dict[Path, str]:
     places = dict.fromkeys(platform.document.folder for platform in explored.platforms.values())
     folders = dict.fromkeys(place / name for place in places for name in FOLDERS)
     folders |= dict.fromkeys(folder for place in places for folder in calibration_folders(place))
-    files = [path for folder in folders for path in sorted(folder.glob("*.yaml"))]
+    files = [path for folder in folders for path in _listed(folder)]
     for values in _map_files(explored).values():
         files += [file for _, read in values for file in read]
     return digests_of(files)
@@ -134,10 +135,24 @@ def digests_of(files: Iterable[Path]) -> dict[Path, str]:
     return {file: _digest_by_status(file) for file in files}
 
 
+def _listed(folder: Path) -> tuple[Path, ...]:
+    """The YAML files of a folder by name; none where it cannot be read. Asked after each work, so at little cost."""
+    try:
+        names = os.listdir(folder)
+    except OSError:
+        return ()
+    return _paths(folder, tuple(sorted(name for name in names if name.endswith(".yaml"))))
+
+
+@lru_cache(maxsize=64)
+def _paths(folder: Path, names: tuple[str, ...]) -> tuple[Path, ...]:
+    return tuple(folder / name for name in names)
+
+
 def _digest_by_status(file: Path) -> str:
     """The digest of a file; it is read again if its status has changed since."""
     try:
-        status = file.stat()
+        status = os.stat(file)
     except OSError:
         return _digest_of_files((file,))
     return _digest_at(

@@ -25,13 +25,14 @@ _KEYS_AT_ONCE = 500
 class Kept:
     """The results of works in a store. ``where``: its file, for messages. ``space``: of the points.
 
-    ``parts``: what the templates that it gives have in common.
+    ``parts``: what the templates that it gives have in common. ``lasting``: whether anything reads the store again.
     """
 
     store: Store
     space: Space
     where: str | None
     parts: Parts = field(default_factory=Parts)
+    lasting: bool = True
 
     def everything(self, plan: Plan) -> Iterator[Done]:
         """What the store has of a study: its blocks by their keys, and all other points one by one.
@@ -119,6 +120,9 @@ class Kept:
         Raises:
             StoreError: the store cannot be written.
         """
+        if not self.lasting:
+            shared = done.priced and replace(done.priced, templates=self.parts.put(done.priced.templates)[2])
+            return replace(done, priced=shared)
         blocks = {}
         if done.priced is not None and isinstance(done.work, Together):
             blocks[done.work.key], priced = block_of(done.priced, self.parts)

@@ -124,7 +124,7 @@ def explore(
         run = _Run(
             explored,
             section,
-            Kept(opened, space, where),
+            Kept(opened, space, where, lasting=store is not None or search is not None),
             tally,
             evaluator,
             given or workers,

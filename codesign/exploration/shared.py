@@ -7,6 +7,7 @@ lines of demand, levers and parameters come up thousands of times.
 from __future__ import annotations
 
 import json
+from collections import OrderedDict
 from collections.abc import Mapping, Sequence
 from functools import cache
 from typing import Annotated, Any, TypeVar
@@ -73,13 +74,14 @@ class Parts:
     """The fields of the templates of a study: of equal fields one object, which is found by its JSON text.
 
     The templates of a study are thousands, and the different values of a field are few. So a text is read, checked and
-    taken apart once.
+    taken apart once. The values met last are held as they were given too: designs have many of them in common.
     """
 
     def __init__(self) -> None:
         self._by_text: dict[tuple[str, str], Any] = {}
         self._text: dict[tuple[str, int], str] = {}
         self._shared = Shared()
+        self._given: OrderedDict[tuple[str, int], tuple[Any, str]] = OrderedDict()
 
     def put(
         self, templates: Sequence[Result]
@@ -90,18 +92,21 @@ class Parts:
         results again. A field that is one object in several results is written once.
         """
         texts: dict[str, dict[str, int]] = {name: {} for name in _FIELDS}
-        seen: dict[tuple[str, int], str] = {}
         numbers = []
         for template in templates:
             fields = template.__dict__
             keys = {name: (name, id(fields[name])) for name in _FIELDS}
-            new = {name for name, key in keys.items() if key not in self._text and key not in seen}
+            for key in keys.values() & self._given.keys():
+                self._given.move_to_end(key)
+            new = {name for name, key in keys.items() if key not in self._text and key not in self._given}
             for name, value in template.model_dump(mode="json", include=new).items() if new else ():
                 text = json.dumps(value, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
-                seen[keys[name]] = text
+                self._given[keys[name]] = fields[name], text
                 self._keep(name, text, fields[name])
-            own = ((texts[name], self._text.get(key) or seen[key]) for name, key in keys.items())
+            own = ((texts[name], self._text.get(key) or self._given[key][1]) for name, key in keys.items())
             numbers.append([numbered.setdefault(text, len(numbered)) for numbered, text in own])
+        while len(self._given) > _MOST_GIVEN:
+            self._given.popitem(last=False)
         listed = {name: [*own] for name, own in texts.items()}
         return listed, numbers, self.take(listed, numbers)
 
@@ -140,6 +145,7 @@ class Parts:
 
 
 _FIELDS = tuple(Result.model_fields)
+_MOST_GIVEN = 1024
 _ALL_SET = set(_FIELDS)
 
 

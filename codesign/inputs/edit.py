@@ -16,9 +16,10 @@ from codesign.inputs.base import Spec
 from codesign.inputs.document import REMOVED, Document, KeyPath, Origin, dotted, put
 from codesign.inputs.faults import Teller
 from codesign.inputs.platform import Platform, no_such
-from codesign.inputs.revalidate import ENTRIES, validated
+from codesign.inputs.revalidate import ENTRIES, files_of, validated
 from codesign.inputs.roles import ROLES
 from codesign.inputs.workload import BASE, PLACE_KEYS, Workload, tasks_of
+from codesign.memo import Same
 from codesign.models import SpecModel, TaskParameters
 
 S = TypeVar("S", bound=Spec)
@@ -199,25 +200,13 @@ def choose_variant(workload: Workload, name: Any, by: str = "") -> Workload:
     return chosen
 
 
-class _Same:
-    """A workload as the key of what is kept of it: this very object, whatever is equal to it."""
-
-    def __init__(self, workload: Workload) -> None:
-        self.workload = workload
-
-    def __hash__(self) -> int:
-        return id(self.workload)
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, _Same) and self.workload is other.workload
-
-
 @functools.lru_cache(maxsize=128)
-def _kept_variant(key: _Same, name: str) -> tuple[Document, Workload | None]:
+def _kept_variant(key: Same[Workload], name: str) -> tuple[Document, Workload | None]:
     """A workload with a variant put in, as a document and, where it is sound, as a model; made once."""
-    document = with_variant(key.workload.document, name)
+    workload = key.it
+    document = with_variant(workload.document, name)
     fixed: dict[str, Any] = {"variants": {}, "explore": None}
-    return document, validated(Workload, key.workload, document, fixed, document.fault)[0]
+    return document, validated(Workload, workload, document, fixed, document.fault)[0]
 
 
 def _chosen(workload: Workload, name: Any, by: str) -> tuple[Workload, Document]:
@@ -230,7 +219,7 @@ def _chosen(workload: Workload, name: Any, by: str) -> tuple[Workload, Document]
         return workload, workload.document
     if not isinstance(name, str) or name not in workload.variants:
         raise SpecError([Fault(place, 0, 0, "", *no_variant(name, workload.variants))])
-    document, variant = _kept_variant(_Same(workload), name)
+    document, variant = _kept_variant(Same(workload), name)
     return variant or workload, document
 
 
@@ -280,10 +269,42 @@ def design_point(
     document, parts = put(document, of_workload, origin), put(parts, of_platform, origin)
     faults += [*document.faults, *parts.faults]
     point, wrong = _edited(spec, document, fixed, _teller(document, moved, by))
-    moved_platform, more = _edited(platform, parts, {}, _teller(parts, moved, by))
+    moved_platform, more = _kept_platform(_Moved(platform, of_platform, parts, moved, by))
     if faults or wrong or more or point is None or moved_platform is None:
         raise SpecError([*faults, *wrong, *more])
     return moved_platform, point
+
+
+class _Moved:
+    """An edited platform as the key of what is kept of it: by the text of the edits, and the state of its files.
+
+    ``parts``: its document after the edits. ``moved``: the axis of each path. ``by``: see ``design_point``.
+    """
+
+    def __init__(
+        self,
+        platform: Platform,
+        edits: Mapping[KeyPath, Any],
+        parts: Document,
+        moved: Mapping[KeyPath, str],
+        by: str,
+    ) -> None:
+        self.platform, self.parts, self.moved, self.by = platform, parts, moved, by
+        own = repr([(path, moved[path], value) for path, value in edits.items()])
+        self._key = Same(platform), by, own, files_of(parts, edits)
+
+    def __hash__(self) -> int:
+        return hash(self._key)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Moved) and self._key == other._key
+
+
+@functools.lru_cache(maxsize=64)
+def _kept_platform(key: _Moved) -> tuple[Platform | None, tuple[Fault, ...]]:
+    """An edited platform, or every fault of it; the points of a study that share it have one object of it."""
+    spec, faults = _edited(key.platform, key.parts, {}, _teller(key.parts, key.moved, key.by))
+    return spec, tuple(faults)
 
 
 def _edited(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import functools
 import json
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -15,7 +15,7 @@ from codesign.errors import Fault, SpecError
 from codesign.inputs.base import Spec, with_sources
 from codesign.inputs.calibration_file import calibration_state
 from codesign.inputs.components import COMPONENTS
-from codesign.inputs.document import Document
+from codesign.inputs.document import Document, KeyPath
 from codesign.inputs.faults import Keep, Teller, context_of, translate
 from codesign.inputs.host_file import host_state
 from codesign.inputs.links import LINKS
@@ -123,6 +123,16 @@ def _alone(spec: Spec, section: str, name: str, raw: Any, document: Document) ->
             return map_task(raw, RawParameters if models is None else models[name], document)
         return _of_content(section, json.dumps(raw), document.folder, _state(raw, document.folder))
     return None
+
+
+def files_of(document: Document, edited: Iterable[KeyPath]) -> tuple[object, ...]:
+    """When the files were changed that the edited components of a platform name."""
+    components, states = document.tree.get("components"), []
+    for name in dict.fromkeys(path[1] for path in edited if path[0] == "components"):
+        raw = components.get(name) if isinstance(components, dict) else None
+        with contextlib.suppress(TypeError, ValueError, KeyError, SpecError):
+            states.append(_state(raw, document.folder) if isinstance(raw, dict) else ())
+    return tuple(states)
 
 
 def _state(raw: Mapping[str, Any], folder: Path) -> tuple[object, ...]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,7 @@ from numpy.typing import NDArray
 
 from codesign.figures import Figure, Status
 from codesign.inputs.components import FpgaComponent
+from codesign.memo import Same
 from codesign.part import Part
 from codesign.planners.demand import Demand
 from codesign.planners.job import Job
@@ -85,7 +87,7 @@ def _board(system: System, models: Sequence[Any], name: str) -> Board:
             else:
                 laws, own = laws_of(style, model, task), replace(job, part=part)
                 demand = laws.demand(own)
-                fits.append(fit_part(demand, part))
+                fits.append(_fit(Same(demand), Same(part)))
                 prices.append((laws, laws.power_demand(own, demand), laws.clock_limit(own)))
         kind.append(kinds[key])
         price = prices[kinds[key]]
@@ -99,6 +101,12 @@ def _board(system: System, models: Sequence[Any], name: str) -> Board:
         powers.append(Power.model_construct(static=static, dynamic=dynamic))
         too_fast.append(clock_reason(clock, limit))
     return Board(np.array(kind, np.intp), parts, fits, powers, too_fast)
+
+
+@lru_cache(maxsize=256)
+def _fit(demand: Same[Demand], part: Same[Part]) -> tuple[tuple[ResourceUse, ...], tuple[Reason, ...]]:
+    """See ``fit_part``; styles give many designs one demand."""
+    return fit_part(demand.it, part.it)
 
 
 def _design_on(system: System, name: str) -> tuple[Any, Job[Any, Any], str]:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -50,8 +51,11 @@ class Specs:
 
     def figure(self, name: str, of: Callable[[Any], Figure]) -> Figure:
         """A figure of a component or link as arrays: value, least and greatest, one entry a machine."""
-        used, which = np.unique(self.which[name], return_inverse=True)
-        figures = [of(self.models[name][number]) for number in used]
+        models = self.models[name]
+        if len(models) == 1:
+            return of(models[0])
+        used, which = self._used[name]
+        figures = [of(models[number]) for number in used]
         first = figures[0]
         if all(figure == first for figure in figures):
             return first
@@ -61,6 +65,15 @@ class Specs:
         )
         columns: Any = value, low, high
         return Figure(columns[0], first.unit, first.status, first.source, *columns[1:])
+
+    @cached_property
+    def _used(self) -> dict[str, tuple[list[int], NDArray[np.intp]]]:
+        """By name, the numbers of the models that any machine has, and the place among them of that of each machine."""
+        used = {}
+        for name, numbers in self.which.items():
+            present, which = np.unique(numbers, return_inverse=True)
+            used[name] = present.tolist(), which
+        return used
 
     def column(self, name: str, value: Callable[[Any], int]) -> Times:
         """A whole number of a component or link, one entry a machine."""

@@ -130,7 +130,8 @@ def _fitted(
         for name in used:
             board = boards[name]
             uses, more = board.fits[board.kind[specs.which[name][first]]]
-            resources, reasons = resources or uses, (*reasons, *more)
+            # One object for designs that have one fit: it is then written once.
+            resources, reasons = resources or uses, (*reasons, *more) if reasons else more
         fields = dict(head)
         if system.part is not None:
             board = boards[system.component]

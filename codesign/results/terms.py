@@ -14,8 +14,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
-from functools import reduce
+from dataclasses import dataclass
+from functools import lru_cache, reduce
 from typing import Annotated, Any, Literal
 
 import numpy as np
@@ -73,7 +73,7 @@ class Monomial:
 
     def bounds(self, inputs: Mapping[str, Figure]) -> Interval:
         """The least and the greatest value inside the intervals of the inputs."""
-        return _Ends(inputs).of(self)
+        return _Ends(inputs).of(self, _key(self))
 
 
 @dataclass(frozen=True)
@@ -124,10 +124,7 @@ class Terms(ResultModel):
             return ()
         if figure == "energy_j":
             plans = self.times.get(ENERGY_OVER, ())
-            return tuple(
-                merged(_product(term, draw) for term in plan for draw in self.draws if draw.during(term))
-                for plan in plans
-            )
+            return tuple(_drawn(plan, self.draws) for plan in plans)
         return self.times.get(figure, ())
 
     def interval(self, figure: str) -> Interval | None:
@@ -141,7 +138,7 @@ class Terms(ResultModel):
         """The interval of each figure that has terms. Parts that several figures share are computed once."""
         ends, intervals = _Ends(self.inputs), {}
         for figure in figures:
-            bounds = [ends.of_sum(plan) for plan in self.plans(figure)]
+            bounds = list(map(ends.of_sum, self.plans(figure)))
             if bounds:
                 least, most = zip(*bounds, strict=True)
                 low, high = reduce(np.maximum, least), reduce(np.maximum, most)
@@ -181,15 +178,14 @@ class _Ends:
         key = tuple(map(_key, plan))
         held = self._sums.get(key)
         if held is None:
-            bounds = [self.of(monomial) for monomial in plan]
+            bounds = list(map(self.of, plan, key))
             held = sum((low for low, _ in bounds), 0.0), sum((high for _, high in bounds), 0.0)
             if None not in key:
                 self._sums[key] = held
         return held
 
-    def of(self, monomial: Monomial) -> Interval:
-        """The bounds of a monomial."""
-        key = _key(monomial)
+    def of(self, monomial: Monomial, key: Any) -> Interval:
+        """The bounds of a monomial. ``key``: see ``_key``."""
         held = self._monomials.get(key)
         if held is None:
             low: Any = monomial.amount
@@ -230,22 +226,47 @@ def _quotient(monomial: Monomial, values: Mapping[str, Any]) -> Any:
     return -(-quotient // 1)
 
 
-def _product(term: Monomial, draw: Monomial) -> Monomial:
-    powers = dict(term.powers)
-    for name, power in draw.powers.items():
-        powers[name] = powers.get(name, 0) + power
-    kept = {name: power for name, power in powers.items() if power}
-    return Monomial(term.amount * draw.amount, kept, term.divide, term.by)
+def _drawn(plan: Plan, draws: Sequence[Draw]) -> tuple[Monomial, ...]:
+    """The energy of a plan, with one monomial for each product of inputs."""
+    of_plan = tuple(
+        (tuple(term.powers.items()), term.divide, term.by, term.where, term.works) for term in plan
+    )
+    of_draws = tuple((tuple(draw.powers.items()), draw.where, draw.when, draw.beside) for draw in draws)
+    pairs, products = _products(of_plan, of_draws)
+    sums: list[Any] = [0.0] * len(products)
+    for term, draw, number in pairs:
+        sums[number] = sums[number] + plan[term].amount * draws[draw].amount
+    return tuple(
+        Monomial(amount, dict(powers), divide, by)
+        for amount, (powers, divide, by) in zip(sums, products, strict=True)
+        if np.any(amount)
+    )
 
 
-def merged(monomials: Iterable[Monomial]) -> tuple[Monomial, ...]:
-    """The same sum with one monomial for each product of inputs."""
-    sums: dict[Any, Monomial] = {}
-    for each in monomials:
-        key = frozenset(each.powers.items()), each.divide, each.by
-        amount = each.amount + (sums[key].amount if key in sums else 0.0)
-        sums[key] = Monomial(amount, each.powers, each.divide, each.by)
-    return tuple(each for each in sums.values() if np.any(each.amount))
+@lru_cache(maxsize=256)
+def _products(
+    plan: tuple[Any, ...], draws: tuple[Any, ...]
+) -> tuple[tuple[tuple[int, int, int], ...], tuple[Any, ...]]:
+    """The terms and draws that meet in an energy, with the number of their product, and the different products.
+
+    The points of a study differ in the amounts, and hardly in the inputs that their terms rest on.
+    """
+    products: dict[Any, Any] = {}
+    pairs = []
+    for place, (powers, divide, by, where, works) in enumerate(plan):
+        term = Term(1.0, dict(powers), divide, by, where, works=works)
+        for which, (own, of, when, beside) in enumerate(draws):
+            if not Draw(1.0, {}, where=of, when=when, beside=beside).during(term):
+                continue
+            product = dict(powers)
+            for name, power in own:
+                product[name] = product.get(name, 0) + power
+            kept = {name: power for name, power in product.items() if power}
+            key = frozenset(kept.items()), divide, by
+            # The last of equal products gives the order of the inputs.
+            products[key] = tuple(kept.items()), divide, by
+            pairs.append((place, which, list(products).index(key)))
+    return tuple(pairs), tuple(products.values())
 
 
 def mean_of(plans: Sequence[Plan]) -> Plan:
@@ -260,8 +281,16 @@ def mean_of(plans: Sequence[Plan]) -> Plan:
             key = term.where, term.what, frozenset(term.powers.items()), term.divide, term.by
             old = sums.get(key)
             amount, seconds = (0.0, 0.0) if old is None else (old.amount, old.seconds)
-            amount, seconds = amount + share * term.amount, seconds + share * term.seconds
-            sums[key] = replace(term, amount=amount, seconds=seconds)
+            sums[key] = Term(
+                amount + share * term.amount,
+                term.powers,
+                term.divide,
+                term.by,
+                term.where,
+                term.what,
+                seconds + share * term.seconds,
+                term.works,
+            )
     return tuple(sums.values())
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any, assert_never
 
 from pydantic import BaseModel
@@ -23,6 +24,7 @@ from codesign.inputs.components import (
     Sensor,
 )
 from codesign.inputs.links import BusLink, IdealLink, Link, SerialLink
+from codesign.memo import Same
 from codesign.planners.external_memory import ExternalMemoryLaw
 from codesign.records import Listener
 
@@ -212,13 +214,20 @@ def refused(
     return fault(spec, (*path, key) if at_key else tuple(path), wrong.what, wrong.hint)
 
 
-def platform_faults(platform: Platform) -> list[Fault]:
-    """The faults of components and links of a platform that no workload could build.
+def platform_faults(platform: Platform) -> tuple[Fault, ...]:
+    """The faults of components and links of a platform that no workload could build; sought once for each object.
 
     Each is built once and thrown away. The share of a display in an FPGA's block RAM depends on the planner and on the
     map: ``ready`` finds those faults. A robot is built by its scenario.
     """
+    return _faults_of(Same(platform))
+
+
+@lru_cache(maxsize=64)
+def _faults_of(key: Same[Platform]) -> tuple[Fault, ...]:
     import simpy
+
+    platform = key.it
 
     environment = simpy.Environment()
     built: dict[str, components.Component] = {}
@@ -238,7 +247,7 @@ def platform_faults(platform: Platform) -> list[Fault]:
             link_of(environment, name, link, ())
         except CodesignError as wrong:
             faults.append(refused(platform, ("links", name), link, wrong))
-    return faults
+    return tuple(faults)
 
 
 def building_order(platform: Platform) -> list[str]:

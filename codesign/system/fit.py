@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 from codesign.figures import RESOURCES, Figure
 from codesign.part import Part
-from codesign.planners.demand import Demand, Lever, lever_texts
+from codesign.planners.demand import Demand, Lever, lever_texts, sum_by_resource
 from codesign.results.result import Clock, Reason, ResourceItem, ResourceUse
 from codesign.units import format_frequency
 
@@ -52,7 +52,12 @@ def fit_part(
     """The use of a part at any clock, and why the design does not fit."""
     uses: tuple[ResourceUse, ...] = ()
     if part is not None:
-        uses = tuple(_use(demand, part, resource) for resource in RESOURCES if resource in part.resources)
+        sums = sum_by_resource(demand.items)
+        uses = tuple(
+            _use(demand, part, resource, sums.get(resource, 0))
+            for resource in RESOURCES
+            if resource in part.resources
+        )
     reasons = [
         Reason(
             kind="resource",
@@ -121,8 +126,7 @@ def clock_notes(component: str, held: PartFit) -> tuple[str, ...]:
     )
 
 
-def _use(demand: Demand, part: Part, resource: str) -> ResourceUse:
-    total = demand.total(resource)
+def _use(demand: Demand, part: Part, resource: str, total: int) -> ResourceUse:
     budget = int(part.resources[resource].value)
     items = tuple(
         ResourceItem(name=line.name, figure=line.figure) for line in demand.items if line.resource == resource

@@ -91,8 +91,9 @@ def test_a_point_is_what_its_edited_files_are(point: tuple[tuple[str, str], dict
     specs = outcome(names, values)
     with pytest.MonkeyPatch.context() as slow:
         slow.setattr(revalidate, "_by_entries", lambda *_: None)
+        slow.setattr(edit, "_kept_platform", edit._kept_platform.__wrapped__)
         slow.setattr(
-            edit, "_kept_variant", lambda key, name: (edit.with_variant(key.workload.document, name), None)
+            edit, "_kept_variant", lambda key, name: (edit.with_variant(key.it.document, name), None)
         )
         slow_specs = outcome(names, values)
     if isinstance(specs[0], Platform):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from codesign.figures import Figure, Status
-from codesign.results.terms import ENERGY_OVER, Draw, Monomial, Term, Terms, mean_of, merged, worst_of
+from codesign.results.terms import ENERGY_OVER, Draw, Monomial, Term, Terms, mean_of, worst_of
 
 
 def figure(value: float, low: float, high: float) -> Figure:
@@ -53,5 +53,5 @@ def test_energy_is_power_times_time() -> None:
     draws = (Draw(2.0, {}, where="fpga", when="always"), Draw(1.0, {"clock": 1}, where="fpga", when="busy"))
     terms = Terms(inputs=INPUTS, times={ENERGY_OVER: ((cycles(8), units(2)),)}, draws=draws)
     assert terms.plans("energy_j") == (
-        merged([Monomial(16.0, {"clock": -1}), Monomial(8.0, {}), Monomial(4.0, {"cost": 1})]),
+        (Monomial(16.0, {"clock": -1}), Monomial(8.0, {}), Monomial(4.0, {"cost": 1})),
     )

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Generator
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from codesign.figures import Figure
+from codesign.memo import Same
 from codesign.part import Part
 from codesign.planners.demand import Demand, short_resources
 from codesign.planners.harmonic.plan.fixed_point import LowerBound
@@ -66,13 +68,7 @@ class BitSerial(Architecture):
         Without the decision module where another component does ``decide``. The OR tree that detects a changed bit
         stays where another component does ``detect``, since its answer is sent.
         """
-        shape, precisions, part = job.problem.shape, job.parameters.precisions, job.chip
-        machine, depth = machine_of(job), resources.word_depth(part)
-        return Demand(
-            items=resources.items(machine, part.family),
-            bounds=(levers.word_depth_bound(shape, machine, precisions, part, depth),),
-            levers=levers.resource_levers(shape, machine, precisions, part, depth),
-        )
+        return _demand(job.problem.shape, machine_of(job), job.parameters.precisions, Same(job.chip))
 
     def clock_limit(self, job: Job[Problem, RelaxParameters]) -> Figure:
         """The fastest clock for a block of this size on the part, Hz."""
@@ -122,6 +118,20 @@ class BitSerial(Architecture):
         """Static power of the part, and slices × clock × the part's power a slice and Hz × the counted activity, W."""
         activity = counted_activity(self.planner, self.style)
         return slice_power(demand, clock, part, activity)
+
+
+@lru_cache(maxsize=1024)
+def _demand(
+    shape: tuple[int, int], machine: resources.Machine, precisions: tuple[int, ...], on: Same[Part]
+) -> Demand:
+    """See ``BitSerial.demand``; designs that differ in iterations and termination have one object of it."""
+    part = on.it
+    depth = resources.word_depth(part)
+    return Demand(
+        items=resources.items(machine, part.family),
+        bounds=(levers.word_depth_bound(shape, machine, precisions, part, depth),),
+        levers=levers.resource_levers(shape, machine, precisions, part, depth),
+    )
 
 
 def machine_of(job: Job[Problem, RelaxParameters]) -> resources.Machine:
