@@ -342,10 +342,13 @@ def test_faults_of_axes_are_told_at_their_places(specs: Specs) -> None:
 
 def test_more_points_than_memory_allows_are_refused(specs: Specs) -> None:
     text = specs[1].read_text(encoding="utf-8").partition("explore:")[0]
-    values = list(range(1, 501))
-    text += f"explore: {{axes: {{relax.iterations: {values}, relax.schedule: {[[n] for n in values]}}}}}\n"
+    values, clocks = list(range(1, 501)), "{from: 1 MHz, to: 17 MHz, step: 1 MHz}"
+    text += (
+        f"explore: {{axes: {{fpga.clock: {clocks},"
+        f" relax.iterations: {values}, relax.schedule: {[[n] for n in values]}}}}}\n"
+    )
     specs[1].write_text(text, encoding="utf-8")
-    with pytest.raises(InputError, match="250,000 points"):
+    with pytest.raises(InputError, match="4,250,000 points"):
         explore(codesign.load_platform(specs[0]), codesign.load_workload(specs[1]), workers=1)
 
 
