@@ -45,9 +45,11 @@ def remove_passing() -> None:
 
 
 def _remove(path: Path) -> None:
-    with suppress(OSError):
+    # No file has a name with a null byte: ValueError.
+    with suppress(OSError, ValueError):
         path.unlink()
-    shutil.rmtree(path, ignore_errors=True)
+    with suppress(ValueError):
+        shutil.rmtree(path, ignore_errors=True)
 
 
 def landing(path: Path) -> Path:

@@ -6,7 +6,9 @@ import os
 import threading
 from pathlib import Path
 
-from codesign.files import write_atomically
+import pytest
+
+from codesign.files import passing, remove_passing, write_atomically
 
 
 def test_a_link_is_followed_and_stays(tmp_path: Path) -> None:
@@ -30,3 +32,9 @@ def test_a_fifo_is_written_to_and_stays(tmp_path: Path) -> None:
     reader.join(10)
     assert got == [b"content"]
     assert pipe.is_fifo()
+
+
+def test_a_passing_file_of_an_impossible_name_is_forgotten() -> None:
+    with pytest.raises(RuntimeError, match="stopped"), passing(Path("a\0.part")):
+        raise RuntimeError("stopped")
+    remove_passing()

@@ -41,6 +41,7 @@ def lines(text: str) -> list[str]:
     return [" ".join(line.split()) for line in text.splitlines()]
 
 
+@pytest.mark.slow
 def test_commands_print_what_the_page_shows(
     hwsw: Callable[..., Result], monkeypatch: pytest.MonkeyPatch
 ) -> None:

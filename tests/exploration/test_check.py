@@ -67,7 +67,7 @@ def test_a_difference_ends_the_command(specs: Specs, hwsw: Hwsw, monkeypatch: py
     assert "1 point was run alone: 1 figure differs" in ran.output
 
 
-@pytest.mark.parametrize("workers", [1, 2])
+@pytest.mark.parametrize("workers", [1, pytest.param(2, marks=pytest.mark.slow)])
 def test_a_budget_of_points(loaded: tuple[Platform, Workload], tmp_path: Path, workers: int) -> None:
     log, file = tmp_path / "log", tmp_path / "points.sqlite"
     workload, budget = exploring(loaded[1], AXES), Budget(points=5)

@@ -284,6 +284,7 @@ def _kill_after(started: Cluster, log: Path, points: int) -> None:
     started.scheduler.send_signal(signal.SIGKILL)
 
 
+@pytest.mark.slow
 def test_closing_ends_the_work(tmp_path: Path) -> None:
     axes = {"do": ["nothing", *(["sleep"] * 20)]}
     with cluster(tmp_path) as started, ClusterExecutor(started.address) as executor:
@@ -294,6 +295,7 @@ def test_closing_ends_the_work(tmp_path: Path) -> None:
         assert len(computed(tmp_path / "log")) <= 1 + 2
 
 
+@pytest.mark.slow
 def test_a_worker_that_comes_later_helps(tmp_path: Path) -> None:
     log = tmp_path / "log"
     at = dict.fromkeys(range(4, 12), "meet")

@@ -48,11 +48,22 @@ def test_both_kinds_give_the_same_bytes() -> None:
     assert run(SerialExecutor(), axes) == run(ProcessExecutor(2), axes)
 
 
+_DEATHS = {"die": "with exit code 9", "crash": "by SIGSEGV", "kill": "by SIGKILL"}
+_FAST = {("die", 3, 2), ("crash", 1, 2), ("kill", 3, 1)}
+
+
 @pytest.mark.parametrize(
-    ("how", "cause"), [("die", "with exit code 9"), ("crash", "by SIGSEGV"), ("kill", "by SIGKILL")]
+    ("how", "cause", "limit", "workers"),
+    [
+        pytest.param(
+            *(how, cause, limit, workers),
+            marks=[] if (how, limit, workers) in _FAST else pytest.mark.slow,
+        )
+        for how, cause in _DEATHS.items()
+        for limit in (1, 3, 10)
+        for workers in (1, 2)
+    ],
 )
-@pytest.mark.parametrize("limit", [1, 3, 10])
-@pytest.mark.parametrize("workers", [1, 2])
 def test_a_point_that_workers_die_of_fails_alone(how: str, cause: str, limit: int, workers: int) -> None:
     axes = {"do": ["a", "b", "c", "d", how, "e", "f", "g"]}
     entries = run(ProcessExecutor(workers), axes, limit=limit)
@@ -75,6 +86,7 @@ def test_the_death_of_a_worker_costs_a_retry_alone(tmp_path: Path) -> None:
     assert sum(times.values()) <= 12 + 2 * 4, "no more than what was under way is computed again"
 
 
+@pytest.mark.slow
 def test_every_point_of_a_study_may_kill_its_worker() -> None:
     axes = {"do": ["kill", "die"], "slices": [1, 2]}
     entries = run(ProcessExecutor(2), axes)

@@ -179,7 +179,7 @@ def test_a_derived_figure_has_no_name_of_another_column(name: str) -> None:
         read_figures({"other": "slices * 2", name: "slices * 3"})
 
 
-@pytest.mark.parametrize("workers", [1, 2])
+@pytest.mark.parametrize("workers", [1, pytest.param(2, marks=pytest.mark.slow)])
 def test_a_study_that_was_cut_goes_on_to_the_whole_one(study: Study, tmp_path: Path, workers: int) -> None:
     platform, workload = specs(tmp_path)
     store = tmp_path / "cut.sqlite"

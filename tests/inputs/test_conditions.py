@@ -130,9 +130,12 @@ def test_together_no_more_axes_and_points_than_axes_alone_may_have() -> None:
     with pytest.raises(ValueError, match="9 axes and 9 conditions are too many"):
         Exploration.model_validate({"axes": many, "conditions": {name + "x": [1] for name in many}})
     thousand = list(range(1000))
-    with pytest.raises(ValueError, match=r"1000 x 1000 x 1000 = 1,000,000,000 points are too many"):
+    with pytest.raises(ValueError, match=r"(1000 x ){5}1000 = 1,000,000,000,000,000,000 points are too many"):
         Exploration.model_validate(
-            {"axes": {"a.b": thousand, "a.c": thousand}, "conditions": {"a.d": thousand}}
+            {
+                "axes": {f"a.{name}": thousand for name in "bcd"},
+                "conditions": {f"a.{name}": thousand for name in "efg"},
+            }
         )
 
 

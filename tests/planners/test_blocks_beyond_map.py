@@ -215,8 +215,11 @@ def test_stages_are_shared_by_blocks_that_hold_the_same_cells() -> None:
     """The schedule of visits is that of the cells, so an exploration computes it once."""
     problem, memo = Problem(np.ones((9, 7), bool), ((4, 3),), ((0, 0),)), Memo()
     style, model = catalog.styles_of("harmonic")["bit_serial"], catalog.planner("harmonic").tasks["relax"]
+    misses = []
     for block in ((9, 7), (9, 12), (18, 7)):
         parameters = model.model_validate({"block": block, "iterations": 4, "schedule": (15,)})
         for _ in style.work(Job(problem, parameters, memo=memo, detail=False)):
             pass
-    assert memo.misses == 1
+        misses.append(memo.misses)
+    assert misses[0] > 0
+    assert set(misses) == {misses[0]}
