@@ -42,6 +42,7 @@ explore:
     fpga.clock: [50 MHz, 100 MHz, 150 MHz]
 """
 SEED = 12
+NO_WORKER = "no worker"
 MOST_TRIES = 20
 
 
@@ -121,18 +122,19 @@ def worker_of(started: Cluster) -> Callable[[Study, float], str]:
 def _kill_one_of(
     processes: Callable[[], list[psutil.Process]], running: subprocess.Popen[bytes], seconds: float
 ) -> str:
-    """Kill a random process that computes after so many seconds; what it was, or that there was none."""
-    until = time.perf_counter() + seconds
-    while time.perf_counter() < until and running.poll() is None:
-        time.sleep(0.01)
-    try:
-        # A resource tracker of multiprocessing is a child too, and computes nothing.
-        computing = [each for each in processes() if "tracker" not in " ".join(each.cmdline())]
-        victim = random.choice(computing)
-        victim.kill()
-    except (IndexError, psutil.Error):
-        return "no worker there"
-    return f"worker {victim.pid}"
+    """Kill a random process that computes, after so many seconds or as soon as there is one; what it was."""
+    time.sleep(seconds)
+    while running.poll() is None:
+        try:
+            # A resource tracker of multiprocessing is a child too, and computes nothing.
+            computing = [each for each in processes() if "resource_tracker" not in " ".join(each.cmdline())]
+            victim = random.choice(computing)
+            victim.kill()
+        except (IndexError, psutil.Error):
+            time.sleep(0.01)
+        else:
+            return f"worker {victim.pid}"
+    return NO_WORKER
 
 
 def struck(kind: str, count: int, folder: Path) -> Iterator[bool]:
@@ -151,9 +153,13 @@ def struck(kind: str, count: int, folder: Path) -> Iterator[bool]:
         expected = whole.table.read_bytes()
         print(f"not struck: {seconds:.1f} s, {len(expected)} bytes", flush=True)
         for number in range(1, count + 1):
-            moment = random.uniform(0.0, seconds)
-            study = Study(folder / str(number), *words)
-            victim = strike(study, moment)
+            victim = NO_WORKER
+            for attempt in range(MOST_TRIES):
+                moment = random.uniform(0.0, seconds)
+                study = Study(folder / f"{number}-{attempt}", *words)
+                victim = strike(study, moment)
+                if victim != NO_WORKER:
+                    break
             same = study.table.read_bytes() == expected
             print(
                 f"{number}: {victim} killed after {moment:.2f} s: {'equal' if same else 'DIFFERS'}",
