@@ -36,7 +36,6 @@ from codesign.exploration.kept_boxes import boxes_of, keep_boxes
 from codesign.exploration.partition import Alone, Indices, Work, in_order, parted
 from codesign.exploration.search import Searched
 from codesign.exploration.search_run import Rounds, SearchRun, searched_before
-from codesign.exploration.searches import check_search
 from codesign.exploration.simulator import check_some_point
 from codesign.exploration.space import Space
 from codesign.exploration.specs import Specs
@@ -45,6 +44,7 @@ from codesign.exploration.study import Study
 from codesign.exploration.tally import Progress, Tally
 from codesign.inputs import Platform, Workload
 from codesign.inputs.exploration import Exploration
+from codesign.inputs.searching import Searching, asked
 from codesign.progress import Show, silent, tracked
 from codesign.scenarios import scenario_of
 from codesign.system.memory import share_of_memory
@@ -69,7 +69,7 @@ def explore(
     memory: int | None = None,
     budget: Budget | None = None,
     search: str | None = None,
-    seed: int = 0,
+    seed: int | None = None,
 ) -> Study:
     """Compute every point of the workload's exploration on the platform or platforms.
 
@@ -90,6 +90,8 @@ def explore(
             would take more than a worker's share, by an estimate, is not begun: it counts as failed.
         budget: how many points to compute, or for how long; by default all. The rest is missing. ``budget.ended`` then
             says why.
+        search, seed: which search says which points to compute; by default that of the workload (``explore.search``),
+            or else all points. ``all``: all of them. What ``budget`` leaves open, the workload's search settles.
 
     Raises:
         InputError: the workload has no ``explore`` section, or more than ``MAX_STUDY_POINTS`` points; or ``workers``
@@ -98,10 +100,11 @@ def explore(
         StoreError: the store cannot be used. RunError: a worker process died, a cluster went away, or a part, host or
             map file changed meanwhile. What was finished is kept.
     """
+    searching = asked(workload.explore.search if workload.explore else None, search, seed)
+    if searching is not None:
+        budget = (budget or Budget()).filled(searching.points, searching.seconds)
     explored = Explored.of(platform, workload)
-    if search is not None:
-        check_search(search, seed)
-    section = _section(explored, search)
+    section = _section(explored, searching)
     given = _given(executor, workers)
     workers = _processors() if workers is None else workers
     if workers < 1:
@@ -115,7 +118,7 @@ def explore(
     specs = Specs.of(explored, identity_of(explored.single, workload, grid), contents_of(explored), grid)
     space = Space(axes, canonical_digest(specs.identity), specs.contents, section.when)
     where = str(store) if isinstance(store, str | Path) else None
-    rounds = Rounds(space, section, where, progress, specs) if search is not None else None
+    rounds = Rounds(space, section, where, progress, specs) if searching is not None else None
     tally = rounds or Tally(space, section, where, progress, specs)
     with _open_store(store) as opened:
         evaluator = _evaluator(explored, space, grid, share, evaluate, opened)
@@ -124,17 +127,17 @@ def explore(
         run = _Run(
             explored,
             section,
-            Kept(opened, space, where, lasting=store is not None or search is not None),
+            Kept(opened, space, where, lasting=store is not None or searching is not None),
             tally,
             evaluator,
             given or workers,
             definition,
             files,
         )
-        if search is None or rounds is None:
+        if searching is None or rounds is None:
             run.every_point(budget)
         else:
-            tally.search = run.search(rounds, search, seed, budget)
+            tally.search = run.search(rounds, searching, budget)
         excluded = boxes_of(run.kept, run.key, run.decisions)
     names = [each.name for each in explored.platforms.values()]
     return replace(tally.study(platform_text(names), workload.name, provenance), excluded=excluded)
@@ -190,7 +193,7 @@ class _Run:
             for done in self.tally.watched(coming, works, executor.workers, budget):
                 self._came(done)
 
-    def search(self, rounds: Rounds, name: str, seed: int, budget: Budget | None) -> Searched:
+    def search(self, rounds: Rounds, searching: Searching, budget: Budget | None) -> Searched:
         """Compute what a search asks for, and as many random points beside it."""
         run = SearchRun(
             self.section, self.kept, rounds, self.works, self._computed, self._note, self._came, self.earlier
@@ -198,9 +201,9 @@ class _Run:
         bounds = None
         if isinstance(self.evaluator, Pricer):
             bounds = Bounds(self.space, self.decisions, self.section, self.evaluator)
-        names = dict.fromkeys((name, "random"))
+        beside = () if searching.sampler == "random" else (searching.as_random(),)
         with contextlib.closing(run):
-            found = run.run(list(names), run.problem(self.decisions, bounds), seed, budget)
+            found = run.run((searching, *beside), run.problem(self.decisions, bounds), budget)
         rounds.gather(run.in_order, run.conditions)
         keep_boxes(self.kept, self.key, found.excluded, self.decisions)
         return found
@@ -327,7 +330,7 @@ def _refuse_changes(before: Mapping[Path, str], after: Mapping[Path, str]) -> No
             )
 
 
-def _section(explored: Explored, search: str | None) -> Exploration:
+def _section(explored: Explored, search: Searching | None) -> Exploration:
     """The workload's section ``explore``, with objectives; without a search, of a size that a study can hold."""
     section = explored.section
     if search is None and section.points > MAX_STUDY_POINTS:

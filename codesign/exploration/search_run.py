@@ -29,6 +29,7 @@ from codesign.exploration.space import Space
 from codesign.exploration.specs import Specs
 from codesign.exploration.tally import Tally
 from codesign.inputs.exploration import Exploration
+from codesign.inputs.searching import Searching
 from codesign.results.result import Reason, Result
 from codesign.units import counted
 
@@ -176,21 +177,22 @@ class SearchRun:
         if len(self._works) > self._count_noted:
             self._noted(self._works)
 
-    def run(self, names: Sequence[str], problem: Problem, seed: int, budget: Budget | None) -> Searched:
+    def run(self, asked: Sequence[Searching], problem: Problem, budget: Budget | None) -> Searched:
         """Run the first search within the budget, and beside it the others with as many evaluations.
 
         Raises:
             InputError: a search that has no end of its own has no budget; see ``search_of``.
         """
-        searches = [search_of(name, problem, seed) for name in names]
+        searches = [search_of(each, problem) for each in asked]
         unlimited = budget is None or (budget.points is None and budget.seconds is None)
         if unlimited and searches[0].endless:
-            raise InputError(f"search {names[0]} has no end of its own", "search", "name --points or --time")
+            hint = "name --points or --time, or points or time in explore.search"
+            raise InputError(f"search {asked[0].sampler} has no end of its own", "search", hint)
         budget = budget or Budget()
-        traces = [Trace(name, seed) for name in names]
-        known: list[set[int]] = [set() for _ in names]
+        traces = [Trace(each.sampler, each.seed) for each in asked]
+        known: list[set[int]] = [set() for _ in asked]
         sides = list(zip(searches, traces, known, strict=True))
-        self._tally.total = (budget.points or 0) * len(names)
+        self._tally.total = (budget.points or 0) * len(asked)
         in_a_row = 0
         while in_a_row < MOST_REPEATED and len(known[0]) < len(problem.decisions):
             room = self._room(searches[0], budget)
