@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from click.testing import Result
 from small_search import small_workload
 
 import codesign
@@ -13,6 +15,8 @@ from codesign.exploration import load_study
 from codesign.exploration.budget import Budget
 from codesign.inputs import Workload
 from codesign.inputs.searching import MOST_SEED, SAMPLERS, Searching, asked
+
+Run = Callable[..., Result]
 
 AXES = (
     "  axes: {relax.iterations: [2, 4], fpga.clock: [60 MHz, 75 MHz, 90 MHz], pci.clock: [66 MHz, 33 MHz]}\n"
