@@ -18,15 +18,20 @@ SECONDS = 60.0
 
 
 class Cluster:
-    """A scheduler with workers. ``folder``: for its files. ``nanny``: a worker that dies is begun again."""
+    """A scheduler with workers. ``folder``: for its files. ``nanny``: a worker that dies is begun again.
 
-    def __init__(self, folder: Path, *, nanny: bool = False) -> None:
+    ``config``: a configuration of dask with certificates; the cluster then speaks TLS.
+    """
+
+    def __init__(self, folder: Path, *, nanny: bool = False, config: Path | None = None) -> None:
         self.folder, self.nanny = folder, nanny
+        self.config = {} if config is None else {"DASK_CONFIG": str(config)}
+        self.protocol = () if config is None else ("--protocol", "tls")
         self.file = folder / "scheduler.json"
         self.workers: list[subprocess.Popen[bytes]] = []
         self.scheduler = self._start(
             "scheduler",
-            *("--host", "127.0.0.1", "--port", "0", "--scheduler-file", str(self.file)),
+            *("--host", "127.0.0.1", "--port", "0", "--scheduler-file", str(self.file), *self.protocol),
             *("--idle-timeout", "10 minutes"),  # where this process is killed before it ends the cluster
         )
         until = time.monotonic() + SECONDS
@@ -38,13 +43,20 @@ class Cluster:
         """Start workers of one thread each, and wait until the scheduler has them."""
         for _ in range(workers):
             words = ("--host", "127.0.0.1", "--nthreads", "1", "--local-directory", str(self.folder))
+            words = (*words, *self.protocol)
             kind = "--nanny" if self.nanny else "--no-nanny"
             self.workers.append(self._start("worker", self.address, *words, kind, **environment))
         if not self.workers:
             return
+        import dask
         from distributed import Client
 
-        with Client(self.address, timeout=SECONDS, set_as_default=False) as client:
+        own = dask.config.collect([*map(Path, self.config.values())], env={})  # type: ignore[attr-defined]
+        given = dask.config.merge(dask.config.config, own)  # type: ignore[attr-defined]
+        with (
+            dask.config.set(given),  # type: ignore[attr-defined]
+            Client(self.address, timeout=SECONDS, set_as_default=False) as client,
+        ):
             client.wait_for_workers(len(self.workers), timeout=SECONDS)
 
     def end(self) -> None:
@@ -65,14 +77,20 @@ class Cluster:
         command = [sys.executable, "-m", f"distributed.cli.dask_{kind}", *words, "--no-dashboard"]
         with log:
             return subprocess.Popen(
-                command, stdout=log, stderr=log, env=ENVIRONMENT | environment, start_new_session=True
+                command,
+                stdout=log,
+                stderr=log,
+                env=ENVIRONMENT | self.config | environment,
+                start_new_session=True,
             )
 
 
 @contextmanager
-def cluster(folder: Path, workers: int = 2, *, nanny: bool = False) -> Iterator[Cluster]:
+def cluster(
+    folder: Path, workers: int = 2, *, nanny: bool = False, config: Path | None = None
+) -> Iterator[Cluster]:
     """A cluster until the end of the block."""
-    started = Cluster(folder, nanny=nanny)
+    started = Cluster(folder, nanny=nanny, config=config)
     try:
         started.add(workers)
         yield started

@@ -190,7 +190,7 @@ def explore(
     memory: int | None = None,
     budget: Budget | None = None,
     search: str | None = None,
-    seed: int = 0,
+    seed: int | None = None,
 ) -> Study:
     """Evaluate every point of the workload's exploration; finished points are kept in ``store`` and not done again.
 
@@ -201,7 +201,8 @@ def explore(
     ``codesign.exploration.ClusterExecutor(address)`` or a client of dask.distributed.
     ``memory``: bytes that all workers may take together; by default half of what the machine has free.
     ``budget``: how many points to compute, or for how long (``codesign.exploration.budget``); by default all.
-    ``search``: ``nsga2``, ``tpe``, ``random`` or ``bound`` says which, with ``seed``; by default all in turn.
+    ``search``: ``nsga2``, ``tpe``, ``random`` or ``bound`` says which, with ``seed``; ``all``: all in turn. By default
+    the workload says it (``explore.search``), or else all in turn.
 
     Raises:
         SpecError: an axis does not fit the platform. StoreError: the store cannot be used.

@@ -15,7 +15,7 @@ from codesign.certificates.cover import covered, require
 from codesign.certificates.form import Bound, Certificate, Claim, digests_of
 
 Flags = NDArray[np.bool_]
-_BLOCK, _PAIRS = 256, 2**26
+_BLOCK, _PAIRS = 256, 2**23
 _ENDS = {"at_least": np.greater_equal, "at_most": np.less_equal, "above": np.greater, "below": np.less}
 
 
@@ -103,14 +103,19 @@ class _Entries:
             self._refuse(front[~self._keeps(bound, front)], "is on the front and breaks a constraint")
         costs, tasks = self._costs[:, front], self._task[front]
         self._refuse(front[np.isnan(costs).any(axis=0)], "is on the front and lacks an objective")
+        # No design dominates one that is better in the first objective.
+        order = np.argsort(costs[0], kind="stable")
+        front, costs, tasks = front[order], costs[:, order], tasks[order]
         block = max(1, min(_BLOCK, _PAIRS // max(1, len(front))))
         for begin in range(0, len(front), block):
             some = slice(begin, begin + block)
-            no_worse, better = (tasks[:, None] == tasks[some]), np.zeros((1, 1), np.bool_)
+            to = np.searchsorted(costs[0], costs[0, some][-1], "right")
+            no_worse = tasks[:to, None] == tasks[some]
             for cost in costs:
-                no_worse &= cost[:, None] <= cost[some]
-                better = better | (cost[:, None] < cost[some])
-            self._refuse(front[some][(no_worse & better).any(axis=0)], "is on the front and is dominated")
+                no_worse &= cost[:to, None] <= cost[some]
+            one, other = np.nonzero(no_worse)
+            better = (costs[:, one] < costs[:, begin + other]).any(axis=0)
+            self._refuse(np.sort(front[begin + other[better]]), "is on the front and is dominated")
 
     def check_dominated(self) -> None:
         """Each is dominated by the design of the front that it names, a box by its best figures."""

@@ -90,14 +90,16 @@ def compare(
     from codesign.exploration.constraints import with_constraints
     from codesign.inputs import has_axis
     from codesign.inputs.constraint import needs_of
+    from codesign.inputs.workload import figures_of
     from codesign.progress import tracked
     from codesign.results.result import Result
     from codesign.system.inspect import with_task
 
     problem = _problem(like, map_file, goal, start)
     problem = problem if task is None else with_task(problem, task)
-    values, limits = settings_of(settings), needs_of(needs)
+    values = settings_of(settings)
     loaded = [(design, *_specs_of(design)) for design in designs or DEFAULT]
+    limits = needs_of(needs, figures=figures_of(*(workload for _, _, workload in loaded)))
     for axis in values:
         if not any(has_axis(platform, workload, axis) for _, platform, workload in loaded):
             raise InputError(

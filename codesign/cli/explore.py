@@ -168,7 +168,7 @@ def explore(
             memory=memory,
             budget=budget,
             search=search,
-            seed=seed or 0,
+            seed=seed,
         )
     debug_step("explored")
     _deliver(study, files, detail, as_json)

@@ -95,8 +95,9 @@ def run(
     from codesign.trace import MemoryListener
 
     debug_step("modules loaded")
-    values, limits = settings_of(settings), needs_of(needs)
+    values = settings_of(settings)
     platform, workload_spec, asked = specs_of(specs, point)
+    limits = needs_of(needs, figures=asked.figures)
     check_outputs(
         {"--trace": trace_file, "--html": page}, (*specs, workload_spec.map_file), plain=["--trace"]
     )
@@ -126,7 +127,7 @@ def run(
             doing(show, "drawing the pictures of the page")
             result_page(result, page, pictures=run_pictures(records.records), command=command_line())
             debug_step("page written")
-    _print(result, asked, limits, detail, as_json)
+    _print(result, asked.constraints, limits, detail, as_json)
     _print_files(result, trace_file, page, silent=as_json or quiet)
     _end(result)
 

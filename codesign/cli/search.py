@@ -7,8 +7,6 @@ from typing import TypeVar
 
 import click
 
-from codesign.errors import InputError
-
 _Command = TypeVar("_Command", bound=Callable[..., object])
 
 
@@ -21,7 +19,8 @@ def search_options(command: _Command) -> _Command:
         "--search",
         metavar="NAME",
         help="Compute what a search asks for, and as many random points beside it: nsga2, tpe (extra search), random,"
-        " or bound, which proves the front. --points N limits each.",
+        " or bound, which proves the front; all: no search. --points N limits each."
+        "  [default: explore.search of the workload]",
     )(command)
 
 
@@ -29,11 +28,8 @@ def check_search_options(search: str | None, seed: int | None) -> None:
     """Refuse a search that does not exist, before any file is read.
 
     Raises:
-        InputError: no such search, no such seed, or a seed of no search.
+        InputError: no such search, or no such seed.
     """
-    from codesign.exploration.searches import check_search
+    from codesign.inputs.searching import ALL, check_search
 
-    if search is not None:
-        check_search(search, seed or 0)
-    elif seed is not None:
-        raise InputError(f"a seed of {seed} is of no search", "--seed", "name one: --search nsga2")
+    check_search(search or ALL, seed or 0)

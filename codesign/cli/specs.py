@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import click
@@ -11,10 +12,19 @@ from codesign.errors import InputError
 
 if TYPE_CHECKING:
     from codesign.inputs import Constraint, Platform, Workload
+    from codesign.inputs.derived import DerivedFigure
 
 
-def specs_of(specs: tuple[str, ...], point: int | None) -> tuple[Platform, Workload, Sequence[Constraint]]:
-    """Platform and workload, of two sources or of a point of a study; and the constraints that are asked for."""
+@dataclass(frozen=True)
+class Asked:
+    """What an exploration asks for: its constraints, and the figures that it derives."""
+
+    constraints: Sequence[Constraint] = ()
+    figures: Mapping[str, DerivedFigure] = field(default_factory=dict)
+
+
+def specs_of(specs: tuple[str, ...], point: int | None) -> tuple[Platform, Workload, Asked]:
+    """Platform and workload, of two sources or of a point of a study; and what their exploration asks for."""
     import codesign
     from codesign.units import counted
 
@@ -24,7 +34,8 @@ def specs_of(specs: tuple[str, ...], point: int | None) -> tuple[Platform, Workl
             raise InputError(f"{counted(len(specs), 'argument')}", _command(), hint)
         workload = codesign.load_workload(specs[1])
         section = workload.explore
-        return codesign.load_platform(specs[0]), workload, () if section is None else section.constraints
+        asked = Asked() if section is None else Asked(section.constraints, section.figures)
+        return codesign.load_platform(specs[0]), workload, asked
     if len(specs) != 1:
         hint = "name the file of hwsw explore alone: the study holds platform and workload"
         raise InputError(f"{counted(len(specs), 'argument')}", f"{_command()} --point", hint)
@@ -34,7 +45,7 @@ def specs_of(specs: tuple[str, ...], point: int | None) -> tuple[Platform, Workl
     platform, workload = study.point(point).specs()
     if study.specs is not None and study.specs.note:
         click.echo(f"note: {study.specs.note}", err=True)
-    return platform, workload, study.constraints
+    return platform, workload, Asked(study.constraints, study.figures)
 
 
 def _command() -> str:

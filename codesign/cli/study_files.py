@@ -60,8 +60,7 @@ class StudyFiles:
         if self.csv is not None:
             write_study_csv(study, self.csv, show)
         if self.parquet is not None:
-            doing(show, "writing Parquet")
-            study.to_parquet(self.parquet)
+            study.to_parquet(self.parquet, show)
         if self.page is not None:
             study_page(study, self.page, command=command_line(), show=show)
         if self.certificate is not None:

@@ -35,6 +35,12 @@ class Budget:
                 raise InputError(f"a budget of {value} is none", name, "give more than 0, or leave it out")
         self._begun = self.clock()
 
+    def filled(self, points: int | None, seconds: float | None) -> Budget:
+        """This budget, with these limits where it has none of its own."""
+        self.points = points if self.points is None else self.points
+        self.seconds = seconds if self.seconds is None else self.seconds
+        return self
+
     def begin(self) -> None:
         """Time counts from now on; by default since the budget was made."""
         self._begun = self.clock()

@@ -218,11 +218,15 @@ def _connected(cluster: str) -> distributed.Client:
     except ImportError:
         raise InputError("a cluster needs dask.distributed", hint=_EXTRA) from None
     address = _address_of(cluster)
+    client = distributed.Client.__new__(distributed.Client)
     try:
         with _quiet():
-            return distributed.Client(address, timeout=_SECONDS_TO_CONNECT, set_as_default=False)
+            client.__init__(address, timeout=_SECONDS_TO_CONNECT, set_as_default=False)
     except (OSError, ValueError, TypeError, RuntimeError, ImportError) as fault:
+        # Otherwise its end would wait for a connection that there is not, and print a traceback.
+        client.status = "closed"
         raise _unreachable(address, fault) from fault
+    return client
 
 
 def _unreachable(address: str, fault: BaseException) -> CodesignError:
@@ -235,6 +239,9 @@ def _unreachable(address: str, fault: BaseException) -> CodesignError:
             "--cluster",
             "set distributed.comm.tls.ca-file and distributed.comm.tls.client in dask's configuration",
         )
+    if "encryption required" in str(cause):
+        what = f"{address} is not encrypted, as dask's configuration requires (require-encryption)"
+        return InputError(what, "--cluster", "write tls://HOST:PORT")
     return RunError(
         f"no scheduler answers at {address}: {cause}",
         "--cluster",

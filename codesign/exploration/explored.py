@@ -10,7 +10,7 @@ from typing import Any
 
 from codesign.errors import Fault, InputError, SpecError, UnsuitedError
 from codesign.inputs import Exploration, Platform, Workload, cross_check, design_point
-from codesign.inputs.document import KeyPath, Origin, put
+from codesign.inputs.document import REMOVED, KeyPath, Origin, put
 from codesign.inputs.edit import PLATFORM_AXIS, PROBLEM, Movable, moves
 from codesign.inputs.platform_axis import platforms_of
 from codesign.inputs.roles import ROLES
@@ -174,7 +174,11 @@ def _on(platform: Platform, section: Exploration) -> Exploration:
 
 
 def _with_section(workload: Workload, section: Exploration) -> Workload:
-    """The workload with this exploration in its document too: where none is written, faults are those of the file."""
+    """The workload with this exploration in its document too: where none is written, faults are those of the file.
+
+    Without its search: no point depends on it.
+    """
+    section = section.model_copy(update={"search": None})
     document = workload.document
     written = document.tree.get("explore") or {}
     for key, axes in (("axes", section.axes), ("conditions", section.conditions)):
@@ -184,4 +188,7 @@ def _with_section(workload: Workload, section: Exploration) -> Workload:
     if (written.get("when") or {}) != section.when_as_written:
         edits: dict[KeyPath, Any] = {("explore", "when"): section.when_as_written}
         document = put(document, edits, lambda path: Origin(path, workload.document))
+    if "search" in written:
+        removal: dict[KeyPath, Any] = {("explore", "search"): REMOVED}
+        document = put(document, removal, lambda path: Origin(path, workload.document))
     return workload.model_copy(update={"explore": section}).with_document(document, workload)

@@ -10,7 +10,7 @@ from __future__ import annotations
 import contextlib
 import hashlib
 import os
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from functools import cache, lru_cache
 from importlib.machinery import EXTENSION_SUFFIXES, SOURCE_SUFFIXES
 from importlib.resources import files
@@ -33,7 +33,6 @@ _NO_PART_IN_RESULTS = frozenset(
         "calibrate",
         "certificates",
         "cli",
-        "exploration",
         "paper",
         "report",
         "reproduce",
@@ -41,6 +40,30 @@ _NO_PART_IN_RESULTS = frozenset(
         "__pycache__",
     }
 )
+_OF_RESULTS = frozenset(
+    f"{name}.py"
+    for name in (
+        *(
+            "__init__",
+            "evaluation",
+            "explored",
+            "identity",
+            "order",
+            "partition",
+            "simulator",
+            "space",
+            "store",
+        ),
+        *("blocks", "definition", "shared", "specs"),
+        *("aggregation", "bound_figures", "bounds", "constraints", "designs", "front", "outcomes", "rows"),
+        *("search", "search_bound"),
+    )
+)
+"""Of the modules of explorations, those that a result, a block or a box in a store comes from.
+
+They say what a point is and which are priced together; how a block is written; and which boxes a bound excludes. They
+are all that ``evaluation``, ``blocks`` and ``search_bound`` import. All others judge, order or show what was kept.
+"""
 
 
 def identity_of(platform: Platform | None, workload: Workload, grid: OccupancyGrid | None) -> dict[str, str]:
@@ -220,7 +243,7 @@ def package_digest() -> str:
     Two processes with the same digest understand each other's works and outcomes.
     """
     digest = hashlib.sha256(code_digest().encode())
-    for name, text in _sources(files("codesign"), "", frozenset({"__pycache__"})):
+    for name, text in _sources(files("codesign"), "", lambda path: path.endswith("__pycache__")):
         digest.update(f"{name} {len(text)}\n".encode() + text)
     return digest.hexdigest()
 
@@ -258,12 +281,17 @@ def _plug_in_sources(path: Path) -> list[tuple[str, bytes]]:
     return sources
 
 
+def _has_no_part(path: str) -> bool:
+    folder, _, name = path.rpartition("/")
+    return name in _NO_PART_IN_RESULTS or (folder == "exploration" and name not in _OF_RESULTS)
+
+
 def _sources(
-    folder: Traversable, prefix: str, left_out: frozenset[str] = _NO_PART_IN_RESULTS
+    folder: Traversable, prefix: str, left_out: Callable[[str], bool] = _has_no_part
 ) -> list[tuple[str, bytes]]:
     sources = []
     for item in sorted(folder.iterdir(), key=lambda item: item.name):
-        if item.name in left_out:
+        if left_out(f"{prefix}{item.name}"):
             continue
         if item.is_dir():
             sources.extend(_sources(item, f"{prefix}{item.name}/", left_out))

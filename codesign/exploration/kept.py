@@ -43,7 +43,7 @@ class Kept:
         alone = np.ones(len(self.space), bool)
         for key, numbers in plan:
             if alone[numbers].any():
-                for done in self._blocks([(key, numbers)]):
+                for done in self.blocks([(key, numbers)]):
                     alone[numbers] = False
                     yield done
         yield from self._entries(np.flatnonzero(alone))
@@ -55,7 +55,7 @@ class Kept:
             StoreError: see ``parted``.
         """
         left = set(np.concatenate([numbers for _, numbers in plan]).tolist()) if plan else set()
-        for done in self._blocks(plan):
+        for done in self.blocks(plan):
             left.difference_update(done.work.indices)
             yield done
         yield from self._entries(np.array(sorted(left), np.int64))
@@ -66,7 +66,12 @@ class Kept:
         numbers = [numbers // conditions for _, numbers in plan]
         return list(dict.fromkeys(np.concatenate(numbers).tolist())) if numbers else []
 
-    def _blocks(self, plan: Iterable[tuple[str, Indices]]) -> Iterator[Done]:
+    def blocks(self, plan: Iterable[tuple[str, Indices]]) -> Iterator[Done]:
+        """What the store has of the blocks of a plan.
+
+        Raises:
+            StoreError: see ``parted``.
+        """
         for key, numbers in plan:
             block = next(self.store.blocks([key]), None) if key else None
             if block is not None:

@@ -36,7 +36,7 @@ def boxes_of(kept: Kept, study: str, decisions: Space) -> tuple[ExcludedBox, ...
     """
     for _, data in kept.store.blocks([_key(study)]):
         try:
-            return tuple(_box(row, decisions) for row in read_json(inflated(data).decode()))
+            return tuple(box_of(row, decisions) for row in read_json(inflated(data).decode()))
         except (ValueError, TypeError, AttributeError, RecursionError) as wrong:
             what = "holds boxes of a search that this version cannot read"
             raise StoreError(what, kept.where, OTHER_VERSION) from wrong
@@ -52,11 +52,21 @@ def _key(study: str) -> str:
 
 
 def _packed(excluded: Sequence[ExcludedBox]) -> bytes:
-    rows = [[box.part, box.low, box.high, box.bound, box.by, box.why] for box in excluded]
+    rows = [*map(row_of, excluded)]
     return zlib.compress(json.dumps(rows, separators=(",", ":"), allow_nan=False).encode(), _LEVEL)
 
 
-def _box(row: Any, decisions: Space) -> ExcludedBox:
+def row_of(box: ExcludedBox) -> list[Any]:
+    """A box as JSON has it."""
+    return [box.part, box.low, box.high, box.bound, box.by, box.why]
+
+
+def box_of(row: Any, decisions: Space) -> ExcludedBox:
+    """The box that ``row_of`` wrote.
+
+    Raises:
+        ValueError, TypeError, AttributeError: it is none of this space.
+    """
     part, low, high, bound, by, why = row
     numbers = [part, *low, *high, *([] if by is None else [by])]
     if any(type(number) is not int for number in numbers) or not isinstance(why, str):

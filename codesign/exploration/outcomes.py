@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from codesign.exploration.constraints import Why, figure_of, whys_of
 from codesign.figures import FIGURES, ResultFigure
-from codesign.inputs.derived import DerivedFigure, derived_column, derived_ends
+from codesign.inputs.derived import DerivedFigure, derived_bounds, derived_column
 from codesign.pricing.price import PRICED, Priced
 from codesign.results.result import Reason, Result
 
@@ -240,7 +240,11 @@ class Outcomes:
     def bounds(self, figure: ResultFigure, within: slice = ALL) -> tuple[Column, Column]:
         """``ends`` of each point, or of some of them: the least values, and the greatest; NaN: none."""
         if isinstance(figure, DerivedFigure):
-            return self._derived_bounds(figure, within)
+            columns, bounds = (
+                lambda name: self.column(FIGURES[name], within),
+                lambda name: self.bounds(FIGURES[name], within),
+            )
+            return derived_bounds(figure, columns, bounds)
         if figure.name in PRICED:
             return self.lows[figure.name][within], self.highs[figure.name][within]
         table = self._end_tables.get(figure)
@@ -250,19 +254,6 @@ class Outcomes:
             table = self._end_tables[figure] = np.array([*ends, none], np.float64)
         both = table[self.which[within]]
         return both[:, 0], both[:, 1]
-
-    def _derived_bounds(self, figure: DerivedFigure, within: slice) -> tuple[Column, Column]:
-        """Those of a derived figure; none where no figure that it is made of rests on an interval."""
-        unsure = np.zeros(len(self.state[within]), np.bool_)
-
-        def ends(name: str) -> tuple[Column, Column]:
-            low, high = self.bounds(FIGURES[name], within)
-            value, given = self.column(FIGURES[name], within), ~np.isnan(low)
-            unsure[given] = True
-            return np.where(given, low, value), np.where(given, high, value)
-
-        low, high = derived_ends(figure, ends)
-        return np.where(unsure, low, math.nan), np.where(unsure, high, math.nan)
 
     def used(self) -> list[int]:
         """The numbers of the templates that points have, in the order of their first points."""

@@ -18,6 +18,7 @@ from codesign.errors import InputError
 from codesign.exploration.outcomes import STATES
 from codesign.exploration.rows import FigureColumn, axis_column
 from codesign.files import written_atomically
+from codesign.progress import Show, silent, tracked
 
 if TYPE_CHECKING:
     from codesign.exploration.study import Study
@@ -26,8 +27,8 @@ POINTS_A_GROUP = 1 << 17
 _LEVEL = 3
 
 
-def write_parquet(study: Study, path: Path) -> None:
-    """Write every point of a study. The file is there whole, or not at all.
+def write_parquet(study: Study, path: Path, show: Show = silent) -> None:
+    """Write every point of a study. The file is there whole, or not at all. ``show`` is told how far it is.
 
     Raises:
         InputError: pyarrow is not installed. RunError: the file cannot be written.
@@ -47,8 +48,9 @@ def write_parquet(study: Study, path: Path) -> None:
         written_atomically(path) as target,
         parquet.ParquetWriter(target, schema, compression="zstd", compression_level=_LEVEL) as writer,
     ):
-        for begin in range(0, count, POINTS_A_GROUP):
-            within = slice(begin, min(begin + POINTS_A_GROUP, count))
+        groups = [range(count)[begin : begin + POINTS_A_GROUP] for begin in range(0, count, POINTS_A_GROUP)]
+        for group in tracked(groups, show, "rows of Parquet written", count, size=len):
+            within = slice(group.start, group.stop)
             arrays = [take(within) for _, take in columns.values()]
             writer.write_table(arrow.Table.from_arrays(arrays, schema=schema))
 

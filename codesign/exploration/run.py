@@ -8,7 +8,7 @@ import os
 import sys
 from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, cast
 
@@ -33,10 +33,10 @@ from codesign.exploration.file_store import FileStore
 from codesign.exploration.identity import canonical_digest, contents_of, files_read, identity_of
 from codesign.exploration.kept import Kept
 from codesign.exploration.kept_boxes import boxes_of, keep_boxes
-from codesign.exploration.partition import Alone, Indices, Work, in_order, parted
+from codesign.exploration.kept_search import forget_search, keep_search, search_of_study
+from codesign.exploration.partition import Alone, Indices, Together, Work, in_order, parted
 from codesign.exploration.search import Searched
 from codesign.exploration.search_run import Rounds, SearchRun, searched_before
-from codesign.exploration.searches import check_search
 from codesign.exploration.simulator import check_some_point
 from codesign.exploration.space import Space
 from codesign.exploration.specs import Specs
@@ -45,6 +45,7 @@ from codesign.exploration.study import Study
 from codesign.exploration.tally import Progress, Tally
 from codesign.inputs import Platform, Workload
 from codesign.inputs.exploration import Exploration
+from codesign.inputs.searching import Searching, asked
 from codesign.progress import Show, silent, tracked
 from codesign.scenarios import scenario_of
 from codesign.system.memory import share_of_memory
@@ -69,7 +70,7 @@ def explore(
     memory: int | None = None,
     budget: Budget | None = None,
     search: str | None = None,
-    seed: int = 0,
+    seed: int | None = None,
 ) -> Study:
     """Compute every point of the workload's exploration on the platform or platforms.
 
@@ -90,6 +91,8 @@ def explore(
             would take more than a worker's share, by an estimate, is not begun: it counts as failed.
         budget: how many points to compute, or for how long; by default all. The rest is missing. ``budget.ended`` then
             says why.
+        search, seed: which search says which points to compute; by default that of the workload (``explore.search``),
+            or else all points. ``all``: all of them. What ``budget`` leaves open, the workload's search settles.
 
     Raises:
         InputError: the workload has no ``explore`` section, or more than ``MAX_STUDY_POINTS`` points; or ``workers``
@@ -98,10 +101,11 @@ def explore(
         StoreError: the store cannot be used. RunError: a worker process died, a cluster went away, or a part, host or
             map file changed meanwhile. What was finished is kept.
     """
+    searching = asked(workload.explore.search if workload.explore else None, search, seed)
+    if searching is not None:
+        budget = (budget or Budget()).filled(searching.points, searching.seconds)
     explored = Explored.of(platform, workload)
-    if search is not None:
-        check_search(search, seed)
-    section = _section(explored, search)
+    section = _section(explored, searching)
     given = _given(executor, workers)
     workers = _processors() if workers is None else workers
     if workers < 1:
@@ -115,7 +119,7 @@ def explore(
     specs = Specs.of(explored, identity_of(explored.single, workload, grid), contents_of(explored), grid)
     space = Space(axes, canonical_digest(specs.identity), specs.contents, section.when)
     where = str(store) if isinstance(store, str | Path) else None
-    rounds = Rounds(space, section, where, progress, specs) if search is not None else None
+    rounds = Rounds(space, section, where, progress, specs) if searching is not None else None
     tally = rounds or Tally(space, section, where, progress, specs)
     with _open_store(store) as opened:
         evaluator = _evaluator(explored, space, grid, share, evaluate, opened)
@@ -124,17 +128,17 @@ def explore(
         run = _Run(
             explored,
             section,
-            Kept(opened, space, where, lasting=store is not None or search is not None),
+            Kept(opened, space, where, lasting=store is not None or searching is not None),
             tally,
             evaluator,
             given or workers,
             definition,
             files,
         )
-        if search is None or rounds is None:
+        if searching is None or rounds is None:
             run.every_point(budget)
         else:
-            tally.search = run.search(rounds, search, seed, budget)
+            tally.search = run.search(rounds, searching, budget)
         excluded = boxes_of(run.kept, run.key, run.decisions)
     names = [each.name for each in explored.platforms.values()]
     return replace(tally.study(platform_text(names), workload.name, provenance), excluded=excluded)
@@ -179,28 +183,60 @@ class _Run:
 
     def every_point(self, budget: Budget | None) -> None:
         """Compute all points, or as many as the budget allows."""
-        every = list(self.tally.sorting(self.works(np.arange(len(self.space)))))
-        self.kept.store.begin(self.key, self.definition, plan_of(every, earlier=self.earlier))
+        found, left = self._evaluated()
+        every = list(self.tally.sorting(self.works(left)))
+        self._note(every, found)
+        forget_search(self.kept, self.key)
         pending = _pending(self.kept, self.tally, every)
         works = in_order(pending, self.decisions, len(self.space) // len(self.decisions))
-        begun = works if budget is None else budget.within(works, partial(_cut, self.space))
+
+        def cut(work: Work, count: int) -> Work:
+            """The first points of work, still priced together."""
+            (part,) = self.works(np.array(work.indices[:count], np.int64))
+            self._note([*every, part], found)
+            return part
+
+        begun = works if budget is None else budget.within(works, cut)
         # Closed by name: after Ctrl-C the traceback would keep the generator, and with it the workers, alive.
         executor = self._executor(several=len(works) > 1)
         with contextlib.closing(executor.run(begun, self.evaluator)) as coming:
             for done in self.tally.watched(coming, works, executor.workers, budget):
                 self._came(done)
 
-    def search(self, rounds: Rounds, name: str, seed: int, budget: Budget | None) -> Searched:
+    def _evaluated(self) -> tuple[Plan, Indices]:
+        """The blocks of this study that the store has, whatever was asked for together then; and all other points."""
+        left = np.ones(len(self.space), np.bool_)
+        found = []
+        for done in self.kept.blocks(self.earlier):
+            assert isinstance(done.work, Together), "a block"
+            numbers = done.work.numbers
+            if left[numbers].all():
+                left[numbers] = False
+                found.append((done.work.key, numbers))
+                self.tally.take_kept(done)
+        return found, np.flatnonzero(left)
+
+    def search(self, rounds: Rounds, searching: Searching, budget: Budget | None) -> Searched:
         """Compute what a search asks for, and as many random points beside it."""
         run = SearchRun(
-            self.section, self.kept, rounds, self.works, self._computed, self._note, self._came, self.earlier
+            self.section,
+            self.kept,
+            rounds,
+            self.works,
+            self._computed,
+            self._note_asked,
+            self._came,
+            self.earlier,
         )
         bounds = None
         if isinstance(self.evaluator, Pricer):
             bounds = Bounds(self.space, self.decisions, self.section, self.evaluator)
-        names = dict.fromkeys((name, "random"))
+        beside = () if searching.sampler == "random" else (searching.as_random(),)
         with contextlib.closing(run):
-            found = run.run(list(names), run.problem(self.decisions, bounds), seed, budget)
+            try:
+                found = run.run((searching, *beside), run.problem(self.decisions, bounds), budget)
+            finally:
+                keep_search(self.kept, self.key, run.searched)
         rounds.gather(run.in_order, run.conditions)
         keep_boxes(self.kept, self.key, found.excluded, self.decisions)
         return found
@@ -208,7 +244,8 @@ class _Run:
     def works(self, points: Indices) -> Iterator[Work]:
         """Points as work: those that compute the same together, where they can be priced."""
         if isinstance(self.evaluator, Pricer):
-            yield from parted(self.explored, self.space, points)
+            if len(points):
+                yield from parted(self.explored, self.space, points)
             return
         yield from (Alone((self.space.point(point),)) for point in points.tolist())
 
@@ -220,7 +257,10 @@ class _Run:
     def _computed(self, works: Iterable[Work]) -> Generator[Done, None, None]:
         return self._executor().run(works, self.evaluator)
 
-    def _note(self, works: Sequence[Work]) -> None:
+    def _note(self, works: Sequence[Work], earlier: Plan) -> None:
+        self.kept.store.begin(self.key, self.definition, plan_of(works, earlier=earlier))
+
+    def _note_asked(self, works: Sequence[Work]) -> None:
         plan = plan_of(works, alone=True, earlier=self.earlier)
         self.kept.store.begin(self.key, self.definition, plan)
 
@@ -256,11 +296,6 @@ def _evaluator(
         return PointByPoint(evaluate, space)
     check_some_point(explored, space, grid, memory)
     return Pricer(explored, space, grid, memory, store.computations())
-
-
-def _cut(space: Space, work: Work, count: int) -> Work:
-    """The first points of work."""
-    return Alone(tuple(map(space.point, work.indices[:count])))
 
 
 def _pending(kept: Kept, tally: Tally, works: Iterable[Work]) -> list[Work]:
@@ -307,7 +342,9 @@ def load_study(path: Path | str, show: Show = silent) -> Study:
                     tally.take_kept(done)
             study = tally.study(definition.platform, definition.workload, definition.provenance)
             key = hashlib.sha256(text.encode()).hexdigest()
-            study = replace(study, excluded=boxes_of(kept, key, study.decisions))
+            whole = Space(section.axes, "", when=section.when)
+            searched = search_of_study(kept, key, whole, study.chosen)
+            study = replace(study, excluded=boxes_of(kept, key, study.decisions), search=searched)
         except (ValueError, KeyError, TypeError, AttributeError, ArithmeticError, RecursionError) as wrong:
             raise StoreError(
                 "holds a study that this version cannot read", str(path), OTHER_VERSION
@@ -327,7 +364,7 @@ def _refuse_changes(before: Mapping[Path, str], after: Mapping[Path, str]) -> No
             )
 
 
-def _section(explored: Explored, search: str | None) -> Exploration:
+def _section(explored: Explored, search: Searching | None) -> Exploration:
     """The workload's section ``explore``, with objectives; without a search, of a size that a study can hold."""
     section = explored.section
     if search is None and section.points > MAX_STUDY_POINTS:

@@ -21,6 +21,7 @@ from codesign.exploration.constraints import Floats
 from codesign.exploration.rows import order_of
 from codesign.exploration.search import ExcludedBox, Problem, Search
 from codesign.inputs.boxes import value_text
+from codesign.inputs.searching import POPULATION, STARTUP, Searching
 
 if TYPE_CHECKING:
     from types import ModuleType
@@ -30,30 +31,25 @@ if TYPE_CHECKING:
 
     from codesign.exploration.space import Space
 
-POPULATION = 50
-"""Designs in a generation of NSGA-II."""
-
-STARTUP = 10
-"""Designs that TPE draws at random before it models anything."""
-
 _TPE_BATCH = 10
 
 
-def nsga2(problem: Problem, seed: int) -> Search:
+def nsga2(problem: Problem, searching: Searching) -> Search:
     """NSGA-II: Deb, Pratap, Agarwal and Meyarivan, IEEE Transactions on Evolutionary Computation 6(2), 2002.
 
     Raises:
         InputError: Optuna is not installed.
     """
     optuna = _optuna()
+    population = searching.population or POPULATION
     sampler = optuna.samplers.NSGAIISampler(
-        population_size=POPULATION,
+        population_size=population,
         mutation=None,  # a mutated axis is drawn anew, all its values alike
         mutation_prob=None,  # 1 / axes
         crossover=optuna.samplers.nsgaii.UniformCrossover(swapping_prob=0.5),
         crossover_prob=0.9,
         swapping_prob=0.5,
-        seed=seed,
+        seed=searching.seed,
         constraints_func=None,  # deprecated in 5.0 for Trial.set_constraint
         elite_population_selection_strategy=None,  # constrained domination, then crowding distance
         child_generation_strategy=None,
@@ -61,10 +57,10 @@ def nsga2(problem: Problem, seed: int) -> Search:
     )
     # A population crosses axes that all of its designs have. So each has a value of every axis; an axis that does not
     # exist for a design is a gene without effect.
-    return OptunaSearch("nsga2", problem, sampler, POPULATION, every_axis=True)
+    return OptunaSearch("nsga2", problem, sampler, population, every_axis=True)
 
 
-def tpe(problem: Problem, seed: int) -> Search:
+def tpe(problem: Problem, searching: Searching) -> Search:
     """TPE: Bergstra, Bardenet, Bengio and Kégl, NIPS 2011; of several objectives Ozaki et al., GECCO 2020.
 
     Raises:
@@ -76,9 +72,9 @@ def tpe(problem: Problem, seed: int) -> Search:
         # ``group`` counts as experimental since 2.8.
         warnings.simplefilter("ignore", optuna.exceptions.ExperimentalWarning)
         sampler = optuna.samplers.TPESampler(
-            n_startup_trials=STARTUP,
+            n_startup_trials=searching.startup or STARTUP,
             n_ei_candidates=24,
-            seed=seed,
+            seed=searching.seed,
             multivariate=single,
             group=single and bool(problem.decisions.when),
             constant_liar=True,

@@ -29,11 +29,15 @@ from codesign.exploration.space import Space
 from codesign.exploration.specs import Specs
 from codesign.exploration.tally import Tally
 from codesign.inputs.exploration import Exploration
+from codesign.inputs.searching import Searching
 from codesign.results.result import Reason, Result
 from codesign.units import counted
 
 MOST_REPEATED = 200
 """A search that asked for so many known designs in a row is ended."""
+
+CUT_OFF = "cut off"
+"""How a search ended that was interrupted."""
 
 _GROWN = 1.25
 _COMPARABLE, _FIT, _SHARE = "comparable", "fit", "share"
@@ -149,6 +153,7 @@ class SearchRun:
         self._coming = compute(self._feed)
         self._works: list[Work] = []
         self._earlier = earlier
+        self._traces: tuple[Trace, ...] = ()
         self._count_noted = 0
         self._verdicts: dict[int, tuple[Floats, Floats]] = {}
         self.limits = (*_bound_names(section), _SHARE, _FIT, _COMPARABLE)
@@ -176,22 +181,24 @@ class SearchRun:
         if len(self._works) > self._count_noted:
             self._noted(self._works)
 
-    def run(self, names: Sequence[str], problem: Problem, seed: int, budget: Budget | None) -> Searched:
+    def run(self, asked: Sequence[Searching], problem: Problem, budget: Budget | None) -> Searched:
         """Run the first search within the budget, and beside it the others with as many evaluations.
 
         Raises:
             InputError: a search that has no end of its own has no budget; see ``search_of``.
         """
-        searches = [search_of(name, problem, seed) for name in names]
+        searches = [search_of(each, problem) for each in asked]
         unlimited = budget is None or (budget.points is None and budget.seconds is None)
         if unlimited and searches[0].endless:
-            raise InputError(f"search {names[0]} has no end of its own", "search", "name --points or --time")
+            hint = "name --points or --time, or points or time in explore.search"
+            raise InputError(f"search {asked[0].sampler} has no end of its own", "search", hint)
         budget = budget or Budget()
-        traces = [Trace(name, seed) for name in names]
-        known: list[set[int]] = [set() for _ in names]
+        traces = [Trace(each.sampler, each.seed, ended=CUT_OFF) for each in asked]
+        self._traces = tuple(traces)
+        known: list[set[int]] = [set() for _ in asked]
         sides = list(zip(searches, traces, known, strict=True))
-        self._tally.total = (budget.points or 0) * len(names)
-        in_a_row = 0
+        self._tally.total = (budget.points or 0) * len(asked)
+        in_a_row, ended = 0, ""
         while in_a_row < MOST_REPEATED and len(known[0]) < len(problem.decisions):
             room = self._room(searches[0], budget)
             before = len(known[0]), traces[0].repeated
@@ -204,12 +211,17 @@ class SearchRun:
                 ):
                     pass
         if in_a_row >= MOST_REPEATED:
-            traces[0].ended = f"the last {counted(in_a_row, 'suggestion')} were known"
+            ended = f"the last {counted(in_a_row, 'suggestion')} were known"
         for search, trace in zip(searches, traces, strict=True):
-            trace.excluded = tuple(search.excluded)
+            trace.excluded, trace.ended = tuple(search.excluded), ""
             trace.proved = search.complete or len(trace.designs) == len(problem.decisions)
-        traces[0].ended = traces[0].ended or ("" if traces[0].proved else budget.ended)
-        return Searched(tuple(traces), self._tally.simulated, self._tally.cached)
+        traces[0].ended = ended or ("" if traces[0].proved else budget.ended)
+        return self.searched
+
+    @property
+    def searched(self) -> Searched:
+        """What the searches did so far."""
+        return Searched(self._traces, self._tally.simulated, self._tally.cached)
 
     def _room(self, search: Search, budget: Budget) -> int:
         """How many designs may be asked for; 0 where the budget is used up."""

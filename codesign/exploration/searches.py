@@ -5,14 +5,12 @@ from __future__ import annotations
 import random
 from collections.abc import Callable, Mapping, Sequence
 
-from codesign.errors import InputError, choose_hint
+from codesign.errors import InputError
 from codesign.exploration.constraints import Floats
 from codesign.exploration.search import ExcludedBox, Problem, Search
 from codesign.exploration.search_bound import BoundSearch
 from codesign.exploration.search_optuna import nsga2, tpe
-
-MOST_SEED = 2**32 - 1
-"""The greatest seed that every generator of random numbers takes."""
+from codesign.inputs.searching import Searching
 
 _MOST_SHUFFLED = 2**20
 
@@ -25,8 +23,8 @@ class RandomSearch:
     endless = True
     excluded: tuple[ExcludedBox, ...] = ()
 
-    def __init__(self, problem: Problem, seed: int) -> None:
-        self._generator = random.Random(seed)
+    def __init__(self, problem: Problem, searching: Searching) -> None:
+        self._generator = random.Random(searching.seed)
         self._size = len(problem.decisions)
         self._asked: set[int] = set()
         # A short list is shuffled; of a long one, hardly any draw was drawn before.
@@ -58,35 +56,22 @@ class RandomSearch:
         """Nothing is learned."""
 
 
-SEARCHES: Mapping[str, Callable[[Problem, int], Search]] = {
+SEARCHES: Mapping[str, Callable[[Problem, Searching], Search]] = {
     "nsga2": nsga2,
     "tpe": tpe,
     "random": RandomSearch,
-    "bound": lambda problem, _seed: BoundSearch(problem),
+    "bound": lambda problem, _searching: BoundSearch(problem),
 }
-"""Every search by its name: what makes one for a problem and a seed."""
+"""Every search by its name (``Searching.sampler``): what makes one for a problem and options."""
 
 
-def check_search(name: str, seed: int) -> None:
-    """Refuse a search that does not exist, and a seed that is none.
-
-    Raises:
-        InputError: with the nearest name.
-    """
-    if name not in SEARCHES:
-        raise InputError(f"there is no search {name}", "search", choose_hint(name, SEARCHES))
-    if not 0 <= seed <= MOST_SEED:
-        raise InputError(f"{seed} is no seed", "seed", f"give a whole number from 0 to {MOST_SEED}")
-
-
-def search_of(name: str, problem: Problem, seed: int) -> Search:
-    """A search by its name.
+def search_of(searching: Searching, problem: Problem) -> Search:
+    """The search that is asked for.
 
     Raises:
-        InputError: there is none of this name; it needs a package that is not installed; or nothing to search.
+        InputError: it needs a package that is not installed; or nothing to search.
     """
-    check_search(name, seed)
     if len(problem.decisions) < 2:
         what = "there is nothing to search: the workload has one design"
         raise InputError(what, "search", "give an axis a second value")
-    return SEARCHES[name](problem, seed)
+    return SEARCHES[searching.sampler](problem, searching)

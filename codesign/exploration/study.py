@@ -385,11 +385,11 @@ class Study:
         """The columns of figures that a table of its points has."""
         return figure_columns(self)
 
-    def to_parquet(self, path: Path | str) -> None:
+    def to_parquet(self, path: Path | str, show: Show = silent) -> None:
         """Write every point as a Parquet file; see ``exploration.parquet.write_parquet``, and what it raises."""
         from codesign.exploration.parquet import write_parquet
 
-        write_parquet(self, Path(path))
+        write_parquet(self, Path(path), show)
 
     def to_json(self) -> str:
         """``to_dict`` as text, one line."""

@@ -156,6 +156,49 @@ def derived_ends(
     return np.where(none, np.nan, low), np.where(none, np.nan, high)
 
 
+def derived_bounds(
+    figure: DerivedFigure, columns: Callable[[str], Column], bounds: Callable[[str], tuple[Column, Column]]
+) -> tuple[Column, Column]:
+    """The least and the greatest value of a derived figure inside the intervals of its ``names``.
+
+    NaN where none of them rests on an interval, or where it has no value somewhere inside them. ``columns``: their
+    values, 1-d; ``bounds``: the ends of their intervals, NaN where they rest on none.
+    """
+    import numpy as np
+
+    unsure = np.zeros(1, np.bool_)
+
+    def ends(name: str) -> tuple[Column, Column]:
+        nonlocal unsure
+        value, (low, high) = columns(name), bounds(name)
+        given = ~np.isnan(low)
+        unsure = unsure | given
+        return np.where(given, low, value), np.where(given, high, value)
+
+    low, high = derived_ends(figure, ends)
+    return np.where(unsure, low, np.nan), np.where(unsure, high, np.nan)
+
+
+def derived_interval(
+    figure: DerivedFigure,
+    value: Callable[[str], float | None],
+    interval: Callable[[str], tuple[float, float] | None],
+) -> tuple[float, float] | None:
+    """``derived_bounds`` of one result; None in the place of NaN."""
+    import numpy as np
+
+    def columns(name: str) -> Column:
+        held = value(name)
+        return np.array([math.nan if held is None else held], np.float64)
+
+    def bounds(name: str) -> tuple[Column, Column]:
+        low, high = interval(name) or (math.nan, math.nan)
+        return np.array([low], np.float64), np.array([high], np.float64)
+
+    low, high = (float(each[0]) for each in derived_bounds(figure, columns, bounds))
+    return None if math.isnan(low) else (low, high)
+
+
 def _in_unit(values: Column, figure: DerivedFigure) -> Column:
     import numpy as np
 

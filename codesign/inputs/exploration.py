@@ -26,6 +26,7 @@ from codesign.inputs.boxes import refusals as refusals_of
 from codesign.inputs.constraint import Constraint, FigureName, WrittenConstraint, contradictions
 from codesign.inputs.derived import DerivedFigures, in_scope, read_figures
 from codesign.inputs.ranges import MAX_VALUES
+from codesign.inputs.searching import Search
 from codesign.models import Location, RefusalError, SpecModel, raise_all, refusal_details
 
 MAX_AXES = 16
@@ -125,6 +126,11 @@ class Exploration(SpecModel):
     constraints: Annotated[tuple[WrittenConstraint, ...], Field(max_length=64)] = Field(
         default=(),
         description='Bounds that a design has to keep, as text, "time < 100 ms", or as a mapping.',
+    )
+    search: Search = Field(
+        default=None,
+        description="Which search says which points are computed: the name of a sampler, or a mapping with its budget,"
+        " seed and options. Without it, all points are. The command line overrides it (--search all: all points).",
     )
 
     @model_validator(mode="wrap")

@@ -17,8 +17,9 @@ from pydantic import (
 )
 from pydantic_core import InitErrorDetails
 
-from codesign.errors import choose_hint, clip, show
+from codesign.errors import InputError, choose_hint, clip, show
 from codesign.inputs.base import Spec
+from codesign.inputs.derived import DerivedFigure
 from codesign.inputs.document import Document
 from codesign.inputs.exploration import Exploration
 from codesign.inputs.fields import Name
@@ -304,3 +305,19 @@ def _mapped(
             lines += details_of(error, (task,))
     raise_all("Workload", lines)
     return mapping
+
+
+def figures_of(*workloads: Workload) -> dict[str, DerivedFigure]:
+    """The figures that the explorations of some workloads derive, by name.
+
+    Raises:
+        InputError: two of them derive different figures of one name.
+    """
+    figures: dict[str, DerivedFigure] = {}
+    for workload in workloads:
+        for name, figure in (workload.explore.figures if workload.explore else {}).items():
+            if figures.setdefault(name, figure) != figure:
+                both = f"{figures[name].definition} and {figure.definition}"
+                what = f"two workloads have a figure {name}: {both}"
+                raise InputError(what, f"explore.figures.{name}", "give one of them another name")
+    return figures

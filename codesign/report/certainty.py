@@ -28,13 +28,17 @@ def sure_cell(result: Result | None, figure: ResultFigure, value: float | None) 
     return figure_cell(figure, value, None if result is None else result.interval(figure))
 
 
+def _is_assumed(verdict: Verdict) -> bool:
+    return priced(named(verdict.figure)) or verdict.least != verdict.most
+
+
 def verdict_text(verdict: Verdict) -> str:
     """A verdict in a line."""
     decides = verdict.decides
     if verdict.state == "depends" and decides is not None:
         return _deciding_text(verdict, decides)
     alone = verdict.rival is None and verdict.winner is not None
-    proved = verdict.reason if alone else HOLDS if priced(named(verdict.figure)) else EXACT
+    proved = verdict.reason if alone else HOLDS if _is_assumed(verdict) else EXACT
     proved += IF_IT_FITS if verdict.fit is not None and verdict.fit.fits != "yes" else ""
     texts = {
         "proved": proved,

@@ -15,6 +15,7 @@ from pydantic import Field, field_validator
 from codesign.data_frames import data_frame
 from codesign.errors import clip
 from codesign.figures import FIGURES, Figure, ResultFigure, described, label
+from codesign.inputs.derived import DerivedFigure, derived_interval
 from codesign.planners.quality import Quality, RobotsQuality
 from codesign.results.fleet import FleetFigures
 from codesign.results.mission import LinkUse, Mission
@@ -295,6 +296,12 @@ class Result(ResultModel):
 
         None where it rests on none, or is no sum of terms (``Terms.open``).
         """
+        if isinstance(figure, DerivedFigure):
+            return derived_interval(
+                figure,
+                lambda name: self.figure(FIGURES[name]),
+                lambda name: self.interval(FIGURES[name]),
+            )
         if figure.name == "power" and self.power is not None:
             ends = (self.power.static.interval, self.power.dynamic.interval)
             return sum(low for low, _ in ends), sum(high for _, high in ends)

@@ -21,7 +21,8 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import Field
 
-from codesign.figures import Figure, ResultFigure
+from codesign.figures import FIGURES, Figure, ResultFigure
+from codesign.inputs.derived import DerivedFigure
 from codesign.results.model import ResultModel
 
 Interval = tuple[float, float]
@@ -152,7 +153,9 @@ ENERGY_OVER = "plan_time_mean_s"
 
 
 def priced(figure: ResultFigure) -> bool:
-    """Whether a figure rests on figures with intervals: the times and the energy of a plan, and power."""
+    """Whether a figure rests on figures with intervals: the times and the energy of a plan, power, what they make."""
+    if isinstance(figure, DerivedFigure):
+        return any(priced(FIGURES[name]) for name in figure.names)
     return (
         figure.within in {"time", "task", "energy"} and figure.unit in {"s", "J"}
     ) or figure.name == "power"

@@ -9,6 +9,7 @@ rounded up are tried one by one. Other groups are bounded product by product: th
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import reduce
@@ -115,8 +116,63 @@ def _plans(result: Result, figure: str) -> tuple[Sum, ...]:
     return (tuple(of_design),) if result.power is not None else ()
 
 
+class Difference(ABC):
+    """How much one side exceeds the other, as a function of inputs."""
+
+    inputs: Mapping[str, Input]
+
+    @property
+    @abstractmethod
+    def reversed(self) -> Difference:
+        """The same with the sides exchanged."""
+
+    @property
+    @abstractmethod
+    def names(self) -> Iterable[str]:
+        """The inputs that it depends on, in the order of their appearance."""
+
+    @abstractmethod
+    def at(self, values: Mapping[str, Any] | None = None) -> Any:
+        """The margin where inputs have the given values (numbers or arrays), all others their own."""
+
+    @abstractmethod
+    def least(self) -> Bound:
+        """The least margin inside all intervals."""
+
+    def varying(self) -> tuple[str, ...]:
+        """The inputs with an interval, in the order of their first appearance."""
+        each = dict.fromkeys(self.names)
+        return tuple(name for name in each if self.inputs[name].low < self.inputs[name].high)
+
+    def swing(self, name: str) -> float:
+        """How much the margin differs between the ends of one input's interval."""
+        each = self.inputs[name]
+        return float(abs(self.at({name: each.high}) - self.at({name: each.low})))
+
+    def flip(self, name: str) -> float | None:
+        """The value of one input nearest to its own at which the margin changes its sign; None: not in its interval."""
+        each = self.inputs[name]
+        below, above = (np.linspace(each.value, end, GRID) for end in (each.low, each.high))
+        return min(
+            (flip for side in (below, above) if (flip := self._bisected(name, side)) is not None),
+            key=lambda flip: abs(flip - each.value),
+            default=None,
+        )
+
+    def _bisected(self, name: str, side: NDArray[np.float64]) -> float | None:
+        holds = np.broadcast_to(self.at({name: side}) >= 0, side.shape)
+        changes = np.flatnonzero(holds != holds[0])
+        if not len(changes):
+            return None
+        near, far = float(side[changes[0] - 1]), float(side[changes[0]])
+        for _ in range(100):
+            middle = (near + far) / 2
+            near, far = (middle, far) if (self.at({name: middle}) >= 0) == holds[0] else (near, middle)
+        return far
+
+
 @dataclass(frozen=True)
-class Margin:
+class Margin(Difference):
     """How much the greatest of ``theirs`` exceeds the greatest of ``ours``."""
 
     ours: tuple[Sum, ...]
@@ -131,7 +187,7 @@ class Margin:
     def at(self, values: Mapping[str, Any] | None = None) -> Any:
         """The margin where inputs have the given values (numbers or arrays), all others their own."""
         full = {name: each.value for name, each in self.inputs.items()} | dict(values or {})
-        return _greatest_of(self.theirs, full) - _greatest_of(self.ours, full)
+        return greatest_of(self.theirs, full) - greatest_of(self.ours, full)
 
     def least(self) -> Bound:
         """The least margin inside all intervals.
@@ -146,15 +202,10 @@ class Margin:
         several = len(self.ours) > 1 or len(self.theirs) > 1
         return Bound(-worst.value, worst.exact and not several)
 
-    def varying(self) -> tuple[str, ...]:
-        """The inputs with an interval, in the order of their first appearance."""
-        names = chain.from_iterable(each.inputs for plan in (*self.ours, *self.theirs) for each in plan)
-        return tuple(name for name in dict.fromkeys(names) if self.inputs[name].low < self.inputs[name].high)
-
-    def swing(self, name: str) -> float:
-        """How much the margin differs between the ends of one input's interval."""
-        each = self.inputs[name]
-        return float(abs(self.at({name: each.high}) - self.at({name: each.low})))
+    @property
+    def names(self) -> Iterable[str]:
+        """The inputs of all monomials."""
+        return chain.from_iterable(each.inputs for plan in (*self.ours, *self.theirs) for each in plan)
 
     def flip(self, name: str) -> float | None:
         """The value of one input nearest to its own at which the margin changes its sign; None: not in its interval."""
@@ -164,12 +215,7 @@ class Margin:
         exponents = {one.powers[name] for one in monomials if name in one.powers}
         if len(self.ours) == len(self.theirs) == 1 and len(exponents) == 1:
             return self._root(name, exponents.pop())
-        below, above = (np.linspace(each.value, end, GRID) for end in (each.low, each.high))
-        return min(
-            (flip for side in (below, above) if (flip := self._bisected(name, side)) is not None),
-            key=lambda flip: abs(flip - each.value),
-            default=None,
-        )
+        return super().flip(name)
 
     def _root(self, name: str, power: int) -> float | None:
         """The root of a margin c + d · x^power, by c and d at two values of x^power."""
@@ -186,19 +232,9 @@ class Margin:
         nearest = sorted(values, key=lambda value: abs(value - self.inputs[name].value))
         return next((value for value in nearest if (self.at({name: value}) >= 0) != holds), None)
 
-    def _bisected(self, name: str, side: NDArray[np.float64]) -> float | None:
-        holds = np.broadcast_to(self.at({name: side}) >= 0, side.shape)
-        changes = np.flatnonzero(holds != holds[0])
-        if not len(changes):
-            return None
-        near, far = float(side[changes[0] - 1]), float(side[changes[0]])
-        for _ in range(100):
-            middle = (near + far) / 2
-            near, far = (middle, far) if (self.at({name: middle}) >= 0) == holds[0] else (near, middle)
-        return far
 
-
-def _greatest_of(sums: Sequence[Sum], values: Mapping[str, Any]) -> Any:
+def greatest_of(sums: Sequence[Sum], values: Mapping[str, Any]) -> Any:
+    """The greatest of several sums where inputs have these values."""
     totals = [sum(each.at(values) for each in plan) for plan in sums]
     return reduce(np.maximum, totals)
 

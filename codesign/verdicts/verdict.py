@@ -9,15 +9,17 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
-from codesign.figures import Figure, ResultFigure, named
+from codesign.figures import FIGURES, Figure, ResultFigure, named
 from codesign.inputs.constraint import LOWER, STRICT, Constraint
+from codesign.inputs.derived import DerivedFigure
 from codesign.results.model import ResultModel
 from codesign.results.result import Result
 from codesign.results.terms import Monomial, priced
 from codesign.units import counted
+from codesign.verdicts.derived import DerivedMargin, Side, ends_of
 from codesign.verdicts.fits import Fit, fit_verdict
 from codesign.verdicts.rivals import Floats, Listed, Rivals
-from codesign.verdicts.sums import Inputs, Margin
+from codesign.verdicts.sums import Difference, Inputs, Margin
 
 State = Literal["proved", "refuted", "depends", "not assessed"]
 Positions = NDArray[np.intp]
@@ -97,17 +99,31 @@ def need_verdict(
     holds = margin > 0 or (margin == 0 and not strict)
     if reason:
         return Verdict(state="not assessed", figure=declared.name, holds=holds, margin=margin, reason=reason)
-    if not priced(declared):
+    ends = ends_of(result, declared) if isinstance(declared, DerivedFigure) else None
+    if not priced(declared) and (ends is None or ends[0] == ends[1]):
         state: State = "proved" if holds else "refuted"
         verdict = Verdict(
             state=state, figure=declared.name, holds=holds, margin=margin, least=margin, most=margin
         )
         return _with_demand(verdict, result, declared, limit, at_least=at_least)
     inputs = Inputs()
-    figures = inputs.sums(result, declared.name)
-    bound = ((Monomial(limit, {}),),)
-    ours, theirs = (bound, figures) if at_least else (figures, bound)
-    return _judged(declared, Margin(ours, theirs, inputs.by_id), inputs).model_copy(update={"holds": holds})
+    sides = (limit, result) if at_least else (result, limit)
+    verdict = _judged(declared, _difference(inputs, declared, *sides), inputs)
+    return verdict.model_copy(update={"holds": holds})
+
+
+def _difference(
+    inputs: Inputs, figure: ResultFigure, ours: Result | float, theirs: Result | float
+) -> Difference:
+    """How much a figure of the second exceeds that of the first; a number stands for a limit."""
+    if isinstance(figure, DerivedFigure):
+        own, its = (Side.of(each, figure, inputs) for each in (ours, theirs))
+        return DerivedMargin(own, its, inputs.by_id)
+    one, other = (
+        inputs.sums(each, figure.name) if isinstance(each, Result) else ((Monomial(each, {}),),)
+        for each in (ours, theirs)
+    )
+    return Margin(one, other, inputs.by_id)
 
 
 def constraint_verdict(result: Result, constraint: Constraint) -> Verdict:
@@ -173,6 +189,8 @@ def winner_verdict(results: Sequence[Result] | Rivals, figure: ResultFigure | st
     return contest.verdict()
 
 
+_OPEN = "not proved: the bounds of the difference leave it open"
+
 NEAREST = 32
 """Designs nearest to the best one that are always looked at."""
 
@@ -209,7 +227,8 @@ class _Contest:
         if priced(self._figure):
             low, high = self._rivals.ends(self._figure)
             # Intervals that do not even touch: then the better one is the better at every value.
-            apart = assessed[self._winner] & assessed & (high[self._winner] < low)
+            worst, best = (-low, -high) if self._figure.maximise else (high, low)
+            apart = assessed[self._winner] & assessed & (worst[self._winner] < best)
             self._look_one_by_one(others[~apart[others]])
             return
         known = assessed[others]
@@ -263,8 +282,8 @@ def _against(winner: Result, other: Result, figure: ResultFigure, margin: float)
             state="proved", figure=figure.name, holds=True, margin=margin, least=margin, most=margin
         )
     inputs = Inputs()
-    sides = inputs.sums(winner, figure.name), inputs.sums(other, figure.name)
-    return _judged(figure, Margin(*sides, inputs.by_id), inputs)
+    sides = (other, winner) if figure.maximise else (winner, other)
+    return _judged(figure, _difference(inputs, figure, *sides), inputs)
 
 
 def _unassessed(result: Result, figure: ResultFigure) -> str:
@@ -277,15 +296,19 @@ def _unassessed_run(result: Result, figure: ResultFigure) -> str:
     if result.mission is not None or result.fleet is not None:
         kind = "mission" if result.mission is not None else "fleet"
         return f"a {kind} has no closed form: what the robot meets depends on when it arrives"
-    if figure.within == "derived":
-        return f"{figure.label} is derived, and no sum of terms"
-    if figure.name == "cycles" and (result.part is None or result.external_memory is not None):
+    names = figure.names if isinstance(figure, DerivedFigure) else (figure.name,)
+    if "cycles" in names and (result.part is None or result.external_memory is not None):
         return "the cycles rest on figures of processor or memory"
     return ""
 
 
 def _unpriced(result: Result, figure: ResultFigure) -> str:
-    """Why a figure that rests on intervals is no sum of terms; "" where it is one."""
+    """Why a figure that rests on intervals is no sum of terms; "" where it is one, or is made of such."""
+    if isinstance(figure, DerivedFigure):
+        parts = (FIGURES[name] for name in figure.names)
+        whys = (_unpriced(result, part) for part in parts if priced(part))
+        undefined = "" if ends_of(result, figure) else "it has no value somewhere inside the intervals"
+        return next(filter(None, whys), undefined)
     if result.terms is None:
         return "the result has no terms"
     if figure.name == "power" or result.terms.plans(figure.name):
@@ -293,7 +316,7 @@ def _unpriced(result: Result, figure: ResultFigure) -> str:
     return result.terms.open.get(figure.name, f"{figure.label} is no sum of terms")
 
 
-def _judged(figure: ResultFigure, margin: Margin, inputs: Inputs) -> Verdict:
+def _judged(figure: ResultFigure, margin: Difference, inputs: Inputs) -> Verdict:
     least, most = margin.least(), margin.reversed.least()
     value = float(margin.at())
     state: State = "proved" if least.value > 0 else "refuted" if most.value > 0 else "depends"
@@ -305,11 +328,13 @@ def _judged(figure: ResultFigure, margin: Margin, inputs: Inputs) -> Verdict:
     swings = {name: margin.swing(name) for name in margin.varying() if inputs.by_id[name].measurable}
     flips = {name: flip for name in swings if (flip := margin.flip(name)) is not None}
     deciding = max(flips or swings, key=swings.__getitem__, default=None)
+    if deciding is None and not isinstance(margin, Margin):
+        return verdict.model_copy(update={"reason": _OPEN})
     if deciding is None:
         return verdict.model_copy(update={"reason": "it lies within the waits for clock edges"})
     reason = "" if flips else "no figure changes it by itself, several together do"
     if not flips and not (least.exact and most.exact):
-        reason = "not proved: the bounds of the difference leave it open"
+        reason = _OPEN
     each = inputs.by_id[deciding]
     decider = Decider(
         name=each.name, platform=each.platform, figure=inputs.figures[deciding], flips_at=flips.get(deciding)
@@ -323,11 +348,14 @@ def sensitivity(result: Result, figure: ResultFigure | str) -> tuple[Swing, ...]
     Empty where the figure rests on none, or is no sum of terms.
     """
     inputs = Inputs()
-    sums = inputs.sums(result, named(figure).name)
-    if not sums:
+    declared = named(figure)
+    if isinstance(declared, DerivedFigure):
+        if not ends_of(result, declared):
+            return ()
+    elif not inputs.sums(result, declared.name):
         return ()
     # The margin of a figure against 0 is the figure itself.
-    figures = Margin(((),), sums, inputs.by_id)
+    figures = _difference(inputs, declared, 0.0, result)
     swings = []
     for name in figures.varying():
         each = inputs.by_id[name]

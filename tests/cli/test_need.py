@@ -7,7 +7,10 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+import yaml
 from click.testing import Result
+
+import codesign
 
 Run = Callable[..., Result]
 Specs = tuple[Path, Path]
@@ -112,3 +115,50 @@ def test_mistakes_in_axes_are_reported_as_in_a_file(
     done = hwsw("explore", *specs, *options)
     assert done.exit_code == 2, done.output
     assert told in done.stderr
+
+
+FIGURES = """
+  figures: {cost: slices * 1 ms + time, delay: {expression: energy_j * time, unit: mJ s}}
+"""
+
+
+def with_figures(specs: Specs, folder: Path, name: str, figures: str = FIGURES) -> Path:
+    """The workload with derived figures."""
+    tree = yaml.safe_load(specs[1].read_text())
+    tree["name"] = name
+    tree.setdefault("explore", {})["figures"] = yaml.safe_load(figures)["figures"]
+    path = folder / f"{name}.yaml"
+    path.write_text(yaml.safe_dump(tree, sort_keys=False))
+    return path
+
+
+def test_needs_may_name_derived_figures(hwsw: Run, specs: Specs, tmp_path: Path) -> None:
+    path = with_figures(specs, specs[1].parent, "derived")
+    done = hwsw("run", specs[0], path, "--need", "cost < 1000 s", "--need", "delay < 1 mJ s")
+    assert done.exit_code == 0, done.output
+    assert "need cost < 1,000 s" in done.stdout.replace("1000", "1,000")
+    assert "met (proved)" in done.stdout
+    missed = hwsw("run", specs[0], path, "--need", "delay < 1 pJ s")
+    assert missed.exit_code == 3
+    assert "missed (at every value)" in missed.stdout
+    wrong = hwsw("run", specs[0], path, "--need", "delai < 1 mJ s")
+    assert wrong.exit_code == 2
+    assert "did you mean delay" in wrong.stderr
+
+
+def test_compare_takes_the_derived_figures_of_its_workloads(hwsw: Run, tmp_path: Path) -> None:
+    tree = dict(codesign.load_workload("breadth-first").document.tree)
+    grid = {"generate": "empty", "rows": 9, "columns": 9}
+    tree["problem"] = {"map": grid, "goals": [[1, 1]], "starts": [[7, 7]]}
+    source = tmp_path / "plain.yaml"
+    source.write_text(json.dumps(tree, default=float))
+    path = with_figures((source, source), tmp_path, "derived")
+    designs = ("pc-3400mhz:floor-plan", f"virtex2pro:{path}")
+    done = hwsw("compare", *designs, "--need", "delay < 1 mJ s")
+    assert done.exit_code == 0, done.output
+    (row,) = (line for line in done.stdout.splitlines() if line.startswith("need delay"))
+    assert row.count("met") + row.count("missed") == 2
+    other = with_figures((source, source), tmp_path, "other", "figures: {delay: energy_j * time * 2}")
+    clash = hwsw("compare", *designs, f"virtex2pro:{other}", "--need", "delay < 1 mJ s")
+    assert clash.exit_code == 2
+    assert "two workloads have a figure delay" in clash.stderr

@@ -7,7 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from codesign.exploration.front import non_dominated
+from codesign.exploration import front
+from codesign.exploration.front import dominators, non_dominated
 
 # Few distinct values, so that ties in one objective and equal points are common.
 FIGURES = st.one_of(st.integers(0, 3).map(float), st.sampled_from([math.nan, math.inf, -math.inf, -0.0, 0.5]))
@@ -65,3 +66,29 @@ def test_a_missing_figure_is_off_the_front_and_pushes_nobody_off() -> None:
 def test_of_nothing() -> None:
     assert non_dominated([], [False, True]).tolist() == []
     assert non_dominated([[math.nan]], [False]).tolist() == [False]
+
+
+@pytest.mark.parametrize("groups", [1, 3, 1024])
+@pytest.mark.parametrize("spread", [3, 40, 10**6])
+@pytest.mark.parametrize("objectives", [1, 2, 3, 5])
+def test_groups_of_values_change_nothing(
+    monkeypatch: pytest.MonkeyPatch, groups: int, spread: int, objectives: int
+) -> None:
+    monkeypatch.setattr(front, "_GROUPS", groups)
+    values = np.random.default_rng(groups).integers(0, spread, (700, objectives)).astype(float)
+    values[:300] /= np.linalg.norm(values[:300] + 1, axis=1, keepdims=True)
+    maximise = [False] * objectives
+    expected = np.array(by_definition(values.tolist(), maximise))
+    assert (non_dominated(values, maximise) == expected).all()
+    best = values[expected]
+    places = dominators(values, maximise, best)
+    assert ((places < 0) == expected).all()
+    others = ~expected
+    assert (best[places[others]] <= values[others]).all()
+    assert (best[places[others]] < values[others]).any(axis=1).all()
+
+
+def test_no_points_and_an_empty_front() -> None:
+    assert not len(non_dominated(np.empty((0, 3)), [False] * 3))
+    assert dominators([[1.0, 2.0]], [False, False], np.empty((0, 2))).tolist() == [-1]
+    assert not len(dominators(np.empty((0, 2)), [False, True], [[1.0, 2.0]]))

@@ -1,5 +1,7 @@
 """A result depends on every plug-in that is installed: whatever changes in one changes the digest of results."""
 
+import ast
+import shutil
 import sys
 from pathlib import Path
 
@@ -7,8 +9,9 @@ import pytest
 from small_maps import MAP, Specs, put_map
 
 import codesign
+from codesign import exploration
 from codesign.errors import RunError
-from codesign.exploration import Progress, explore, load_study
+from codesign.exploration import Progress, explore, identity, load_study
 from codesign.exploration.check import check_points
 from codesign.exploration.identity import code_digest
 from codesign.inputs.part_file import PARTS
@@ -42,6 +45,61 @@ def digest() -> str:
 def test_our_own_planners_are_registered_as_others_are() -> None:
     names = {point.name for point in catalog.registered() if point.value.startswith("codesign.")}
     assert names == set(catalog.planners())
+
+
+def imported(module: str) -> set[str]:
+    """The modules of ``exploration`` that one imports when it runs."""
+    folder = Path(exploration.__file__).parent
+    tree = ast.parse((folder / f"{module}.py").read_text(encoding="utf-8"))
+    typing_only = [
+        inner
+        for node in ast.walk(tree)
+        if isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING"
+        for inner in node.body
+    ]
+    names = [
+        node.module or ""
+        for node in ast.walk(tree)
+        if isinstance(node, ast.ImportFrom) and node not in typing_only
+    ]
+    return {
+        name.removeprefix("codesign.exploration.")
+        for name in names
+        if name.startswith("codesign.exploration.")
+    }
+
+
+def test_what_a_stored_result_comes_from_is_in_the_digest() -> None:
+    modules, new = set[str](), {"evaluation", "blocks", "search_bound"}
+    while new:
+        modules |= new
+        new = set.union(*map(imported, new)) - modules
+    assert {f"{module}.py" for module in modules} | {"__init__.py"} == identity._OF_RESULTS
+
+
+@pytest.mark.parametrize(
+    ("file", "counts"),
+    [
+        ("exploration/partition.py", True),
+        ("exploration/bounds.py", True),
+        ("exploration/blocks.py", True),
+        ("pricing/price.py", True),
+        ("planners/harmonic/plan/relax.py", True),
+        ("exploration/study.py", False),
+        ("exploration/pace.py", False),
+        ("report/page.py", False),
+        ("planners/harmonic/paper/speed.py", False),
+    ],
+)
+def test_a_change_of_code(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, file: str, counts: bool) -> None:
+    package = tmp_path / "codesign"
+    shutil.copytree(
+        Path(codesign.__file__).parent, package, ignore=shutil.ignore_patterns("__pycache__", "*.json")
+    )
+    monkeypatch.setattr(identity, "files", lambda _name: package)
+    before = digest()
+    (package / file).write_bytes((package / file).read_bytes() + b"# changed\n")
+    assert (digest() != before) is counts
 
 
 def test_a_plug_in_is_part_of_the_digest(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -16,6 +16,7 @@ from codesign.exploration import parquet
 from codesign.exploration.rows import study_columns
 from codesign.exploration.study import Study
 from codesign.inputs.exploring import exploring
+from codesign.progress import Advance
 
 pytest.importorskip("pyarrow", reason="pyarrow is not installed: pip install 'hwsw-codesign[parquet]'")
 
@@ -95,6 +96,17 @@ def test_groups_change_nothing(
     assert ParquetFile(tmp_path / "groups.parquet").num_row_groups == -(-len(study.points) // 7)
     # Dictionaries of groups differ; their texts do not.
     assert read_table(tmp_path / "groups.parquet").to_pylist() == read_table(file).to_pylist()
+
+
+def test_it_says_how_many_rows_are_written(
+    study: Study, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(parquet, "POINTS_A_GROUP", 3)
+    shown: list[Advance] = []
+    study.to_parquet(tmp_path / "points.parquet", shown.append)
+    assert (shown[0].done, shown[0].total) == (0, len(study.points))
+    assert (shown[-1].done, shown[-1].left_s) == (len(study.points), 0.0)
+    assert {each.words for each in shown} == {"rows of Parquet written"}
 
 
 def test_a_study_put_together_by_hand_has_failures_and_gaps(tmp_path: Path) -> None:

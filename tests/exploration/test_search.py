@@ -23,6 +23,7 @@ from codesign.exploration.searches import SEARCHES, search_of
 from codesign.exploration.space import Space
 from codesign.figures import FIGURES
 from codesign.inputs import Platform, Workload
+from codesign.inputs.searching import Searching
 
 pytest.importorskip("optuna")
 
@@ -68,7 +69,7 @@ def test_contract(name: str, axes: dict[str, Any], when: dict[str, Any]) -> None
     problem = Problem(space, ("f", "g"), (False, True), ("limit",))
 
     def course(seed: int) -> list[int]:
-        search: Search = search_of(name, problem, seed)
+        search: Search = search_of(Searching(sampler=name, seed=seed), problem)
         asked: list[int] = []
         for count in (7, 20, 1, 20, 20):
             designs = search.ask(count)
@@ -92,7 +93,7 @@ def test_contract(name: str, axes: dict[str, Any], when: dict[str, Any]) -> None
 
 def test_random_draws_each_design_once() -> None:
     problem = Problem(space_of({"a.x": list(range(50))}), ("f",), (False,), ())
-    search = search_of("random", problem, 3)
+    search = search_of(Searching(sampler="random", seed=3), problem)
     assert sorted(search.ask(40) + search.ask(40)) == list(range(50))
     assert search.complete
     assert search.ask(1) == []
@@ -104,7 +105,7 @@ def test_a_sampler_learns_from_figures_and_limits(name: str) -> None:
     problem = Problem(
         space_of({"a.x": list(range(100)), "a.y": list(range(100))}), ("f",), (False,), ("limit",)
     )
-    search, designs = search_of(name, problem, 0), []
+    search, designs = search_of(Searching(sampler=name), problem), []
     while len(designs) < 300:
         asked = search.ask(50)
         x, y = np.divmod(np.array(asked), 100)
@@ -355,7 +356,7 @@ def test_a_missing_extra_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "optuna", None)
     problem = Problem(space_of({"a.x": [1, 2]}), ("f",), (False,), ())
     with pytest.raises(InputError, match=r"Optuna is not installed(.|\n)*hwsw-codesign\[search\]"):
-        search_of("tpe", problem, 0)
+        search_of(Searching(sampler="tpe"), problem)
 
 
 def test_figures_are_declared() -> None:
