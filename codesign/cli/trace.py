@@ -166,16 +166,30 @@ def _draw(seen: Moment, picture: Path, source: Path) -> None:
     type=click.Path(dir_okay=False, path_type=Path),
     help="Write the positions and times of each robot as CSV.",
 )
-def export(file: Path, events: Path | None, poses: Path | None) -> None:
+@click.option(
+    "--ros2",
+    "bag",
+    type=click.Path(path_type=Path),
+    metavar="DIR",
+    help="Write a ROS 2 bag into the new folder DIR.",
+)
+@click.option(
+    "--ros2-begin", "begin", type=_TIME, default=0, help="The time of the bag at which the run begins."
+)
+def export(file: Path, events: Path | None, poses: Path | None, bag: Path | None, begin: int) -> None:
     """Export the trace FILE for other tools."""
+    from codesign.bags import BAG_KINDS, check_new, export_bag
     from codesign.cli.outputs import check_outputs
     from codesign.cli.progress import LATER_S, progress_shown
     from codesign.files import write_atomically
     from codesign.trace import PERFETTO_KINDS, POSE_KINDS, open_trace, perfetto, poses_csv
 
-    if events is None and poses is None:
-        raise InputError("nothing to write", "hwsw trace export", "give --perfetto OUT, --poses OUT or both")
+    if events is None and poses is None and bag is None:
+        hint = "give --perfetto OUT, --poses OUT, --ros2 DIR or several of them"
+        raise InputError("nothing to write", "hwsw trace export", hint)
     check_outputs({"--perfetto": events, "--poses": poses}, (file,))
+    if bag is not None:
+        check_new(bag, "--ros2")
     files = [
         (path, write, kinds)
         for path, write, kinds in ((events, perfetto, PERFETTO_KINDS), (poses, poses_csv, POSE_KINDS))
@@ -185,7 +199,9 @@ def export(file: Path, events: Path | None, poses: Path | None) -> None:
         opened = open_trace(file, display)
         for path, write, kinds in files:
             write_atomically(path, "".join(write(opened.records(kinds=kinds))).encode("utf-8", "replace"))
-    for path, *_ in files:
-        click.echo(f"written: {printable(str(path), None)}")
+        if bag is not None:
+            export_bag(opened.records(kinds=BAG_KINDS), bag, begin // 1000)
+    for written in (*(path for path, *_ in files), *([] if bag is None else [bag])):
+        click.echo(f"written: {printable(str(written), None)}")
     if opened.fault is not None:
         click.echo(f"the file is not complete: {printable(opened.fault)}", err=True)

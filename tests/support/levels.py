@@ -40,6 +40,7 @@ LEVELS: list[list[str]] = [
     ["advice"],
     ["reproduce", "fidelity"],
     ["report"],
+    ["bags"],
     [""],
     ["cli"],
     ["__main__"],
