@@ -71,10 +71,11 @@ def difference(first: Records, second: Records) -> Difference:
     Each trace is read twice at most. Of each record a digest of 16 bytes is kept.
     """
     one, other = _digests(first()), _digests(second())
+    keys = {**one.digests, **other.digests}
     channels = sorted(
-        (_compared(key, one.digests.get(key, []), other.digests.get(key, [])) for key in {**one.digests, **other.digests}),
+        (_compared(key, one.digests.get(key, []), other.digests.get(key, [])) for key in keys),
         key=lambda channel: (channel.time is None, channel.time, channel.record, channel.source),
-    )  # fmt: skip
+    )
     differing = next((channel for channel in channels if channel.time is not None), None)
     pair = None if differing is None else (_record(first, differing), _record(second, differing))
     names = {**one.result, **other.result}

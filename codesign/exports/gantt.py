@@ -17,7 +17,6 @@ _SHADES = " ░▒▓█"
 _MARK = "▾"
 _LEAST_WIDTH = 20
 _MOST_NAME = 32
-_NOTHING = 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,25 +37,26 @@ class Row:
 
 @dataclass(frozen=True)
 class Gantt:
-    """Rows over equal parts of the time from ``begin`` to ``end``, ps."""
+    """Rows over so many equal parts of the time from ``begin`` to ``end``, ps."""
 
     begin: int
     end: int
     rows: tuple[Row, ...]
+    parts: int
 
-    def lines(self, width: int) -> list[str]:
+    def lines(self) -> list[str]:
         """The chart as text: a head with times, a line a row, and what the shades mean."""
         names = [printable(row.name, _MOST_NAME) for row in self.rows]
         wide = max(map(len, names), default=0)
-        head = f"{'':<{wide}}  {_scale(self.begin, self.end, max(_LEAST_WIDTH, width))}"
+        head = f"{'':<{wide}}  {_scale(self.begin, self.end, self.parts)}"
         body = [
             f"{name:<{wide}}  {row.line()}{_percent(row)}" for name, row in zip(names, self.rows, strict=True)
         ]
-        part = format_time((self.end - self.begin) // max(_LEAST_WIDTH, width))
+        part = format_time((self.end - self.begin) // self.parts)
         return [head, *body, f"one character is {part}; busy in it:  ░ up to 25 %  ▒ 50 %  ▓ 75 %  █ more"]
 
 
-def columns_of(terminal: int, names: Iterable[str]) -> int:
+def _columns(terminal: int, names: Iterable[str]) -> int:
     """How many characters of a terminal are left for the time."""
     wide = max((min(len(name), _MOST_NAME) for name in names), default=0)
     return max(_LEAST_WIDTH, terminal - wide - len("  ") - len("  100 %"))
@@ -76,13 +76,13 @@ def gantt(records: Iterable[Record], terminal: int, begin: int = 0, end: int | N
             last = max(last, activity.time)
     until = max(begin + 1, last if end is None else min(end, max(last, begin + 1)))
     names = sorted(spans)
-    bins = columns_of(terminal, names)
+    bins = _columns(terminal, names)
     rows = [Row(name, share_over_time(union(spans[name]), begin, until, bins)) for name in names]
     if marks:
         inside = [time for time in marks if begin <= time <= until]
         counts = np.histogram(inside, bins, (begin, until))[0].astype(np.float64)
         rows.insert(0, Row("events", counts, marks=True))
-    return Gantt(begin, until, tuple(rows))
+    return Gantt(begin, until, tuple(rows), bins)
 
 
 def _scale(begin: int, end: int, width: int) -> str:
@@ -94,4 +94,4 @@ def _percent(row: Row) -> str:
     if row.marks:
         return f"  {int(row.values.sum()):,}"
     share = 100 * float(row.values.mean())
-    return f"  {share:.3g} %" if share > _NOTHING else ""
+    return f"  {share:.3g} %" if share else ""

@@ -8,8 +8,8 @@
   the speed of each robot.
 - Events of a mission are marks over all tracks.
 
-Times are whole nanoseconds, rounded down: MCAP and Perfetto have no finer unit. The exact picoseconds of a span stand in
-its arguments, as ``begin_ps`` and ``end_ps``.
+Times are whole nanoseconds, rounded down: Perfetto has no finer unit. The exact picoseconds of a span stand in its
+arguments, as ``begin_ps`` and ``end_ps``.
 """
 
 from __future__ import annotations
@@ -20,7 +20,6 @@ from typing import IO, TYPE_CHECKING, Any
 
 import numpy as np
 
-from codesign.errors import InputError
 from codesign.activity import (
     Activity,
     Lanes,
@@ -48,17 +47,9 @@ _WORKS = ("task", "stage", "message")
 
 
 def write_perfetto(records: Iterable[Record], file: IO[bytes]) -> int:
-    """Write the records as a trace of Perfetto; returns the number of spans.
+    """Write the records as a trace of Perfetto; returns the number of spans."""
+    from perfetto.trace_builder.proto_builder import StreamingTraceProtoBuilder
 
-    Raises:
-        InputError: the package perfetto is not installed.
-    """
-    try:
-        from perfetto.trace_builder.proto_builder import StreamingTraceProtoBuilder
-    except ImportError:
-        raise InputError(
-            "a trace for Perfetto needs the package perfetto", "--perfetto", "pip install hwsw-codesign[viewers]"
-        ) from None
     writer = _Writer(StreamingTraceProtoBuilder(file))
     spans: list[Span] = []
     for activity in activities(records):

@@ -3,11 +3,11 @@
 Each component and link is a scope. Signals change at the times of the records, in ps, so at clock edges where a clock
 makes them.
 
-- A component: ``busy``; ``task``, and of a design with stages ``stage``, ``precision``, ``block``, ``iterations`` (of the
-  visit) and ``local_maxima`` (of the stage that ended last).
+- A component: ``busy``; ``task``, and of a design with stages ``stage``, ``precision``, ``block``, ``iterations`` (of
+  the visit) and ``local_maxima`` (of the stage that ended last).
 - A link: ``busy``, the ``message`` on it, the messages ``waiting`` for it.
-- ``mission.event``: the last event of a mission. A robot's ``speed`` is a real number, and ``plan`` is 1 while a plan is
-  awaited.
+- ``mission.event``: the last event of a mission. A robot's ``speed`` is a real number. Its ``plan`` is 1 while it waits
+  for a plan.
 
 A signal of names (``task``, ``message``, ``event``) is a number. Beside the VCD lie a translate file for each of these
 signals, and a save file of GTKWave that applies them and puts the signals in groups.
@@ -19,12 +19,11 @@ import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import IO, Any, Literal
+from typing import Any, Literal
 
 import numpy as np
 
 from codesign.activity import Mark, Span, Value, activities, depth_over_time, union
-from codesign.errors import InputError
 from codesign.records import Record, VisitsRecord
 
 NOTHING = "–"
@@ -89,7 +88,9 @@ class Waveform:
     @property
     def every(self) -> list[tuple[str, str, Signal]]:
         """Scope, name and signal of each, sorted."""
-        return [(scope, name, own[name]) for scope, own in sorted(self.signals.items()) for name in sorted(own)]
+        return [
+            (scope, name, own[name]) for scope, own in sorted(self.signals.items()) for name in sorted(own)
+        ]
 
 
 def waveform_of(records: Iterable[Record], begin: int = 0, end: int | None = None) -> Waveform:
@@ -113,7 +114,11 @@ def waveform_of(records: Iterable[Record], begin: int = 0, end: int | None = Non
             elif activity.kind in ("task", "stage", "message"):
                 works.setdefault(activity.where, []).append((activity.begin, activity.end))
             _put_span(wave, activity)
-        elif isinstance(activity, Mark) and not activity.track and _within(activity.time, activity.time, begin, end):
+        elif (
+            isinstance(activity, Mark)
+            and not activity.track
+            and _within(activity.time, activity.time, begin, end)
+        ):
             wave.signal(_MISSION, "event", "name").put(activity.time, activity.name)
         elif isinstance(activity, Value) and _within(activity.time, activity.time, begin, end):
             scope, _, name = activity.track.partition(": ")
@@ -176,24 +181,25 @@ def write_waveform(wave: Waveform, path: Path, comment: str = "") -> list[Path]:
     Raises:
         RunError: a file cannot be written.
     """
+    from vcd.writer import VCDWriter
+
     from codesign.files import write_atomically, written_atomically
 
-    try:
-        from vcd.writer import VCDWriter
-    except ImportError:
-        raise InputError(
-            "a waveform needs the package pyvcd", "--vcd", "pip install hwsw-codesign[viewers]"
-        ) from None
-    with written_atomically(path) as passing, passing.open("w", encoding="ascii") as file:
-        # The date of an export would make each file of one run another one.
-        with VCDWriter(file, timescale=_TIMESCALE, date="", comment=_ascii(comment)) as writer:
-            variables = [
-                (signal, writer.register_var(_safe(scope), _safe(name), *_type_of(signal)))
-                for scope, name, signal in wave.every
-            ]
-            for time, value, variable in _in_time(variables):
-                writer.change(variable, time, value)
-    files = {path.with_suffix(f".{_safe(scope)}.{_safe(name)}.txt"): signal for scope, name, signal in _named(wave)}
+    # The date of an export would make each file of one run another one.
+    with (
+        written_atomically(path) as passing,
+        passing.open("w", encoding="ascii") as file,
+        VCDWriter(file, timescale=_TIMESCALE, date="", comment=_ascii(comment)) as writer,
+    ):
+        variables = [
+            (signal, writer.register_var(_safe(scope), _safe(name), *_type_of(signal)))
+            for scope, name, signal in wave.every
+        ]
+        for time, value, variable in _in_time(variables):
+            writer.change(variable, time, value)
+    files = {
+        path.with_suffix(f".{_safe(scope)}.{_safe(name)}.txt"): signal for scope, name, signal in _named(wave)
+    }
     for file_path, signal in files.items():
         write_atomically(file_path, _translation(signal).encode())
     save = path.with_suffix(".gtkw")
@@ -259,6 +265,6 @@ def _safe(name: str) -> str:
 
 def _ascii(text: str) -> str:
     """Text on one line in ASCII."""
-    return " ".join(text.replace(NOTHING, "-").encode("ascii", "replace").decode("ascii").split()).replace("$", "S")
-
-
+    return " ".join(text.replace(NOTHING, "-").encode("ascii", "replace").decode("ascii").split()).replace(
+        "$", "S"
+    )

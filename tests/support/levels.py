@@ -41,7 +41,7 @@ LEVELS: list[list[str]] = [
     ["advice"],
     ["reproduce", "fidelity"],
     ["report"],
-    ["exports"],
+    ["bags", "exports"],
     [""],
     ["cli"],
     ["__main__"],

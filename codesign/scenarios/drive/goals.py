@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 
+import numpy as np
+
+from codesign.records import GoalRecord
 from codesign.scenarios.drive.log import Log
 from codesign.scenarios.drive.scene import Scene
 from codesign.scenarios.drive.world.frontier import Frontiers
@@ -56,6 +59,7 @@ class Tour(Goals):
         first = scene.machine.system.problem.goals
         self._legs: list[tuple[Cell, ...]] = [first, *((goal,) for goal in scene.scenario.tour)]
         self.done = 0
+        self._tell()
 
     @property
     def over(self) -> bool:
@@ -80,11 +84,23 @@ class Tour(Goals):
         if look.cell not in self._legs[self.done] or (last and look.speed > 0):
             return False
         self.done += 1
+        if not last:
+            self._tell()
         return True
+
+    def _tell(self) -> None:
+        _tell_goals(self._scene, self._legs[self.done])
 
     def obsolete(self, _target: Cell, /) -> bool:
         """A goal stays one."""
         return False
+
+
+def _tell_goals(scene: Scene, cells: tuple[Cell, ...]) -> None:
+    """Tell listeners where the robot is to go from now on."""
+    if scene.machine.listening:
+        goals = np.array(cells, np.int32).reshape(-1, 2)
+        scene.machine.tell(GoalRecord(scene.machine.now, scene.robot.name, goals))
 
 
 class FrontierGoals(Goals):
@@ -96,6 +112,7 @@ class FrontierGoals(Goals):
         self._scene = scene
         self._frontiers = Frontiers(scene.belief)
         self.done = 0
+        _tell_goals(scene, ())
 
     @property
     def over(self) -> bool:
