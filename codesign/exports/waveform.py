@@ -16,7 +16,7 @@ signals, and a save file of GTKWave that applies them and puts the signals in gr
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal
@@ -24,10 +24,8 @@ from typing import Any, Literal
 import numpy as np
 
 from codesign.activity import Mark, Span, Value, activities, depth_over_time, union
+from codesign.gtkwave import NOTHING, Shown, ascii_text, save_file, translation
 from codesign.records import Record, VisitsRecord
-
-NOTHING = "–"
-"""What a signal of names shows while there is none. Its number is 0."""
 
 Kind = Literal["bit", "number", "name", "real"]
 
@@ -189,7 +187,7 @@ def write_waveform(wave: Waveform, path: Path, comment: str = "") -> list[Path]:
     with (
         written_atomically(path) as passing,
         passing.open("w", encoding="ascii") as file,
-        VCDWriter(file, timescale=_TIMESCALE, date="", comment=_ascii(comment)) as writer,
+        VCDWriter(file, timescale=_TIMESCALE, date="", comment=ascii_text(comment)) as writer,
     ):
         variables = [
             (signal, writer.register_var(_safe(scope), _safe(name), *_type_of(signal)))
@@ -197,13 +195,12 @@ def write_waveform(wave: Waveform, path: Path, comment: str = "") -> list[Path]:
         ]
         for time, value, variable in _in_time(variables):
             writer.change(variable, time, value)
-    files = {
-        path.with_suffix(f".{_safe(scope)}.{_safe(name)}.txt"): signal for scope, name, signal in _named(wave)
-    }
+    files = {_translate_path(path, scope, name): signal for scope, name, signal in _named(wave)}
     for file_path, signal in files.items():
-        write_atomically(file_path, _translation(signal).encode())
+        names = ((number, name) for name, number in signal.names.items())
+        write_atomically(file_path, translation(names, signal.bits).encode())
     save = path.with_suffix(".gtkw")
-    write_atomically(save, _save_file(wave, path).encode())
+    write_atomically(save, save_file(path, _groups(wave, path)).encode())
     return [path, save, *files]
 
 
@@ -230,41 +227,21 @@ def _in_time(variables: list[tuple[Signal, Any]]) -> Iterator[tuple[int, Any, An
         yield time, value, variable
 
 
-def _translation(signal: Signal) -> str:
-    from vcd.gtkw import make_translation_filter
+def _groups(wave: Waveform, path: Path) -> dict[str, list[Shown]]:
+    """A group for each scope."""
+    groups: dict[str, list[Shown]] = {}
+    for scope, name, signal in wave.every:
+        file = _translate_path(path, scope, name).name if signal.kind == "name" else ""
+        full = f"{_safe(scope)}.{_safe(name)}"
+        shown = Shown(full, signal.bits, "real" if signal.kind == "real" else "dec", file)
+        groups.setdefault(_safe(scope), []).append(shown)
+    return groups
 
-    pairs = [(number, _ascii(name)) for name, number in signal.names.items()]
-    return make_translation_filter(pairs, datafmt="hex", size=signal.bits) + "\n"
 
-
-def _save_file(wave: Waveform, path: Path) -> str:
-    """The save file: a group for each scope. Files are named beside it, so the folder may be moved."""
-    from io import StringIO
-
-    from vcd.gtkw import GTKWSave
-
-    text = StringIO()
-    save = GTKWSave(text)
-    save.dumpfile(path.name, abspath=False)
-    save.size(1600, 900)
-    groups: dict[str, Mapping[str, Signal]] = dict(sorted(wave.signals.items()))
-    for scope, signals in groups.items():
-        with save.group(_safe(scope)):
-            for name, signal in sorted(signals.items()):
-                file = f"{path.stem}.{_safe(scope)}.{_safe(name)}.txt" if signal.kind == "name" else None
-                form = {"name": "hex", "real": "real"}.get(signal.kind, "dec")
-                suffix = f"[{signal.bits - 1}:0]" if signal.kind in ("name", "number") else ""
-                save.trace(f"{_safe(scope)}.{_safe(name)}{suffix}", datafmt=form, translate_filter_file=file)
-    return text.getvalue()
+def _translate_path(path: Path, scope: str, name: str) -> Path:
+    return path.with_suffix(f".{_safe(scope)}.{_safe(name)}.txt")
 
 
 def _safe(name: str) -> str:
     """A name that every reader of VCD takes: letters, digits and underscores."""
     return _UNSAFE.sub("_", name) or "_"
-
-
-def _ascii(text: str) -> str:
-    """Text on one line in ASCII."""
-    return " ".join(text.replace(NOTHING, "-").encode("ascii", "replace").decode("ascii").split()).replace(
-        "$", "S"
-    )
