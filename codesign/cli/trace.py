@@ -174,11 +174,15 @@ def _draw(seen: Moment, picture: Path, source: Path) -> None:
     help="Write a ROS 2 bag into the new folder DIR.",
 )
 @click.option(
-    "--ros2-begin", "begin", type=_TIME, default=0, help="The time of the bag at which the run begins."
+    "--ros2-begin",
+    "begin",
+    type=click.IntRange(0, 2 * 10**9),
+    default=0,
+    metavar="SECONDS",
+    help="When the run begins in the bag, in seconds since 1970.",
 )
 def export(file: Path, events: Path | None, poses: Path | None, bag: Path | None, begin: int) -> None:
     """Export the trace FILE for other tools."""
-    from codesign.bags import BAG_KINDS, check_new, export_bag
     from codesign.cli.outputs import check_outputs
     from codesign.cli.progress import LATER_S, progress_shown
     from codesign.files import write_atomically
@@ -189,6 +193,8 @@ def export(file: Path, events: Path | None, poses: Path | None, bag: Path | None
         raise InputError("nothing to write", "hwsw trace export", hint)
     check_outputs({"--perfetto": events, "--poses": poses}, (file,))
     if bag is not None:
+        from codesign.bags import BAG_KINDS, check_new, export_bag
+
         check_new(bag, "--ros2")
     files = [
         (path, write, kinds)
@@ -200,7 +206,7 @@ def export(file: Path, events: Path | None, poses: Path | None, bag: Path | None
         for path, write, kinds in files:
             write_atomically(path, "".join(write(opened.records(kinds=kinds))).encode("utf-8", "replace"))
         if bag is not None:
-            export_bag(opened.records(kinds=BAG_KINDS), bag, begin // 1000)
+            export_bag(opened.records(kinds=BAG_KINDS), bag, begin * 10**9)
     for written in (*(path for path, *_ in files), *([] if bag is None else [bag])):
         click.echo(f"written: {printable(str(written), None)}")
     if opened.fault is not None:

@@ -103,10 +103,11 @@ def from_bag(
     The bag needs /map, and the place of the robot: /tf with /tf_static, or /odom. /goal_pose gives the goals, /scan the
     obstacles and the sensor, /plan the recorded answers, /cmd_vel the period of the control loop.
     """
-    from codesign.bags import facts_of, file_name, goals_csv, goals_table, map_files, read_bag, workload_text
+    from codesign.bags import facts_of, file_name, goals_csv, map_files, read_bag, workload_text
     from codesign.cli.progress import LATER_S, progress_shown
     from codesign.progress import doing
     from codesign.report import render_text
+    from codesign.report.bag_tables import goals_table
 
     choices = _choices(options)
     planner, mapping = _plan_like(like)
@@ -191,9 +192,10 @@ def _write(folder: Path, files: dict[str, bytes]) -> None:
 def _answers(platform: str, file: Path, facts: BagFacts, show: Show) -> list[int]:
     """How long the platform, with the robot of the bag, takes for the first plan to each goal, ps."""
     import codesign
-    from codesign.bags import board_latencies, settings_of
+    from codesign.bags import settings_of
     from codesign.cli.options import settings_of as values_of
     from codesign.progress import doing
+    from codesign.report.bag_tables import board_latencies
     from codesign.system import point_of
     from codesign.trace import MemoryListener
 

@@ -70,7 +70,9 @@ def route(seconds: float) -> tuple[np.ndarray, list[tuple[float, tuple[float, fl
     return np.array(rows), goals
 
 
-def _hits(x: float, y: float, angles: np.ndarray, boxes: list[tuple[float, float, float, float]]) -> np.ndarray:
+def _hits(
+    x: float, y: float, angles: np.ndarray, boxes: list[tuple[float, float, float, float]]
+) -> np.ndarray:
     """Ranges from (x, y) to the walls of the hall and to boxes, by geometry and not by cells."""
     along, up = np.cos(angles), np.sin(angles)
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -115,7 +117,10 @@ def _messages(plan: Hall, types: Any) -> list[tuple[float, str, Any]]:
     out += [(0.0, "/tf", make.tf(0.0, "map", "odom", 0.3, -0.2, 0.1))]
     for time, goal in goals:
         place = [float(np.interp(time, way[:, 0], way[:, axis])) for axis in (1, 2)]
-        out += [(time, "/goal_pose", make.goal(time, goal)), (time + plan.plan_after, "/plan", make.path(time, place, goal))]
+        out += [
+            (time, "/goal_pose", make.goal(time, goal)),
+            (time + plan.plan_after, "/plan", make.path(time, place, goal)),
+        ]
     for time in np.arange(0.0, plan.seconds, 1 / plan.odom_rate).tolist():
         pose = _pose(way, time)
         out += [(time, "/tf", make.tf(time, "odom", "base_link", *_in_odom(*pose)))]
@@ -177,11 +182,15 @@ class _Make:
         return self.stamped(time, *goal)
 
     def path(self, time: float, *ends: Any) -> Any:
-        return self.types["nav_msgs/msg/Path"](self.header(time, "map"), [self.stamped(time, *end) for end in ends])
+        return self.types["nav_msgs/msg/Path"](
+            self.header(time, "map"), [self.stamped(time, *end) for end in ends]
+        )
 
     def map(self, cells: np.ndarray) -> Any:
         header = self.header(0.0, "map")
-        info = self.types["nav_msgs/msg/MapMetaData"](header.stamp, SIDE, COLUMNS, ROWS, self.pose(*ORIGIN, 0.0))
+        info = self.types["nav_msgs/msg/MapMetaData"](
+            header.stamp, SIDE, COLUMNS, ROWS, self.pose(*ORIGIN, 0.0)
+        )
         return self.types["nav_msgs/msg/OccupancyGrid"](header, info, cells.ravel())
 
     def edge(self, time: float, parent: str, child: str, x: float, y: float, yaw: float) -> Any:
