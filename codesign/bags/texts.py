@@ -107,7 +107,7 @@ def workload_text(facts: BagFacts, name: str, planner: str, mapping: Mapping[str
         f"description: {json.dumps(title)}",
         "",
     ]
-    lines += [f"planner: {planner} # with its mapping as in workload {_comment(like)}", "", "problem:"]
+    lines += [f"planner: {_word(planner)} # with its mapping as in workload {_comment(like)}", "", "problem:"]
     rule = f"values to {FREE_TO} are free, those from {OCCUPIED_FROM} to 100 occupied"
     lines += [
         f"  # The map of {facts.map.time:.3f} s: {rule}.",
@@ -129,8 +129,12 @@ def workload_text(facts: BagFacts, name: str, planner: str, mapping: Mapping[str
     lines += _obstacle_lines(facts)
     limit = math.ceil(max(LONGEST_MISSION_S, 2 * bag.length))
     lines += [f"  limit: {limit} s # twice the bag, at least {LONGEST_MISSION_S:g} s", "", "mapping:"]
-    lines += [f"  {task}: {json.dumps(place)}" for task, place in mapping.items()]
+    lines += [f"  {_word(task)}: {json.dumps(place)}" for task, place in mapping.items()]
     return "\n".join(lines) + "\n"
+
+
+def _word(text: str) -> str:
+    return text if text.isidentifier() and text.isascii() else json.dumps(text)
 
 
 def _head_lines(facts: BagFacts, name: str) -> list[str]:

@@ -145,21 +145,25 @@ def _choices(options: dict[str, Any]) -> Choices:
 
 
 def _plan_like(like: str) -> tuple[str, dict[str, Any]]:
-    """The planner of a workload, and its mapping as it is written."""
-    import codesign
+    """The planner of a workload, and its mapping as it is written. A run of what is written here checks both."""
+    from codesign.errors import SpecError
+    from codesign.inputs.files import read_spec
 
-    loaded = codesign.load_workload(like)
-    tree = loaded.document.tree
-    if loaded.planner in _without_maps():
-        hint = "name a workload that plans on a map, such as warehouse or office-harmonic"
-        raise InputError(f"{clip(like)} plans on no map with a goal", "--like", hint)
-    return loaded.planner, dict(tree["mapping"])
+    document = read_spec(like, "workloads")
+    if document.faults:
+        raise SpecError(document.faults)
+    tree = document.tree if isinstance(document.tree, dict) else {}
+    planner, mapping, problem = (tree.get(key) for key in ("planner", "mapping", "problem"))
+    if not isinstance(planner, str) or not isinstance(mapping, dict) or not isinstance(problem, dict):
+        raise InputError(
+            f"{clip(like)} is no workload with a planner, a problem and a mapping", "--like", _OTHER
+        )
+    if "map" not in problem:
+        raise InputError(f"{clip(like)} plans on no map with a goal", "--like", _OTHER)
+    return planner, mapping
 
 
-def _without_maps() -> set[str]:
-    from codesign.system import catalog
-
-    return set(catalog.problem_models())
+_OTHER = "name a workload that plans on a map, such as warehouse or office-harmonic"
 
 
 def _check_new(paths: Any) -> None:

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import math
+import re
+import shutil
+import subprocess
 from collections.abc import Callable
 from pathlib import Path
 
@@ -303,3 +306,33 @@ def test_without_the_library_the_command_to_install_it_is_named(
         done = hwsw(*command)
         assert done.exit_code == 1
         assert "pip install 'hwsw-codesign[ros2]'" in done.output
+
+
+@pytest.mark.skipif(shutil.which("rerun") is None, reason="rerun is not installed: pip install rerun-sdk")
+def test_rerun_decodes_grids_transforms_goals_and_log(
+    mission: tuple[Path, list[Record]], tmp_path: Path
+) -> None:
+    """Rerun's own converter. It keeps paths, scans and odometry as messages that it does not draw."""
+    out = tmp_path / "run.rrd"
+    subprocess.run(
+        ["rerun", "mcap", "convert", mission[0] / "bag.mcap", "-o", out], check=True, capture_output=True
+    )
+    text = subprocess.run(["rerun", "rrd", "print", out], check=True, capture_output=True, text=True).stdout
+    rows: dict[tuple[str, str], int] = {}
+    for count, entity, columns in re.findall(r"with (\d+) rows .*? - (/\w+) - data columns: \[(.*)\]", text):
+        for kind in (
+            "GridMap:data",
+            "Transform3D:translation",
+            "InstancePoses3D",
+            "TextLog:text",
+            ":message",
+        ):
+            if kind in columns:
+                rows[entity, kind] = rows.get((entity, kind), 0) + int(count)
+    found = {topic: len(each) for topic, each in messages_of(mission[0]).items()}
+    assert rows["/map", "GridMap:data"] == 1
+    assert rows["/belief", "GridMap:data"] == found["/belief"]
+    assert rows["/tf", "Transform3D:translation"] == found["/tf"]
+    assert rows["/goal_pose", "InstancePoses3D"] == found["/goal_pose"]
+    assert rows["/rosout", "TextLog:text"] == found["/rosout"]
+    assert rows["/scan", ":message"] == found["/scan"]
