@@ -335,4 +335,4 @@ def test_rerun_decodes_grids_transforms_goals_and_log(
     assert rows["/tf", "Transform3D:translation"] == found["/tf"]
     assert rows["/goal_pose", "InstancePoses3D"] == found["/goal_pose"]
     assert rows["/rosout", "TextLog:text"] == found["/rosout"]
-    assert rows["/scan", ":message"] == found["/scan"]
+    assert rows["/scan", "LaserScan:message"] == found["/scan"]
