@@ -10,8 +10,7 @@ from codesign.bags.folder import check_new
 from codesign.bags.obstacles import Rule
 from codesign.bags.reading import read_bag
 from codesign.bags.recording import Topics
-from codesign.bags.table import board_latencies, goals_table
-from codesign.bags.texts import file_name, goals_csv, map_files, settings_of, workload_text
+from codesign.bags.texts import file_name, goals_csv, latency, map_files, settings_of, workload_text
 
 __all__ = [
     "BAG_KINDS",
@@ -20,13 +19,12 @@ __all__ = [
     "Choices",
     "Rule",
     "Topics",
-    "board_latencies",
     "check_new",
     "export_bag",
     "facts_of",
     "file_name",
     "goals_csv",
-    "goals_table",
+    "latency",
     "map_files",
     "read_bag",
     "settings_of",

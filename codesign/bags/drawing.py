@@ -19,7 +19,7 @@ FREE_TO, OCCUPIED_FROM = 25, 65
 """Per cent of an OccupancyGrid: the most of a free cell, the least of an occupied one, as in Nav2's map_saver."""
 
 _BASES = ("base_link", "base_footprint")
-_NEAREST_FREE_M = 0.5
+_NEAREST_FREE_M = 0.4
 """A start or goal on no free cell is moved to the nearest free one, at most so far."""
 
 _FAST = 99.0

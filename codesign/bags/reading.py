@@ -33,6 +33,7 @@ _FAR = 1e7
 """Metres: no robot is farther from the origin of its map."""
 
 _GRID, _ODOMETRY, _SCAN = library.OCCUPANCY_GRID, library.ODOMETRY, library.LASER_SCAN
+_MAGIC = b"\x89MCAP0\r\n"
 _REINDEX = "a bag that was cut is repaired by: ros2 bag reindex DIR -s mcap"
 
 
@@ -46,7 +47,7 @@ def read_bag(path: Path, topics: Topics, last_map: bool = True, show: Show = sil
     """
     library.check_installed()
     _check_kind(path)
-    with _guarded(path, "cannot be read", _REINDEX):
+    with _guarded(path, lambda: "cannot be read", _REINDEX):
         from rosbags.rosbag2 import Reader
 
         library.bound_decompression()
@@ -55,7 +56,7 @@ def read_bag(path: Path, topics: Topics, last_map: bool = True, show: Show = sil
     try:
         return _Gatherer(path, topics, last_map, show).gather(reader)
     finally:
-        with _guarded(path, "cannot be closed", None):
+        with _guarded(path, lambda: "cannot be closed", None):
             reader.close()
 
 
@@ -70,13 +71,23 @@ def _check_kind(path: Path) -> None:
         hint = "name the folder that ros2 bag record made, or run: ros2 bag reindex DIR -s mcap"
         raise InputError("has no metadata.yaml, so it is no folder of a ROS 2 bag", where, hint)
     if path.is_file() and path.suffix not in (".mcap", ".db3"):
-        raise InputError(
-            "is no ROS 2 bag", where, "accepted: a folder with metadata.yaml, a .mcap or a .db3 file"
-        )
+        hint = "accepted: a folder with metadata.yaml, a .mcap or a .db3 file"
+        raise InputError("is no ROS 2 bag", where, hint)
+    if path.suffix == ".mcap" and path.is_file() and _is_other_mcap(path):
+        hint = "a trace of hwsw becomes a bag by: hwsw trace export FILE --ros2 DIR"
+        raise InputError("is an MCAP file, but its profile is not ros2", where, hint)
+
+
+def _is_other_mcap(path: Path) -> bool:
+    """Whether an MCAP file has another profile: the first text of its header, which is its first record."""
+    with _guarded(path, lambda: "cannot be read", None), path.open("rb") as file:
+        head = file.read(32)
+    profile = len(_MAGIC) + 9
+    return head.startswith(_MAGIC) and head[profile : profile + 8] != b"\x04\0\0\0ros2"
 
 
 @contextmanager
-def _guarded(path: Path, what: str, hint: str | None) -> Iterator[None]:
+def _guarded(path: Path, what: Callable[[], str], hint: str | None) -> Iterator[None]:
     """What a damaged file makes of the library, which raises errors of many kinds, as an error of ours."""
     try:
         yield
@@ -84,7 +95,11 @@ def _guarded(path: Path, what: str, hint: str | None) -> Iterator[None]:
         raise
     except Exception as fault:
         reason = " ".join(str(fault).split()) or type(fault).__name__
-        raise InputError(f"{what}: {printable(reason, 160)}", printable(str(path), None), hint) from fault
+        raise InputError(f"{what()}: {printable(reason, 160)}", printable(str(path), None), hint) from fault
+
+
+def _no_taker(_time: float, _message: Any) -> None:
+    """Of commands the times alone are read."""
 
 
 class _Gatherer:
@@ -100,6 +115,7 @@ class _Gatherer:
         self._scans: list[Any] = []
         self._seen_scans = 0
         self._every = 1
+        self._done, self._under_way = 0, ""
         self._takers: dict[str, tuple[tuple[str, ...], Callable[[float, Any], None]]] = {
             topics.map: ((_GRID,), self._map),
             topics.tf: ((library.TF_MESSAGE,), self._tf),
@@ -108,7 +124,7 @@ class _Gatherer:
             topics.odom: ((_ODOMETRY,), self._odom),
             topics.goal: ((library.POSE_STAMPED,), self._goal),
             topics.plan: ((library.PATH,), self._plan),
-            topics.command: ((library.TWIST, library.TWIST_STAMPED), self._command),
+            topics.command: ((library.TWIST, library.TWIST_STAMPED), _no_taker),
         }
 
     def gather(self, reader: Any) -> Recording:
@@ -120,24 +136,30 @@ class _Gatherer:
             raise InputError(f"has {count:,} messages, more than {MAX_MESSAGES:,}", self._where, hint)
         self._out.begin = int(reader.start_time)
         self._out.length = max(0.0, float(reader.duration) * 1e-9)
-        store, done = library.typestore(), 0
         scans = sum(each.msgcount for each in chosen if each.topic == self._topics.scan)
-        messages = reader.messages(connections=chosen)
-        while True:
-            with _guarded(self._out.path, f"is damaged after {done:,} messages", _REINDEX):
-                item = next(messages, None)
-            if item is None:
-                break
-            connection, time, data = item
-            with _guarded(self._out.path, f"message {done + 1:,}, of {connection.topic}, is damaged", None):
-                message: Any = store.deserialize_cdr(data, connection.msgtype)
-                if connection.topic == self._topics.scan and not self._scans:
-                    self._every = max(1, math.ceil(scans * len(message.ranges) / MAX_RANGES))
-                self._takers[connection.topic][1]((time - self._out.begin) * 1e-9, message)
-            done += 1
-            if done % 4096 == 0:
-                self._show(Advance(done, max(done, count), "messages read"))
+        self._every = 0 if scans else 1
+        with _guarded(
+            self._out.path, lambda: f"is damaged at message {self._done + 1:,}{self._under_way}", _REINDEX
+        ):
+            self._take_all(reader.messages(connections=chosen), count, scans)
         return self._finished()
+
+    def _take_all(self, messages: Iterator[tuple[Any, int, bytes]], count: int, scans: int) -> None:
+        read, begin = library.typestore().deserialize_cdr, self._out.begin
+        for connection, time, data in messages:
+            self._under_way = f", of {connection.topic}"
+            seconds = (time - begin) * 1e-9
+            if connection.topic == self._topics.command:
+                self._rows["command"].append((seconds,))
+            else:
+                message: Any = read(data, connection.msgtype)
+                if not self._every and connection.topic == self._topics.scan:
+                    self._every = max(1, math.ceil(scans * len(message.ranges) / MAX_RANGES))
+                self._takers[connection.topic][1](seconds, message)
+            self._done += 1
+            self._under_way = ""
+            if self._done % 4096 == 0:
+                self._show(Advance(self._done, max(self._done, count), "messages read"))
 
     def _connections(self, reader: Any) -> list[Any]:
         present = {printable(each.topic): each.msgtype for each in reader.connections}
@@ -270,9 +292,6 @@ class _Gatherer:
             first, last = (tuple(map(float, points[index])) for index in (0, -1))
             frame = _frame(message.header.frame_id)
             self._out.plans.append(RecordedPlan(time, frame, first, last, length))  # type: ignore[arg-type]
-
-    def _command(self, time: float, _message: Any) -> None:
-        self._rows["command"].append((time,))
 
     def _remark(self, text: str) -> None:
         if text not in self._out.remarks:

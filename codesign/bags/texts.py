@@ -107,7 +107,7 @@ def workload_text(facts: BagFacts, name: str, planner: str, mapping: Mapping[str
         f"description: {json.dumps(title)}",
         "",
     ]
-    lines += [f"planner: {planner} # with its mapping as in workload {_comment(like)}", "", "problem:"]
+    lines += [f"planner: {_word(planner)} # with its mapping as in workload {_comment(like)}", "", "problem:"]
     rule = f"values to {FREE_TO} are free, those from {OCCUPIED_FROM} to 100 occupied"
     lines += [
         f"  # The map of {facts.map.time:.3f} s: {rule}.",
@@ -122,15 +122,18 @@ def workload_text(facts: BagFacts, name: str, planner: str, mapping: Mapping[str
     if facts.period.value is not None:
         lines.append(f"  control_period: {_time(facts.period.value)} # {_comment(facts.period.source)}")
     if len(cells) > 1:
-        lines.append("  tour: # the goals after the first, each once the one before is reached")
-        lines += [
-            f"    - {list(cell)} # {_given_text(facts, index)}" for index, cell in enumerate(cells) if index
-        ]
+        lines += ["  tour:", *(f"    - {list(cell)}" for cell in cells[1:])]
+        lines.append("  tour_times: # when each was given, counted from the first goal")
+        lines += [f"    - {_time(time)}" for time in _times(facts)[1:]]
     lines += _obstacle_lines(facts)
     limit = math.ceil(max(LONGEST_MISSION_S, 2 * bag.length))
     lines += [f"  limit: {limit} s # twice the bag, at least {LONGEST_MISSION_S:g} s", "", "mapping:"]
-    lines += [f"  {task}: {json.dumps(place)}" for task, place in mapping.items()]
+    lines += [f"  {_word(task)}: {json.dumps(place)}" for task, place in mapping.items()]
     return "\n".join(lines) + "\n"
+
+
+def _word(text: str) -> str:
+    return text if text.isidentifier() and text.isascii() else json.dumps(text)
 
 
 def _head_lines(facts: BagFacts, name: str) -> list[str]:
@@ -156,10 +159,10 @@ def _head_lines(facts: BagFacts, name: str) -> list[str]:
     return lines
 
 
-def _given_text(facts: BagFacts, index: int) -> str:
+def _times(facts: BagFacts) -> list[float]:
+    """When each goal of the workload was given, s. Of neighbours that are one cell, the first counts."""
     toured = [each for each in facts.goals if each.toured]
-    same = [each for place, each in enumerate(toured) if not place or each.cell != toured[place - 1].cell]
-    return f"given at {same[index].time:.3f} s"
+    return [each.time for at, each in enumerate(toured) if not at or each.cell != toured[at - 1].cell]
 
 
 def _obstacle_lines(facts: BagFacts) -> list[str]:
@@ -213,12 +216,15 @@ def _comment(text: str) -> str:
 
 
 def _time(seconds: float) -> str:
-    """A time to the microsecond, in the largest unit that holds it without decimals."""
+    """A time to the microsecond.
+
+    >>> _time(54.49902), _time(0.05), _time(0.0004)
+    ('54.49902 s', '50 ms', '400 us')
+    """
     whole = max(0, round(seconds * 1e6))
-    unit, scale = next(
-        (unit, scale) for unit, scale in (("s", 10**6), ("ms", 1000), ("us", 1)) if not whole % scale
-    )
-    return f"{whole // scale} {unit}"
+    if whole >= 10**6 or not whole:
+        return f"{whole / 1e6:.6f}".rstrip("0").rstrip(".") + " s"
+    return f"{whole} us" if whole % 1000 else f"{whole // 1000} ms"
 
 
 def _number(value: float) -> str:

@@ -93,7 +93,6 @@ def run(
     result: the exit code is 0, and the result says why.
     """
     import codesign
-    from codesign.bags import BagListener, check_new
     from codesign.cli.outputs import check_outputs
     from codesign.cli.progress import compiling_shown, progress_shown
     from codesign.exploration.constraints import with_constraints
@@ -111,6 +110,8 @@ def run(
         {"--trace": trace_file, "--html": page}, (*specs, workload_spec.map_file), plain=["--trace"]
     )
     if bag is not None:
+        from codesign.bags import BagListener, check_new
+
         check_new(bag, "--ros2")
     moved = point_of(platform, workload_spec, values)
     debug_step("files read and checked")

@@ -32,7 +32,12 @@ _TIME = Quantity("time", "time")
     help="Write a ROS 2 bag into the new folder DIR.",
 )
 @click.option(
-    "--ros2-begin", "bag_begin", type=_TIME, default=0, help="The time of the bag at which the run begins."
+    "--ros2-begin",
+    "bag_begin",
+    type=click.IntRange(0, 2 * 10**9),
+    default=0,
+    metavar="SECONDS",
+    help="When the run begins in the bag, in seconds since 1970.",
 )
 @click.option(
     "--from", "begin", type=_TIME, default=0, help="Of the waveform: only from this simulated time."
@@ -49,7 +54,6 @@ def export(
     end: int | None,
 ) -> None:
     """Export the trace FILE for other tools."""
-    from codesign.bags import check_new
     from codesign.cli.outputs import check_outputs
     from codesign.cli.progress import LATER_S, progress_shown
     from codesign.trace import open_trace
@@ -60,6 +64,8 @@ def export(
         raise InputError("nothing to write", "hwsw trace export", hint)
     check_outputs(outputs, (file,))
     if bag is not None:
+        from codesign.bags import check_new
+
         check_new(bag, "--ros2")
     writers: list[tuple[Path | None, Callable[[Trace, Path], list[Path]]]] = [
         (perfetto, _perfetto),
@@ -106,5 +112,5 @@ def _poses(opened: Trace, path: Path) -> list[Path]:
 def _bag(opened: Trace, path: Path, begin: int) -> list[Path]:
     from codesign.bags import BAG_KINDS, export_bag
 
-    export_bag(opened.records(kinds=BAG_KINDS), path, begin // 1000)
+    export_bag(opened.records(kinds=BAG_KINDS), path, begin * 10**9)
     return [path]

@@ -103,10 +103,11 @@ def from_bag(
     The bag needs /map, and the place of the robot: /tf with /tf_static, or /odom. /goal_pose gives the goals, /scan the
     obstacles and the sensor, /plan the recorded answers, /cmd_vel the period of the control loop.
     """
-    from codesign.bags import facts_of, file_name, goals_csv, goals_table, map_files, read_bag, workload_text
+    from codesign.bags import facts_of, file_name, goals_csv, map_files, read_bag, workload_text
     from codesign.cli.progress import LATER_S, progress_shown
     from codesign.progress import doing
     from codesign.report import render_text
+    from codesign.report.bag_tables import goals_table
 
     choices = _choices(options)
     planner, mapping = _plan_like(like)
@@ -144,21 +145,25 @@ def _choices(options: dict[str, Any]) -> Choices:
 
 
 def _plan_like(like: str) -> tuple[str, dict[str, Any]]:
-    """The planner of a workload, and its mapping as it is written."""
-    import codesign
+    """The planner of a workload, and its mapping as it is written. A run of what is written here checks both."""
+    from codesign.errors import SpecError
+    from codesign.inputs.files import read_spec
 
-    loaded = codesign.load_workload(like)
-    tree = loaded.document.tree
-    if loaded.planner in _without_maps():
-        hint = "name a workload that plans on a map, such as warehouse or office-harmonic"
-        raise InputError(f"{clip(like)} plans on no map with a goal", "--like", hint)
-    return loaded.planner, dict(tree["mapping"])
+    document = read_spec(like, "workloads")
+    if document.faults:
+        raise SpecError(document.faults)
+    tree = document.tree if isinstance(document.tree, dict) else {}
+    planner, mapping, problem = (tree.get(key) for key in ("planner", "mapping", "problem"))
+    if not isinstance(planner, str) or not isinstance(mapping, dict) or not isinstance(problem, dict):
+        raise InputError(
+            f"{clip(like)} is no workload with a planner, a problem and a mapping", "--like", _OTHER
+        )
+    if "map" not in problem:
+        raise InputError(f"{clip(like)} plans on no map with a goal", "--like", _OTHER)
+    return planner, mapping
 
 
-def _without_maps() -> set[str]:
-    from codesign.system import catalog
-
-    return set(catalog.problem_models())
+_OTHER = "name a workload that plans on a map, such as warehouse or office-harmonic"
 
 
 def _check_new(paths: Any) -> None:
@@ -191,9 +196,10 @@ def _write(folder: Path, files: dict[str, bytes]) -> None:
 def _answers(platform: str, file: Path, facts: BagFacts, show: Show) -> list[int]:
     """How long the platform, with the robot of the bag, takes for the first plan to each goal, ps."""
     import codesign
-    from codesign.bags import board_latencies, settings_of
+    from codesign.bags import settings_of
     from codesign.cli.options import settings_of as values_of
     from codesign.progress import doing
+    from codesign.report.bag_tables import board_latencies
     from codesign.system import point_of
     from codesign.trace import MemoryListener
 

@@ -42,6 +42,20 @@ class Goals(ABC):
     def obsolete(self, target: Cell, /) -> bool:
         """Whether a path to ``target`` has lost its purpose."""
 
+    @property
+    def waiting(self) -> bool:
+        """Whether the robot waits at a goal, as the next one is not given yet."""
+        return False
+
+    def given(self) -> bool:
+        """Whether the goal that the robot waited for is given now. True ends the wait."""
+        return False
+
+    @property
+    def since(self) -> int:
+        """When the goal under way is given, ps."""
+        return 0
+
     def end_if_over(self, log: Log) -> bool:
         """End the mission where nothing is left to be done; whether it has ended."""
         if self.over:
@@ -58,6 +72,8 @@ class Tour(Goals):
         self._scene = scene
         first = scene.machine.system.problem.goals
         self._legs: list[tuple[Cell, ...]] = [first, *((goal,) for goal in scene.scenario.tour)]
+        self._times = (0, *(scene.scenario.tour_times or (0,) * len(scene.scenario.tour)))
+        self._waiting = False
         self.done = 0
         self._tell()
 
@@ -67,9 +83,9 @@ class Tour(Goals):
         return self.done == len(self._legs)
 
     def goals(self) -> list[Cell]:
-        """The goals of the leg under way that are not believed blocked."""
+        """The goals of the leg under way that are not believed blocked; while it waits, where it was to go before."""
         blocked = self._scene.belief.blocked_for_robot
-        return [goal for goal in self._legs[self.done] if not blocked[goal]]
+        return [goal for goal in self._legs[self.done - self._waiting] if not blocked[goal]]
 
     def none_left(self) -> str:
         """The reason to give where ``goals`` has none."""
@@ -84,9 +100,28 @@ class Tour(Goals):
         if look.cell not in self._legs[self.done] or (last and look.speed > 0):
             return False
         self.done += 1
-        if not last:
+        self._waiting = not last and self._scene.machine.now < self._times[self.done]
+        if not (last or self._waiting):
             self._tell()
         return True
+
+    @property
+    def waiting(self) -> bool:
+        """Whether the time of the next goal has not come."""
+        return self._waiting
+
+    def given(self) -> bool:
+        """Whether the time of the next goal has come."""
+        if not self._waiting or self._scene.machine.now < self._times[self.done]:
+            return False
+        self._waiting = False
+        self._tell()
+        return True
+
+    @property
+    def since(self) -> int:
+        """When the goal under way is given, at the earliest, ps."""
+        return 0 if self.over else self._times[self.done]
 
     def _tell(self) -> None:
         _tell_goals(self._scene, self._legs[self.done])

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-from codesign.bags.drawing import BagFacts
-from codesign.bags.texts import latency
+from codesign.bags import BagFacts, latency
 from codesign.errors import printable
 from codesign.records import GoalRecord, PlanRecord, Record
 from codesign.report.table import Cell, Table, left, right
