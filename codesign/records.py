@@ -51,7 +51,8 @@ class MapRecord(Record):
     or None.
 
     All places of a run are counted in the whole map, and ``free`` may be a part of it. ``row``, ``column``: the first
-    cell of the part. ``origin``: (x, y, yaw) of its lower left corner, metres and radians, or None.
+    cell of the part. ``origin``: (x, y, yaw) of its lower left corner, metres and radians, or None. ``unknown``: bool
+    array, rows × columns, of the cells that the source of the map calls unknown; None where it has no such cells.
     """
 
     IN_CELLS = ("goals",)
@@ -62,6 +63,7 @@ class MapRecord(Record):
     row: int = 0
     column: int = 0
     origin: NDArray[np.float64] | None = None
+    unknown: NDArray[np.bool_] | None = None
 
     @property
     def corner(self) -> tuple[int, int]:
@@ -159,6 +161,37 @@ class TrajectoryRecord(Record):
 
     points: NDArray[np.float64]
     arrived: bool
+
+
+@dataclass(frozen=True)
+class RobotRecord(Record):
+    """The robot ``source`` at the begin of a drive: its ``radius`` (m), its greatest ``speed`` (m/s), and its sensor.
+
+    ``reach``: of the sensor, m. ``rays``: how many rays it has over the full circle; 0 for a sensor of a radius.
+    ``hidden``: int32 n × 2, (row, column), obstacles that the robot's map does not show. ``knows``: whether it has a
+    map at the begin.
+    """
+
+    IN_CELLS = ("hidden",)
+
+    radius: float
+    speed: float
+    reach: float
+    rays: int
+    hidden: NDArray[np.int32]
+    knows: bool
+
+
+@dataclass(frozen=True)
+class GoalRecord(Record):
+    """Where robot ``source`` is to go from now on: any of ``cells``, int32 n × 2, (row, column).
+
+    It has no cells where the robot chooses its goals itself.
+    """
+
+    IN_CELLS = ("cells",)
+
+    cells: NDArray[np.int32]
 
 
 @dataclass(frozen=True)

@@ -57,6 +57,7 @@ COMMANDS = {
         "Check the certificate of a front. Nothing is simulated.",
     ),
     "trace": ("codesign.cli.trace:trace", "Read the trace of a run."),
+    "workload": ("codesign.cli.workload:workload", "Make a workload of a recorded ROS 2 bag."),
     "reproduce": (
         "codesign.cli.reproduce:reproduce",
         "Compare the model with the published tables, row by row.",

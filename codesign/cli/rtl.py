@@ -43,7 +43,14 @@ if TYPE_CHECKING:
 @click.option(
     "--waves",
     type=click.Path(dir_okay=False, path_type=Path),
-    help="Write the waveform around the first difference (VCD, for GTKWave).",
+    help="Write the waveform around the first difference (VCD, for GTKWave), circuit and model above each other.",
+)
+@click.option(
+    "--cycles",
+    type=click.IntRange(0),
+    nargs=2,
+    metavar="FIRST LAST",
+    help="With --waves: write these cycles, whether or not they differ.",
 )
 @debug_option
 @click.option("--json", "as_json", is_flag=True, help="Print every point as JSON.")
@@ -58,6 +65,7 @@ def verify(
     backend: str,
     jobs: int,
     waves: Path | None,
+    cycles: tuple[int, int] | None,
     as_json: bool,
 ) -> None:
     """Simulate the circuit of WORKLOAD on PLATFORM, and compare all that it reports with the model.
@@ -75,6 +83,8 @@ def verify(
     from codesign.rtl.campaign import verify_all
 
     check_outputs({"--waves": waves}, specs, plain=["--waves"])
+    if cycles is not None and (waves is None or cycles[1] < cycles[0]):
+        raise InputError("names cycles of no waveform", "--cycles", "give --waves FILE --cycles FIRST LAST")
     asked = _samples(specs, point, settings, planners, points, seed) if every else None
     if asked is None:
         _refuse_options(
@@ -98,9 +108,9 @@ def verify(
             pace.total = expected
             show(Advance(cycles, expected or None, words, pace.left_s(cycles)))
 
-        styles = verify_all(asked, backend, jobs, progress if every else None, waves, within)
+        styles = verify_all(asked, backend, jobs, progress if every else None, waves, within, cycles)
     debug_step("verified")
-    _print(styles, waves, as_json)
+    _print(styles, waves, cycles is not None, as_json)
     if not all(each.equal for each in styles):
         raise click.exceptions.Exit(EXIT_FAILED)
 
@@ -149,7 +159,7 @@ def _design_point(specs: tuple[str, ...], point: int | None, settings: tuple[str
     return Asked(design.style, f"{platform.name} {workload.name}", lambda: design.job)
 
 
-def _print(styles: Sequence[StyleChecked], waves: Path | None, as_json: bool) -> None:
+def _print(styles: Sequence[StyleChecked], waves: Path | None, drawn: bool, as_json: bool) -> None:
     from codesign.report import render_text
     from codesign.report.verification_tables import difference_text, verification_table
 
@@ -164,7 +174,7 @@ def _print(styles: Sequence[StyleChecked], waves: Path | None, as_json: bool) ->
         if not each.equal and all(point.equal for point in each.points):
             click.echo(f"{each.planner} {each.style}: the cycles deviate by more than contention excuses")
     if waves is not None:
-        seen = any(point.verified is not None for point in wrong)
+        seen = waves.exists() and (drawn or any(point.verified is not None for point in wrong))
         click.echo(
             f"waveform: {printable(str(waves), None)}" if seen else "no difference: no waveform is written"
         )

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -43,6 +44,13 @@ _QUIET_SECONDS = 5.0
 @click.option(
     "--trace", "trace_file", type=click.Path(dir_okay=False, path_type=Path), help="Write an MCAP trace."
 )
+@click.option(
+    "--ros2",
+    "bag",
+    type=click.Path(path_type=Path),
+    metavar="DIR",
+    help="Write a ROS 2 bag into the new folder DIR.",
+)
 @click.option("--html", "page", type=click.Path(dir_okay=False, path_type=Path), help="Write an HTML page.")
 @click.option(
     "--granularity",
@@ -66,6 +74,7 @@ def run(
     settings: tuple[str, ...],
     needs: tuple[str, ...],
     trace_file: Path | None,
+    bag: Path | None,
     page: Path | None,
     granularity: str,
     memory: int | None,
@@ -101,6 +110,10 @@ def run(
     check_outputs(
         {"--trace": trace_file, "--html": page}, (*specs, workload_spec.map_file), plain=["--trace"]
     )
+    if bag is not None:
+        from codesign.bags import BagListener, check_new
+
+        check_new(bag, "--ros2")
     moved = point_of(platform, workload_spec, values)
     debug_step("files read and checked")
     records = MemoryListener()
@@ -108,13 +121,16 @@ def run(
     long = outlook(moved[1])
     if long is not None and not quiet:
         click.echo(long, err=True)
-    with progress_shown(after_s=_QUIET_SECONDS, quiet=quiet) as show, compiling_shown(show):
+    with ExitStack() as stack:
+        show = stack.enter_context(progress_shown(after_s=_QUIET_SECONDS, quiet=quiet))
+        stack.enter_context(compiling_shown(show))
+        ros2 = None if bag is None else stack.enter_context(BagListener(bag))
         doing(show, "simulating")
         result = codesign.simulate(
             *moved,
             granularity=granularity,
             trace=trace_file,
-            listeners=() if page is None else (records,),
+            listeners=[*([] if page is None else [records]), *([] if ros2 is None else [ros2])],
             progress=mission_progress(show),
             memory=memory,
             keeping=page is not None,
@@ -122,13 +138,15 @@ def run(
             lever_progress=lever_progress(show),
         )
         result = with_constraints(result, limits)
+        if ros2 is not None and not result.simulated:
+            ros2.abort()
         debug_step("simulated")
         if page is not None:
             doing(show, "drawing the pictures of the page")
             result_page(result, page, pictures=run_pictures(records.records), command=command_line())
             debug_step("page written")
     _print(result, asked.constraints, limits, detail, as_json)
-    _print_files(result, trace_file, page, silent=as_json or quiet)
+    _print_files(result, {"trace": trace_file, "bag": bag, "page": page}, silent=as_json or quiet)
     _end(result)
 
 
@@ -144,14 +162,13 @@ def _end(result: Result) -> None:
         raise click.exceptions.Exit(EXIT_INFEASIBLE)
 
 
-def _print_files(result: Result, trace_file: Path | None, page: Path | None, *, silent: bool) -> None:
+def _print_files(result: Result, files: Mapping[str, Path | None], *, silent: bool) -> None:
     """The files that were written, unless ``silent``; a trace that was not written always, on standard error."""
-    files = {"trace": trace_file, "page": page}
     for name, path in files.items():
         if path is None:
             continue
         text = f"{name}: {printable(str(path), None)}"
-        if name == "trace" and not result.simulated:
+        if name != "page" and not result.simulated:
             click.echo(f"{text} is not written, as the design is not feasible and was not run", err=True)
         elif not silent:
             click.echo(text)

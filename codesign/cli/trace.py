@@ -1,4 +1,4 @@
-"""``hwsw trace info``, ``hwsw trace show`` and ``hwsw trace export``."""
+"""``hwsw trace info`` and ``hwsw trace show``, and the group of all commands that read a trace."""
 
 from __future__ import annotations
 
@@ -12,6 +12,8 @@ from typing import TYPE_CHECKING
 import click
 
 from codesign.cli.options import Quantity
+from codesign.cli.trace_export import export
+from codesign.cli.trace_views import diff, stats, timeline
 from codesign.errors import InputError, printable
 
 if TYPE_CHECKING:
@@ -152,40 +154,5 @@ def _draw(seen: Moment, picture: Path, source: Path) -> None:
     write_atomically(picture, drawn.data)
 
 
-@trace.command(short_help="Export a trace for other tools.")
-@click.argument("file", type=_FILE)
-@click.option(
-    "--perfetto",
-    "events",
-    type=click.Path(dir_okay=False, path_type=Path),
-    help="Write trace events, for ui.perfetto.dev.",
-)
-@click.option(
-    "--poses",
-    "poses",
-    type=click.Path(dir_okay=False, path_type=Path),
-    help="Write the positions and times of each robot as CSV.",
-)
-def export(file: Path, events: Path | None, poses: Path | None) -> None:
-    """Export the trace FILE for other tools."""
-    from codesign.cli.outputs import check_outputs
-    from codesign.cli.progress import LATER_S, progress_shown
-    from codesign.files import write_atomically
-    from codesign.trace import PERFETTO_KINDS, POSE_KINDS, open_trace, perfetto, poses_csv
-
-    if events is None and poses is None:
-        raise InputError("nothing to write", "hwsw trace export", "give --perfetto OUT, --poses OUT or both")
-    check_outputs({"--perfetto": events, "--poses": poses}, (file,))
-    files = [
-        (path, write, kinds)
-        for path, write, kinds in ((events, perfetto, PERFETTO_KINDS), (poses, poses_csv, POSE_KINDS))
-        if path is not None
-    ]
-    with progress_shown(after_s=LATER_S) as display:
-        opened = open_trace(file, display)
-        for path, write, kinds in files:
-            write_atomically(path, "".join(write(opened.records(kinds=kinds))).encode("utf-8", "replace"))
-    for path, *_ in files:
-        click.echo(f"written: {printable(str(path), None)}")
-    if opened.fault is not None:
-        click.echo(f"the file is not complete: {printable(opened.fault)}", err=True)
+for _command in (export, stats, diff, timeline):
+    trace.add_command(_command)

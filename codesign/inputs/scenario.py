@@ -198,6 +198,11 @@ class Drive(_Mission):
     tour: Annotated[tuple[Cell, ...], Field(max_length=MAX_TOUR)] = Field(
         default=(), description="Further goals, one after another, once the first is reached."
     )
+    tour_times: Annotated[tuple[Duration, ...], Field(max_length=MAX_TOUR)] = Field(
+        default=(),
+        description="When each goal of the tour is given, at the earliest: until then the robot waits at the goal"
+        " before. Without it, each is given when the one before is reached.",
+    )
     obstacles: Obstacles = Field(default=Obstacles(), description="Obstacles that come after the start.")
     replan: Replan = Field(default=Replan(), description="When and how a new plan is made.")
     patience: Duration = Field(
@@ -239,6 +244,9 @@ class Drive(_Mission):
             raise RefusalError("a control period below 1 us", "give 1 us or more", ("control_period",))
         if self.resolution is not None and self.resolution <= 0:
             raise RefusalError("a resolution of 0", "metres a cell, above 0", ("resolution",))
+        if self.tour_times and len(self.tour_times) != len(self.tour):
+            what = f"{len(self.tour_times)} times for {len(self.tour)} goals of the tour"
+            raise RefusalError(what, "give each goal of the tour its time, or none", ("tour_times",))
         return self
 
 

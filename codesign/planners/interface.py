@@ -66,6 +66,8 @@ class Problem:
     whole map. ``corner``: (row, column) of the first cell in the whole map; ``named`` takes a cell there. ``origin``:
     (x, y, yaw) of the lower left corner of what is left, or None.
 
+    ``unknown``: bool, rows × columns, of the cells that the source of the map calls unknown, or None. No planner asks.
+
     ``optimal_lengths``: of each start, the shortest 8-connected path by a ``.scen`` file, cells; empty without one.
     """
 
@@ -78,6 +80,7 @@ class Problem:
     corner: Cell = (0, 0)
     origin: tuple[float, float, float] | None = None
     optimal_lengths: tuple[float, ...] = ()
+    unknown: NDArray[np.bool_] | None = None
 
     def named(self, cell: Cell) -> Cell:
         """A cell as users count it, in the whole map."""

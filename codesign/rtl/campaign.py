@@ -83,11 +83,13 @@ def verify_all(
     progress: Callable[[Checked], None] | None = None,
     waves: Path | None = None,
     within: Progress = silent,
+    cycles: tuple[int, int] | None = None,
 ) -> tuple[StyleChecked, ...]:
     """Verify points, ``jobs`` at a time, and add them up by style.
 
     ``progress`` is called after each point, ``within`` with what the simulator of a single point does. ``waves``: the
-    file of a waveform around the first difference of the first point that has one.
+    file of a waveform around the first difference of the first point that has one, or of ``cycles`` (the first and the
+    last one) of that point, or else of the first point.
 
     Raises:
         MissingToolError: a tool is not installed.
@@ -101,8 +103,9 @@ def verify_all(
     differing = next(
         (i for i, checked in enumerate(in_order) if checked.verified and not checked.equal), None
     )
-    if waves is not None and differing is not None:
-        verify(asked[differing].style, asked[differing].job(), backend, waves)
+    drawn = 0 if differing is None and cycles is not None else differing
+    if waves is not None and drawn is not None:
+        verify(asked[drawn].style, asked[drawn].job(), backend, waves, cycles=cycles)
     groups: dict[tuple[str, str, str], list[Checked]] = {}
     for checked in in_order:
         groups.setdefault((checked.planner, checked.style, checked.task), []).append(checked)

@@ -93,7 +93,12 @@ def _headers() -> str:
 def _run(
     circuit: Circuit, program: Path, place: Path, expected: Expected, waves: Waves | None, progress: Progress
 ) -> Run:
-    window = (str(waves.file.absolute()), str(waves.first), str(waves.last)) if waves else ()
+    window: tuple[str, ...] = ()
+    if waves:
+        events = expected.events
+        columns = (events.cycle, events.kind, events.value)
+        np.column_stack([column.astype(np.uint64) for column in columns]).tofile(place / "model")
+        window = (str(waves.file.absolute()), str(waves.first), str(waves.last), "model")
     cycles = sum(expected.cycles.values())
 
     def watch() -> None:

@@ -15,6 +15,7 @@ from codesign.planners.job import Job
 from codesign.rtl.bounds import bound_of
 from codesign.rtl.runs import Progress, Run, Waves, silent
 from codesign.rtl.simulate import simulate
+from codesign.rtl.wave_view import write_view
 from codesign.units import counted
 
 MOST_DEVIATION = 0.01
@@ -57,11 +58,13 @@ def verify(
     backend: str = "cxxrtl",
     waves: Path | None = None,
     progress: Progress = silent,
+    cycles: tuple[int, int] | None = None,
 ) -> Verified:
     """Run the circuit of a design point, and compare it with the model.
 
-    ``waves``: the file of a waveform (VCD) around the first difference, written where there is one. ``progress`` is
-    called with what the simulator does.
+    ``waves``: the file of a waveform (VCD) of ``cycles``, the first and the last one; by default those around the first
+    difference, where there is one. Circuit and model lie above each other in it, and files for GTKWave beside it.
+    ``progress`` is called with what the simulator does.
 
     Raises:
         UnsuitedError: the style has no circuit for the parameters.
@@ -69,10 +72,12 @@ def verify(
     """
     circuit, expected = style.circuit(job), style.expected(job)
     verified = compared(circuit, expected, simulate(circuit, expected, backend, None, progress))
-    if waves is not None and verified.first is not None:
-        middle = verified.first.cycle if verified.first.cycle >= 0 else 0
-        window = Waves(waves, max(0, middle - BEFORE), middle + AFTER)
-        simulate(circuit, expected, backend, window, progress)
+    if cycles is None and verified.first is not None:
+        middle = max(0, verified.first.cycle)
+        cycles = max(0, middle - BEFORE), middle + AFTER
+    if waves is not None and cycles is not None:
+        simulate(circuit, expected, backend, Waves(waves, *cycles), progress)
+        write_view(waves, circuit)
     return verified
 
 

@@ -17,7 +17,9 @@ def tell_map(machine: Machine, free: NDArray[np.bool_], resolution: float | None
         problem = machine.system.problem
         goals = np.array(problem.goals, np.int32).reshape(-1, 2)
         origin = None if problem.origin is None else np.array(problem.origin, np.float64)
-        machine.tell(MapRecord(machine.now, "map", free, goals, resolution, *problem.corner, origin))
+        unknown = problem.unknown if problem.unknown is None or problem.unknown.any() else None
+        where = (*problem.corner, origin)
+        machine.tell(MapRecord(machine.now, "map", free, goals, resolution, *where, unknown=unknown))
 
 
 def tell_field(machine: Machine, plan: Any) -> None:

@@ -133,6 +133,7 @@ class Places:
             corner=window.corner,
             origin=part.origin,
             optimal_lengths=self.lengths,
+            unknown=part.unknown,
         )
 
     def _cells(self, name: str, places: Any) -> tuple[tuple[Cell, ...], tuple[float, ...]]:

@@ -7,7 +7,6 @@ JSON, which every viewer's raw panel shows and any script reads. Rejected: proto
 generated code for every record, including those of plug-ins.
 """
 
-from codesign.trace.export import PERFETTO_KINDS, POSE_KINDS, perfetto, poses_csv
 from codesign.trace.listeners import McapListener, MemoryListener
 from codesign.trace.moment import MOMENT_KINDS, Moment, moment, moment_lines
 from codesign.trace.reader import Channel, Trace, open_trace
@@ -16,8 +15,6 @@ from codesign.trace.show import HEADER, TimelineRow, thumbnail, timeline, trace_
 __all__ = [
     "HEADER",
     "MOMENT_KINDS",
-    "PERFETTO_KINDS",
-    "POSE_KINDS",
     "Channel",
     "McapListener",
     "MemoryListener",
@@ -27,8 +24,6 @@ __all__ = [
     "moment",
     "moment_lines",
     "open_trace",
-    "perfetto",
-    "poses_csv",
     "thumbnail",
     "timeline",
     "trace_thumbnail",

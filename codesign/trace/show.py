@@ -16,6 +16,7 @@ from codesign.records import (
     BeliefRecord,
     CommandRecord,
     FieldRecord,
+    GoalRecord,
     MapRecord,
     MessageRecord,
     MissionRecord,
@@ -24,6 +25,7 @@ from codesign.records import (
     PoseRecord,
     PositionsRecord,
     Record,
+    RobotRecord,
     StageRecord,
     SummaryRecord,
     TaskRecord,
@@ -175,6 +177,20 @@ def _describe_pose(record: PoseRecord) -> _Description:
     return record.time, record.time, "pose", f"{place}, {record.speed:.3g} m/s"
 
 
+def _describe_robot(record: RobotRecord) -> _Description:
+    rays = counted(record.rays, "ray") if record.rays else "all within a radius"
+    details = (
+        f"radius {record.radius:.4g} m, at most {record.speed:.4g} m/s, sees {record.reach:.4g} m with {rays}"
+    )
+    return record.time, record.time, "robot", details
+
+
+def _describe_goal(record: GoalRecord) -> _Description:
+    cells = ", ".join(f"({row}, {column})" for row, column in record.cells[:3].tolist())
+    more = f" and {len(record.cells) - 3} more" if len(record.cells) > 3 else ""
+    return record.time, record.time, "goal", f"{cells}{more}" if cells else "the robot chooses its goals"
+
+
 def _describe_positions(record: PositionsRecord) -> _Description:
     return record.time, record.time, f"update {record.update}", counted(len(record.positions), "robot")
 
@@ -230,6 +246,8 @@ _DESCRIPTIONS: dict[type[Record], Callable[[Any], _Description]] = {
     TrajectoryRecord: _describe_trajectory,
     FieldRecord: _describe_field,
     PoseRecord: _describe_pose,
+    RobotRecord: _describe_robot,
+    GoalRecord: _describe_goal,
     PositionsRecord: _describe_positions,
     ObstacleRecord: _describe_obstacle,
     BeliefRecord: _describe_belief,

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 from rtl_tools import NEEDS, needs
 from toy_circuit import ToyCircuit, ToyParameters
+from vcdvcd import VCDVCD
 
 from codesign.errors import RunError
 from codesign.planners.circuits import Circuit, Expected, Image
@@ -155,6 +158,43 @@ def test_a_waveform_is_written_around_the_first_difference(tmp_path: Path) -> No
     assert "event_valid" in text
     times = [int(line[1:]) for line in text.splitlines() if line.startswith("#")]
     assert max(times) >= 2 * 25
+
+
+@pytest.mark.parametrize("backend", [name for name in NEEDS if name != "verilator"])
+def test_circuit_and_model_lie_above_each_other_in_a_waveform(backend: str, tmp_path: Path) -> None:
+    needs(backend)
+    waves = tmp_path / "run.vcd"
+    assert verify(TOY, JOB, backend, waves, cycles=(0, 60)).first is None
+    wave = VCDVCD(str(waves))
+    names = ("event_valid", "event_kind", "event_data")
+    of_circuit, of_model = (_signals(wave, scope, names) for scope in ("circuit", "model"))
+    times = sorted({time for signal in (*of_circuit, *of_model) for time, _ in signal.tv})
+    shown, expected = (_events_at(times, *signals) for signals in (of_circuit, of_model))
+    assert len(set(expected)) > 2
+    assert shown == expected
+    save = (tmp_path / "run.gtkw").read_text(encoding="utf-8")
+    assert [line[1:] for line in save.splitlines() if line.startswith("-")] == [
+        "circuit", "circuit", "model", "model",
+    ]  # fmt: skip
+    assert "1 load" in (tmp_path / "run.phase.txt").read_text(encoding="utf-8").splitlines()
+
+
+def _signals(wave: VCDVCD, scope: str, names: tuple[str, ...]) -> list[Any]:
+    """The signals of the uppermost scope of this name."""
+    return [
+        wave[
+            min(
+                (each for each in wave.signals if re.search(rf"\b{scope}\.{name}(\[|$)", each)),
+                key=lambda each: each.count("."),
+            )
+        ]
+        for name in names
+    ]
+
+
+def _events_at(times: list[int], valid: Any, kind: Any, value: Any) -> list[tuple[int, int] | None]:
+    """Kind and value of the event at each time, or None."""
+    return [(int(kind[time], 2), int(value[time], 2)) if valid[time] == "1" else None for time in times]
 
 
 def test_a_missing_tool_names_the_command_that_installs_it(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -71,6 +71,23 @@ def test_one_flipped_bit_fails_and_leaves_a_waveform(hwsw: Run, installed: Insta
     assert waves.read_text(encoding="utf-8").startswith("$timescale")
 
 
+def test_cycles_are_drawn_where_nothing_differs(hwsw: Run, installed: Install, tmp_path: Path) -> None:
+    needs("cxxrtl")
+    installed(ToyCircuit())
+    waves = tmp_path / "run.vcd"
+    result = hwsw("verify", "--all", "--points", 1, "--waves", waves, "--cycles", 2, 9)
+    assert result.exit_code == 0, result.output
+    assert f"waveform: {waves}" in result.output
+    assert {each.name for each in tmp_path.iterdir()} >= {
+        "run.vcd",
+        "run.gtkw",
+        "run.phase.txt",
+        "run.event_kind.txt",
+    }
+    assert hwsw("verify", "--all", "--cycles", 2, 9).exit_code == 2
+    assert hwsw("verify", "--all", "--waves", waves, "--cycles", 9, 2).exit_code == 2
+
+
 def test_json_has_every_point(hwsw: Run, installed: Install) -> None:
     needs("cxxrtl")
     installed(Flipped())

@@ -11,6 +11,7 @@ from codesign.records import (
     BeliefRecord,
     CommandRecord,
     FieldRecord,
+    GoalRecord,
     MapRecord,
     MessageRecord,
     MissionRecord,
@@ -19,6 +20,7 @@ from codesign.records import (
     PoseRecord,
     PositionsRecord,
     Record,
+    RobotRecord,
     StageRecord,
     SummaryRecord,
     TaskRecord,
@@ -62,7 +64,9 @@ def a_mission() -> list[Record]:
     field[0] = np.arange(6.0)
     way = np.array([[0.0, 0.0], [3.0, 0.25], [3.0, 5.0]])
     return [
-        MapRecord(0, "map", free, np.array([[3, 5]], np.int32), 0.5),
+        MapRecord(0, "map", free, np.array([[3, 5]], np.int32), 0.5, unknown=~free),
+        RobotRecord(0, "robot", 0.1, 0.5, 4.0, 180, cells[:1], True),
+        GoalRecord(0, "robot", np.array([[3, 5]], np.int32)),
         BeliefRecord(0, "robot", np.array([[0, 0], [1, 1]], np.int32), np.array([False, True]), 0),
         MissionRecord(0, "robot", "plan_requested", "the first"),
         MessageRecord(10, "uart", "host", "fpga", "map", 24, 20, 2_000_000, "dropped", "link down", 3),

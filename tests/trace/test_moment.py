@@ -143,12 +143,14 @@ def test_lines_of_a_mission_read_naturally(tmp_path: Path) -> None:
     told = {(row.source, row.what): row.details for row in timeline(trace)}
     assert told["uart", "message map"] == "host to fpga, 3 B, waited 10 ps, 3 attempts, dropped: link down"
     assert told["fpga", "field distance"] == "its values are left out in a mission"
-    assert row_of(a_mission()[4]).details == "6 cells with a value, 0 to 5 cells"
+    assert row_of(a_mission()[6]).details == "6 cells with a value, 0 to 5 cells"
     assert told["robot", "contact"] == "an obstacle came"
     assert told["robot", "belief"] == "2 cells learnt, 2 blocked"
     assert told["world", "obstacle"] == "1 cell free again"
     assert told["fleet", "update 7"] == "2 robots"
     assert told["robot", "pose"] == "row 2.00, column 0.50, 0 m/s"
+    assert told["robot", "robot"] == "radius 0.1 m, at most 0.5 m/s, sees 4 m with 180 rays"
+    assert told["robot", "goal"] == "(3, 5)"
 
 
 def test_a_span_of_the_time_line_has_what_touches_it(tmp_path: Path) -> None:

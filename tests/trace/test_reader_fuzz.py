@@ -2,27 +2,32 @@
 
 from __future__ import annotations
 
+import io
 import json
 from dataclasses import fields
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from trace_samples import a_mission, a_run
 
+from codesign.activity import ACTIVITY_KINDS
 from codesign.errors import TraceError
+from codesign.exports.gantt import gantt
+from codesign.exports.perfetto import write_perfetto
+from codesign.exports.poses import POSE_KINDS, poses_csv
+from codesign.exports.statistics import latencies_table, shares_table, statistics
+from codesign.exports.waveform import waveform_of, write_waveform
 from codesign.records import Record
+from codesign.report.render import render_text
 from codesign.trace import (
     MOMENT_KINDS,
-    PERFETTO_KINDS,
-    POSE_KINDS,
     Trace,
     moment,
     moment_lines,
     open_trace,
-    perfetto,
-    poses_csv,
     timeline,
     trace_thumbnail,
 )
@@ -36,8 +41,13 @@ def exercise(trace: Trace) -> None:
     lines += trace_thumbnail(trace)
     if any(channel.record == "MapRecord" and channel.messages for channel in trace.channels):
         lines += moment_lines(moment(trace.records(kinds=MOMENT_KINDS), where=str(trace.path)))
-    json.loads("".join(perfetto(trace.records(kinds=PERFETTO_KINDS))))
     assert "".join(poses_csv(trace.records(kinds=POSE_KINDS)))
+    with TemporaryDirectory() as folder:
+        write_waveform(waveform_of(trace.records(kinds=ACTIVITY_KINDS)), Path(folder) / "run.vcd")
+    write_perfetto(trace.records(kinds=ACTIVITY_KINDS), io.BytesIO())
+    lines += gantt(trace.records(kinds=ACTIVITY_KINDS), 80).lines()
+    found = statistics(trace.records())
+    assert render_text(shares_table(found)) + render_text(latencies_table(found))
     assert trace.result is None or trace.result
     assert all(line.isprintable() for line in lines)
 

@@ -94,6 +94,8 @@ def test_the_docs_name_every_record_and_topic() -> None:
         "MessageRecord": "pci",
         "TaskRecord": "host",
         "PoseRecord": "robot",
+        "RobotRecord": "robot",
+        "GoalRecord": "robot",
         "BeliefRecord": "robot",
         "CommandRecord": "robot",
         "PositionsRecord": "fleet",

@@ -53,6 +53,8 @@ def test_every_message_of_a_mission_keeps_to_its_schema(tmp_path: Path) -> None:
     messages = read(write(tmp_path / "mission.mcap", a_mission()))
     assert {topic: name for topic, name, _, _ in messages} == {
         "/map": "foxglove.Grid",
+        "/robot/robot": "codesign.RobotRecord",
+        "/robot/goal": "codesign.GoalRecord",
         "/robot/belief": "codesign.BeliefRecord",
         "/robot/grid": "foxglove.Grid",
         "/mission": "foxglove.Log",

@@ -1,7 +1,8 @@
 // Drives a circuit that CXXRTL wrote, by the contract of circuits, and reports what it says.
 //
-// run WORDS BOUND [VCD FIRST LAST]: reads the stream from standard input, chunks of 32 bits. Writes numbers of 64 bits:
-// cycle, kind and value of each event, then the cycles of the 16 phases, the words taken, and whether the run ended.
+// run WORDS BOUND [VCD FIRST LAST MODEL]: reads the stream from standard input, chunks of 32 bits. MODEL is a file with
+// the events that the model expects, for the scope model of the waveform. Writes numbers of 64 bits: cycle, kind and
+// value of each event, then the cycles of the 16 phases, the words taken, and whether the run ended.
 
 #include <cstdint>
 #include <cstdio>
@@ -22,9 +23,33 @@ static cxxrtl::vcd_writer vcd;
 static std::ofstream vcd_file;
 static uint64_t first_wave, last_wave;
 
+// What the model reports in this cycle, under the names of the circuit's outputs.
+static std::vector<uint64_t> expected;
+static size_t shown;
+static cxxrtl::value<1> model_valid;
+static cxxrtl::value<4> model_kind;
+static cxxrtl::value<64> model_data;
+
+static void read_model(const char *name) {
+    std::ifstream file(name, std::ios::binary);
+    uint64_t number;
+    while (file.read(reinterpret_cast<char *>(&number), 8)) expected.push_back(number);
+}
+
+static void show_model(uint64_t cycle) {
+    while (3 * shown < expected.size() && expected[3 * shown] < cycle) shown++;
+    const bool valid = 3 * shown < expected.size() && expected[3 * shown] == cycle;
+    model_valid.set<bool>(valid);
+    if (valid) {
+        model_kind.set<uint64_t>(expected[3 * shown + 1]);
+        model_data.set<uint64_t>(expected[3 * shown + 2]);
+    }
+}
+
 static void sample(uint64_t cycle, int half) {
     if (cycle < first_wave || cycle > last_wave || !vcd_file.is_open()) return;
     top.step();
+    show_model(cycle + half);  // after the edge the outputs are those of the next cycle
     vcd.sample(2 * cycle + half);
     vcd_file << vcd.buffer;
     vcd.buffer.clear();
@@ -51,12 +76,16 @@ int main(int count, char **words) {
     std::vector<uint32_t> stream((stream_words + 1) * chunks);
     if (fread(stream.data(), 4, stream_words * chunks, stdin) != stream_words * chunks) return 2;
 #ifdef WAVES
-    if (count > 5) {
+    if (count > 6) {
+        read_model(words[6]);
         vcd_file.open(words[3]);
         first_wave = strtoull(words[4], nullptr, 10);
         last_wave = strtoull(words[5], nullptr, 10);
         cxxrtl::debug_items items;
-        top.debug_info(&items, nullptr, "");
+        top.debug_info(&items, nullptr, "circuit ");
+        items.add("model event_valid", cxxrtl::debug_item(model_valid));
+        items.add("model event_kind", cxxrtl::debug_item(model_kind));
+        items.add("model event_data", cxxrtl::debug_item(model_data));
         vcd.timescale(1, "ns");
         vcd.add_without_memories(items);
     }

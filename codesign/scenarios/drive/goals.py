@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 
+import numpy as np
+
+from codesign.records import GoalRecord
 from codesign.scenarios.drive.log import Log
 from codesign.scenarios.drive.scene import Scene
 from codesign.scenarios.drive.world.frontier import Frontiers
@@ -39,6 +42,20 @@ class Goals(ABC):
     def obsolete(self, target: Cell, /) -> bool:
         """Whether a path to ``target`` has lost its purpose."""
 
+    @property
+    def waiting(self) -> bool:
+        """Whether the robot waits at a goal, as the next one is not given yet."""
+        return False
+
+    def given(self) -> bool:
+        """Whether the goal that the robot waited for is given now. True ends the wait."""
+        return False
+
+    @property
+    def since(self) -> int:
+        """When the goal under way is given, ps."""
+        return 0
+
     def end_if_over(self, log: Log) -> bool:
         """End the mission where nothing is left to be done; whether it has ended."""
         if self.over:
@@ -55,7 +72,10 @@ class Tour(Goals):
         self._scene = scene
         first = scene.machine.system.problem.goals
         self._legs: list[tuple[Cell, ...]] = [first, *((goal,) for goal in scene.scenario.tour)]
+        self._times = (0, *(scene.scenario.tour_times or (0,) * len(scene.scenario.tour)))
+        self._waiting = False
         self.done = 0
+        self._tell()
 
     @property
     def over(self) -> bool:
@@ -63,9 +83,9 @@ class Tour(Goals):
         return self.done == len(self._legs)
 
     def goals(self) -> list[Cell]:
-        """The goals of the leg under way that are not believed blocked."""
+        """The goals of the leg under way that are not believed blocked; while it waits, where it was to go before."""
         blocked = self._scene.belief.blocked_for_robot
-        return [goal for goal in self._legs[self.done] if not blocked[goal]]
+        return [goal for goal in self._legs[self.done - self._waiting] if not blocked[goal]]
 
     def none_left(self) -> str:
         """The reason to give where ``goals`` has none."""
@@ -80,11 +100,42 @@ class Tour(Goals):
         if look.cell not in self._legs[self.done] or (last and look.speed > 0):
             return False
         self.done += 1
+        self._waiting = not last and self._scene.machine.now < self._times[self.done]
+        if not (last or self._waiting):
+            self._tell()
         return True
+
+    @property
+    def waiting(self) -> bool:
+        """Whether the time of the next goal has not come."""
+        return self._waiting
+
+    def given(self) -> bool:
+        """Whether the time of the next goal has come."""
+        if not self._waiting or self._scene.machine.now < self._times[self.done]:
+            return False
+        self._waiting = False
+        self._tell()
+        return True
+
+    @property
+    def since(self) -> int:
+        """When the goal under way is given, at the earliest, ps."""
+        return 0 if self.over else self._times[self.done]
+
+    def _tell(self) -> None:
+        _tell_goals(self._scene, self._legs[self.done])
 
     def obsolete(self, _target: Cell, /) -> bool:
         """A goal stays one."""
         return False
+
+
+def _tell_goals(scene: Scene, cells: tuple[Cell, ...]) -> None:
+    """Tell listeners where the robot is to go from now on."""
+    if scene.machine.listening:
+        goals = np.array(cells, np.int32).reshape(-1, 2)
+        scene.machine.tell(GoalRecord(scene.machine.now, scene.robot.name, goals))
 
 
 class FrontierGoals(Goals):
@@ -96,6 +147,7 @@ class FrontierGoals(Goals):
         self._scene = scene
         self._frontiers = Frontiers(scene.belief)
         self.done = 0
+        _tell_goals(scene, ())
 
     @property
     def over(self) -> bool:

@@ -98,7 +98,7 @@ def _patience(replanner: Replanner, pilot: Pilot) -> Generator[Any, Any, None]:
         scene.advance()
         if replanner.busy:
             log.progress = machine.now
-        due = max(log.progress, scene.robot.stood_since) + patience
+        due = max(log.progress, scene.robot.stood_since, pilot.goals.since) + patience
         if machine.now >= due:
             why = _because(replanner, pilot)
             log.end(f"the robot has stood for {patience / PICOSECONDS_PER_SECOND:g} s{why}")

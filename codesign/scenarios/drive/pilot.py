@@ -167,10 +167,13 @@ class Pilot:
             self._begun = True
             if not self.goals.end_if_over(self.log):
                 replanner.request(sight, "the first plan", seen=False)
+        elif self.goals.waiting:
+            if self.goals.given():
+                replanner.request(sight, "the next goal", seen=False)
         elif self.goals.arrived():
             self.log.goals_reached += 1
             self.log.tell("goal_reached", f"goal {self.goals.done} at {scene.named(scene.latest_look.cell)}")
-            if not self.goals.end_if_over(self.log):
+            if not self.goals.end_if_over(self.log) and not self.goals.waiting:
                 replanner.request(sight, "the next goal", seen=False)
         elif active is not None and self._is_lost(active) and not replanner.busy:
             replanner.request(sight, "the robot has left the way", seen=False)

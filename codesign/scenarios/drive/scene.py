@@ -14,8 +14,8 @@ from codesign.components.command import Command
 from codesign.components.path import Point, cell_of
 from codesign.components.robot import PRESSING, MobileRobot
 from codesign.components.sensor import NOTHING, RangeScan, Sensor
-from codesign.inputs.components import RobotComponent
-from codesign.records import BeliefRecord, MissionRecord, ObstacleRecord, PoseRecord
+from codesign.inputs.components import RaySensor, RobotComponent
+from codesign.records import BeliefRecord, MissionRecord, ObstacleRecord, PoseRecord, RobotRecord
 from codesign.scenarios.drive.faults import covered, kept_clear, moving_of
 from codesign.scenarios.drive.tasks import MOVE, drive_on, resolution_of
 from codesign.scenarios.drive.world.belief import Belief, Update
@@ -121,7 +121,18 @@ class Scene:
         self.clearance.stand(self.world.free_now, self.robot.position)
         machine.by_name[name] = self.robot
         tell_map(machine, self.world.free_now.copy(), self.resolution)
+        self._tell_robot(spec)
         self._tell_waiting(0)
+
+    def _tell_robot(self, spec: RobotComponent) -> None:
+        """Tell listeners what the robot is, and which obstacles its map does not show."""
+        if self.machine.listening:
+            hidden = np.argwhere(self.machine.system.problem.free & ~self.world.free_now).astype(np.int32)
+            rays = spec.sensor.rays if isinstance(spec.sensor, RaySensor) else 0
+            figures = (spec.radius, spec.kinematics.speed, spec.sensor.range)
+            radius, speed, reach = (float(figure.value) for figure in figures)
+            knows = self.scenario.known == "all"
+            self.machine.tell(RobotRecord(0, self.robot.name, radius, speed, reach, rays, hidden, knows))
 
     def advance(self) -> None:
         """Bring the robot up to now, and report what it ran against."""

@@ -1,0 +1,144 @@
+"""A rosbag2 folder with MCAP storage, written message by message: whole or absent, the same bytes each time."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager, suppress
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+
+from codesign.bags.library import check_installed, typestore
+from codesign.errors import InputError, RunError
+from codesign.files import landing, passing
+
+VERSION: Any = 9
+"""Of the format of rosbag2: that of ROS 2 Jazzy."""
+
+
+def check_new(folder: Path, option: str) -> None:
+    """Check, before any work, that a bag can be written to ``folder``, which does not exist or is empty.
+
+    Raises:
+        InputError: it cannot. RunError: the library is missing.
+    """
+    check_installed()
+    where = f"{option} {folder}"
+    try:
+        target = landing(folder)
+        if target.exists() and not target.is_dir():
+            raise InputError("is a file, and a bag is a folder", where, "name a folder that does not exist")
+        if target.exists() and any(target.iterdir()):
+            hint = "name a folder that does not exist, or remove this one"
+            raise InputError("exists already, and is not empty", where, hint)
+        if not target.parent.is_dir():
+            raise InputError(f"folder {target.parent} does not exist", where, "make it first")
+        with tempfile.TemporaryDirectory(dir=target.parent):
+            pass
+    except (OSError, ValueError) as fault:
+        hint = "name a folder in one that exists and can be written to"
+        raise InputError(getattr(fault, "strerror", None) or str(fault), where, hint) from fault
+
+
+class BagFolder:
+    """Writes messages to a bag. As a context manager it is closed at the end of the block, or removed by an error.
+
+    The bag is written to a temporary folder beside ``path``, and renamed by ``close``.
+
+    Raises:
+        RunError: the library is missing, or the bag cannot be written. The temporary folder is removed.
+    """
+
+    def __init__(self, path: Path) -> None:
+        check_installed()
+        from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
+
+        self.path = path
+        self._target = landing(path)
+        self._held = ExitStack()
+        self._open: dict[str, Any] = {}
+        self._finished = False
+        self._writer: Any = None
+        with self._guard():
+            part = Path(
+                tempfile.mkdtemp(
+                    prefix=f".{self._target.name[:16]}.", suffix=".part", dir=self._target.parent
+                )
+            )
+            self._held.enter_context(passing(part))
+            # The library names the file of messages after the folder.
+            self._part = part / self._target.name
+            self._writer = Writer(self._part, version=VERSION, storage_plugin=StoragePlugin.MCAP)
+            # The chunks of the file, which every reader of MCAP unpacks.
+            self._writer.set_compression(CompressionMode.STORAGE, CompressionFormat.ZSTD)
+            self._writer.open()
+
+    def write(self, topic: str, time: int, message: Any, latched: bool = False) -> None:
+        """Write a message at ``time``, ns. ``latched``: a reader that comes later gets the last one."""
+        with self._guard():
+            kind = message.__msgtype__
+            connection = self._open.get(topic)
+            if connection is None:
+                qos = [_qos(latched)]
+                connection = self._writer.add_connection(
+                    topic, kind, typestore=typestore(), offered_qos_profiles=qos
+                )
+                self._open[topic] = connection
+            self._writer.write(connection, time, typestore().serialize_cdr(message, kind))
+
+    def close(self) -> None:
+        """Finish the bag and rename it to ``path``. A second call does nothing."""
+        if self._finished:
+            return
+        with self._guard():
+            self._writer.close()
+            if self._target.is_dir():
+                self._target.rmdir()
+            self._part.rename(self._target)
+        self._finished = True
+        self._held.close()
+
+    def abort(self) -> None:
+        """Remove the temporary folder. After ``close`` it does nothing."""
+        if self._finished:
+            return
+        self._finished = True
+        if self._writer is not None:
+            with suppress(OSError, AttributeError):
+                self._writer.abort()
+        self._held.close()
+
+    def __enter__(self) -> BagFolder:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if kind is None:
+            self.close()
+        else:
+            self.abort()
+
+    @contextmanager
+    def _guard(self) -> Iterator[None]:
+        if self._finished:
+            raise RunError("is closed", str(self.path), "write no message after the end of the run")
+        try:
+            yield
+        except (OSError, ValueError) as fault:
+            self.abort()
+            reason = getattr(fault, "strerror", None) or str(fault)
+            hint = "name a new folder in one that exists, can be written to and has free space"
+            raise RunError(f"the bag cannot be written: {reason}", str(self.path), hint) from fault
+
+
+def _qos(latched: bool) -> Any:
+    from rosbags.interfaces import Qos, QosDurability, QosHistory, QosLiveliness, QosReliability, QosTime
+
+    durability = QosDurability.TRANSIENT_LOCAL if latched else QosDurability.VOLATILE
+    forever = QosTime(0, 0)
+    return Qos(
+        QosHistory.KEEP_LAST, 1 if latched else 10, QosReliability.RELIABLE, durability, forever, forever,
+        QosLiveliness.AUTOMATIC, forever, False,
+    )  # fmt: skip

@@ -1,0 +1,90 @@
+"""Where frames lie in each other over time, for many times at once."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from codesign.bags.recording import Series
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Poses:
+    """Poses of a frame in another: ``turns`` n × 3 × 3, ``places`` n × 3, n the number of times."""
+
+    turns: Floats
+    places: Floats
+
+    @property
+    def yaws(self) -> Floats:
+        """How far each is turned around z, radians."""
+        return np.arctan2(self.turns[:, 1, 0], self.turns[:, 0, 0])
+
+    def points(self, local: Floats) -> Floats:
+        """Points n × k × 3 of the inner frame, in the outer frame."""
+        return np.asarray(np.einsum("nij,nkj->nki", self.turns, local) + self.places[:, None, :])
+
+
+def chain(edges: Mapping[tuple[str, str], Series], outer: str, inner: str) -> list[tuple[str, str]] | None:
+    """The edges from frame ``outer`` in to ``inner``, in this order; None where none leads there."""
+    parents = {child: parent for parent, child in edges}
+    found: list[tuple[str, str]] = []
+    here = inner
+    while here != outer:
+        if here not in parents or len(found) > len(edges):
+            return None
+        found.append((parents[here], here))
+        here = parents[here]
+    return found[::-1]
+
+
+def root_of(edges: Mapping[tuple[str, str], Series], inner: str) -> str:
+    """The outermost frame around ``inner``."""
+    parents = {child: parent for parent, child in edges}
+    here = inner
+    for _ in parents:
+        here = parents.get(here, here)
+    return here
+
+
+def poses(edges: Mapping[tuple[str, str], Series], path: list[tuple[str, str]], times: Floats) -> Poses:
+    """The poses of the last frame of ``path`` in its first, at each time.
+
+    Between two messages a place is interpolated, and so is a turn. Before the first and after the last, the nearest
+    holds.
+    """
+    turns = np.tile(np.eye(3), (len(times), 1, 1))
+    places = np.zeros((len(times), 3))
+    for edge in path:
+        series = edges[edge]
+        moved = np.column_stack([np.interp(times, series.times, series.places[:, axis]) for axis in range(3)])
+        places = np.einsum("nij,nj->ni", turns, moved) + places
+        turns = np.einsum("nij,njk->nik", turns, _matrices(_turns_at(series, times)))
+    return Poses(turns, places)
+
+
+def _turns_at(series: Series, times: Floats) -> Floats:
+    """Quaternions at the times, n × 4. Those of neighbours are given one sign, as q and -q are the same turn."""
+    turns = series.turns.copy()
+    # Each step that flips the sign flips all that follow.
+    turns[1:] *= np.cumprod(np.where((turns[1:] * turns[:-1]).sum(axis=1) < 0.0, -1.0, 1.0))[:, None]
+    mixed = np.column_stack([np.interp(times, series.times, turns[:, axis]) for axis in range(4)])
+    length = np.linalg.norm(mixed, axis=1, keepdims=True)
+    return np.asarray(mixed / np.where(length > 1e-9, length, 1.0))
+
+
+def _matrices(turns: Floats) -> Floats:
+    x, y, z, w = turns.T
+    return np.stack(
+        [
+            np.stack([1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)], axis=-1),
+            np.stack([2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)], axis=-1),
+            np.stack([2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)], axis=-1),
+        ],
+        axis=1,
+    )
