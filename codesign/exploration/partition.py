@@ -39,6 +39,10 @@ PRICES: Mapping[type[SpecModel], frozenset[str]] = {
 """What of a component or link is a price: it changes no message and no step, only what they take."""
 
 
+Kin = tuple[int, ...]
+"""The numbers of the values that works which share most of their work have in common."""
+
+
 @dataclass(frozen=True)
 class Alone:
     """Points that are simulated each by itself."""
@@ -61,12 +65,15 @@ class Together:
     - ``numbers``: their places in the enumeration, int64, rising. ``axes``: the values of the first one.
     - ``specs``: the components and links of each.
     - ``key``: SHA-256 over all that their outcomes depend on.
+    - ``kin``: equal for works that share most of what they compute, so that one worker had better compute them all
+      (``TaskParameters.shared_across``); None where it is not known.
     """
 
     numbers: Indices
     axes: dict[str, Any]
     specs: Specs
     key: str
+    kin: Kin | None = None
 
     @property
     def indices(self) -> tuple[int, ...]:
@@ -185,10 +192,24 @@ class Parting:
         for members in np.split(places, edges) if len(places) else []:
             specs = Specs(models, {name: numbers[members] for name, numbers in which.items()}, len(members))
             axes = self.space.values(int(self.points[members[0]]))
-            yield Together(self.points[members], axes, specs, self._key(members))
+            kin = self._kin(members[0])
+            yield Together(self.points[members], axes, specs, self._key(members), kin)
         for begin in range(0, len(alone), MAX_GROUP):
             some = self.points[alone[begin : begin + MAX_GROUP]].tolist()
             yield Alone(tuple(map(self.space.point, some)))
+
+    @cached_property
+    def _kin_axes(self) -> list[str] | None:
+        """The axes that move what works share; None where no axis leaves it."""
+        moved = {axis for axes in self.priced.values() for axis in axes}
+        rest = [axis for axis in self.levels if axis not in moved]
+        movable = Movable.of(self.platform, self.explored.workload.document)
+        own = [axis for axis in rest if not movable.is_shared_across(axis)]
+        return None if own == rest else own
+
+    def _kin(self, member: int) -> Kin | None:
+        axes = self._kin_axes
+        return None if axes is None else tuple(int(self.levels[axis][member]) for axis in axes)
 
     def _key(self, members: NDArray[np.intp]) -> str:
         """SHA-256 over the axes of the points and what their values stand for."""

@@ -19,6 +19,7 @@ from codesign.exploration.blocks import Plan, plan_of, read_plan
 from codesign.exploration.bounds import Bounds
 from codesign.exploration.budget import Budget
 from codesign.exploration.cluster import ClusterExecutor
+from codesign.exploration.dealing import Dealer
 from codesign.exploration.definition import (
     MAX_STUDY_POINTS,
     OTHER_VERSION,
@@ -183,7 +184,8 @@ class _Run:
         self.kept.store.begin(self.key, self.definition, plan_of(every, earlier=self.earlier))
         pending = _pending(self.kept, self.tally, every)
         works = in_order(pending, self.decisions, len(self.space) // len(self.decisions))
-        begun = works if budget is None else budget.within(works, partial(_cut, self.space))
+        cut = partial(_cut, self.space)
+        begun = works if budget is None else Dealer(budget.within(works, cut), budget.late)
         # Closed by name: after Ctrl-C the traceback would keep the generator, and with it the workers, alive.
         executor = self._executor(several=len(works) > 1)
         with contextlib.closing(executor.run(begun, self.evaluator)) as coming:
