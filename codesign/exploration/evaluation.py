@@ -39,7 +39,8 @@ EvaluatePoint = Callable[[DesignPoint], Result]
 class Done:
     """What came of work.
 
-    - ``work``: it. ``priced``: the outcomes of points that compute the same, in their order; or None.
+    - ``work``: it. ``priced``: the outcomes of points that compute the same, in their order; or None. ``block``: the
+      same as bytes, where a worker sent them (``Packing``).
     - ``entries``: of points that were simulated by themselves, in their order.
     - ``computations``: those that were computed anew, as JSON by their digest. ``simulated``: how many simulations it
       took. ``ran``: a plan was computed, so that kernels are compiled.
@@ -52,6 +53,7 @@ class Done:
 
     work: Work
     priced: Priced | None = None
+    block: bytes = b""
     entries: tuple[Entry, ...] = ()
     computations: Mapping[str, str] = field(default_factory=dict)
     simulated: int = 0
@@ -60,6 +62,11 @@ class Done:
     interrupt: KeyboardInterrupt | None = None
     took_s: float | None = None
     simulating_s: float | None = None
+
+    @property
+    def together(self) -> bool:
+        """Whether its points were priced side by side."""
+        return self.priced is not None or bool(self.block)
 
     @property
     def apart(self) -> bool:
@@ -80,11 +87,6 @@ def timed(compute: Callable[[Any, Work], Done]) -> Callable[[Any, Work], Done]:
         return replace(done, took_s=took_s, simulating_s=self.simulating_s) if warm or not done.ran else done
 
     return timing
-
-
-def without_work(done: Done) -> Done:
-    """What came of work, without the work: it need not travel back to the process that sent it."""
-    return replace(done, work=Alone(()))
 
 
 class Evaluator(ABC):

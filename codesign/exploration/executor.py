@@ -34,7 +34,8 @@ from typing import Any, Protocol
 
 from codesign.errors import RunError
 from codesign.exploration.batches import BATCHES_AHEAD, BatchSize, drawn
-from codesign.exploration.evaluation import Done, Evaluator, without_work
+from codesign.exploration.evaluation import Done, Evaluator
+from codesign.exploration.packing import Packing
 from codesign.exploration.partition import Work
 from codesign.exploration.work_queue import DEATH_HINT, WorkQueue
 from codesign.interrupts import held
@@ -249,12 +250,12 @@ class _Processes:
         yield from queue.after_death(seat.works, cause)
 
 
-_worker_evaluate: Evaluator | None = None
+_packing: Packing | None = None
 
 
 def _start_worker(evaluate: Evaluator) -> None:
-    global _worker_evaluate  # noqa: PLW0603 - a pool hands its initializer's work on through the module
-    _worker_evaluate = evaluate
+    global _packing  # noqa: PLW0603 - a pool hands its initializer's work on through the module
+    _packing = Packing(evaluate)
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     threading.Thread(target=_end_with_parent, daemon=True).start()
 
@@ -271,9 +272,8 @@ def _started() -> None:
 
 
 def _batch(works: list[Work], seconds: float) -> tuple[list[Done], float]:
-    assert _worker_evaluate is not None
-    evaluate = _worker_evaluate
-    return in_turn(lambda work: without_work(evaluate(work)), works, seconds)
+    assert _packing is not None
+    return in_turn(_packing, works, seconds)
 
 
 def _cause(process: BaseProcess | None) -> str:
