@@ -24,8 +24,9 @@ import psutil
 import codesign
 from benchmarks.local_cluster import cluster
 from codesign.exploration import ClusterExecutor, Executor, ProcessExecutor, SerialExecutor, Space
-from codesign.exploration.evaluation import Pricer, without_work
+from codesign.exploration.evaluation import Pricer
 from codesign.exploration.explored import Explored
+from codesign.exploration.packing import Packing
 from codesign.exploration.partition import Work, parted
 
 ROUNDS = int(os.environ.get("ROUNDS", "3"))
@@ -69,7 +70,7 @@ class Taken:
 def timed(executor: Executor, parts: list[Work], pricer: Pricer) -> Taken:
     start, begun, last = time.perf_counter(), (0.0, 0.0), (0.0, 0.0)
     for came, done in enumerate(executor.run(parts, pricer), start=1):
-        assert done.priced is not None
+        assert done.together
         if came == WARM:
             begun = time.perf_counter(), processor()
         elif came == len(parts):
@@ -131,7 +132,7 @@ def network() -> list[dict[str, str]]:
     """Bytes that travel: what computes, once to each worker; works there, and outcomes back."""
     parts, pricer = works()
     some = parts[:25]
-    outcomes = [without_work(pricer(part)) for part in some]
+    outcomes = [*map(Packing(pricer), some)]
     sent = {
         "what computes, to each worker": pricer,
         "25 works to a worker": some,

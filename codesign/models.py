@@ -143,9 +143,12 @@ class TaskParameters(SpecModel):
 
     - ``alternatives``: for each parameter, the parameters that say the same in another way; a point of an exploration
       that sets one of them removes the others.
+    - ``shared_across``: the parameters that leave most of the work of a run as it is. Runs that differ in these alone
+      share it through ``Job.memo``, and an exploration has the same worker compute them.
     """
 
     alternatives: ClassVar[Mapping[str, tuple[str, ...]]] = {}
+    shared_across: ClassVar[frozenset[str]] = frozenset()
 
     def unused(self, _external_memory: bool, /) -> tuple[str, ...]:
         """Names of the parameters that a design does not use. Results leave them out. By default none.

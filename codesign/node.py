@@ -11,7 +11,7 @@ import pickle
 import platform
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from functools import cached_property
 from importlib.metadata import PackageNotFoundError, version
 from typing import Any
@@ -74,16 +74,24 @@ def hold(data: bytes, digest: str) -> Held:
 
 
 def compute(held: Held, works: bytes, seconds: float) -> tuple[list[Any], float]:
-    """What came of the first works of a batch, in order, and the seconds that it took.
+    """What came of the first works of a batch; see ``in_turn``.
 
-    No work is begun after so many seconds; the first one always is. A process computes one batch at a time, whatever
+    A process computes one batch at a time, whatever
     number of threads it has: what computes is not for several, and threads of Python do not compute side by side.
     """
     with _COMPUTING:
-        begun = time.monotonic()
-        came: list[Any] = []
-        for work in pickle.loads(works):
-            came.append(compiled_once(lambda work=work: held.compute(work)))  # type: ignore[misc]
-            if time.monotonic() - begun >= seconds:
-                break
-        return came, time.monotonic() - begun
+        return in_turn(lambda work: compiled_once(lambda: held.compute(work)), pickle.loads(works), seconds)
+
+
+def in_turn(compute: Callable[[Any], Any], works: Iterable[Any], seconds: float) -> tuple[list[Any], float]:
+    """What came of the first works, in order, and the seconds that it took.
+
+    No work is begun after so many seconds; the first one always is.
+    """
+    begun = time.monotonic()
+    came: list[Any] = []
+    for work in works:
+        came.append(compute(work))
+        if time.monotonic() - begun >= seconds:
+            break
+    return came, time.monotonic() - begun

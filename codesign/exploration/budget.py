@@ -60,9 +60,7 @@ class Budget:
 
     def spend(self, points: int) -> int:
         """How many of so many points may be begun now; they count as begun. 0 where the budget is used up."""
-        if self.seconds is not None and self.clock() - self._begun >= self.seconds:
-            allotted = format_time(round(self.seconds * PICOSECONDS_PER_SECOND))
-            self.ended = self.ended or f"the time of {allotted} was over"
+        if self._is_over():
             return 0
         granted = points if self.left is None else min(points, self.left)
         self.used += granted
@@ -70,6 +68,19 @@ class Budget:
             assert self.points is not None, "only a budget of points grants fewer"
             self.ended = self.ended or f"the budget of {counted(self.points, 'point')} was used up"
         return granted
+
+    def late(self, points: int) -> bool:
+        """Whether the time is over for so many points that were granted and not begun: they then count as not begun."""
+        over = self._is_over()
+        self.used -= points * over
+        return over
+
+    def _is_over(self) -> bool:
+        if self.seconds is None or self.clock() - self._begun < self.seconds:
+            return False
+        allotted = format_time(round(self.seconds * PICOSECONDS_PER_SECOND))
+        self.ended = self.ended or f"the time of {allotted} was over"
+        return True
 
     def within(self, batches: Iterable[Batch], cut: Callable[[Batch, int], Batch]) -> Iterator[Batch]:
         """The batches that may be begun, each drawn when it is asked for; the last one ``cut`` to what is left."""

@@ -21,7 +21,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from codesign.errors import CodesignError, InputError, RunError
-from codesign.exploration.crew import SECONDS_A_BATCH, Came, Crew, Left, Seat
+from codesign.exploration.batches import BATCHES_AHEAD, BatchSize, drawn
+from codesign.exploration.crew import SECONDS_A_BATCH, Came, Crew, Left
 from codesign.exploration.evaluation import Done, Evaluator
 from codesign.exploration.partition import Work
 from codesign.exploration.work_queue import WorkQueue
@@ -31,9 +32,6 @@ from codesign.units import counted
 if TYPE_CHECKING:
     import distributed
 
-_BATCHES_AHEAD = 2
-_MOST_WORKS = 1000
-_GROWTH = 4
 _SECONDS_TO_CONNECT = 10
 _MOST_OF_A_FILE = 2**20
 _ADDRESS = re.compile(r"(?:(?:tcp|tls|ws|wss|ucx)://)?(?:\[[0-9a-fA-F:.]+\]|[^\s/:\[\]]+):([0-9]{1,5})")
@@ -102,18 +100,18 @@ class ClusterExecutor:
         Raises:
             RunError: a worker cannot compute what this process does, no worker is left, or the scheduler went away.
         """
-        queue = WorkQueue(iter(works), evaluate, max(1, self.workers))
-        pace = _Pace()
+        queue = WorkQueue(works, evaluate, max(1, self.workers))
+        size = BatchSize(SECONDS_A_BATCH)
         with _quiet():
             crew = Crew(self.client, evaluate)
             try:
                 self._gather(crew)
-                while self._work(crew, queue, pace):
+                while self._work(crew, queue, size):
                     match crew.next(self.patience):
-                        case Came(batch=batch, done=done, seconds=seconds):
-                            pace.take(seconds, len(done))
-                            queue.put_back(batch.works[len(done) :])
-                            _hand_out(crew, queue, pace)
+                        case Came(seat=seat, batch=batch, done=done, seconds=seconds):
+                            size.take(seconds, len(done))
+                            queue.put_back(batch.works[len(done) :], seat.address)
+                            _hand_out(crew, queue, size)
                             for work, each in zip(batch.works, done, strict=False):
                                 yield from queue.take(replace(each, work=work))
                         case Left(works=lost, expected=True):
@@ -136,7 +134,7 @@ class ClusterExecutor:
         if crew.refused:
             raise _refusal(crew)
 
-    def _work(self, crew: Crew, queue: WorkQueue, pace: _Pace) -> bool:
+    def _work(self, crew: Crew, queue: WorkQueue, size: BatchSize) -> bool:
         """Give all workers something to do; whether anything is left to wait for.
 
         Raises:
@@ -145,7 +143,7 @@ class ClusterExecutor:
         until = time.monotonic() + self.patience
         while True:
             queue.workers = max(1, len(crew.ready))
-            _hand_out(crew, queue, pace)
+            _hand_out(crew, queue, size)
             if any(seat.batches for seat in crew.ready):
                 return True
             if crew.ready or queue.is_empty():
@@ -158,42 +156,12 @@ class ClusterExecutor:
         return list(self.client.scheduler_info()["workers"].values())
 
 
-class _Pace:
-    """How long a work takes, by those that came in."""
-
-    def __init__(self) -> None:
-        self._seconds: float | None = None
-        self._most = 1
-
-    def take(self, seconds: float, works: int) -> None:
-        """So many works took so long. Works that were faster count at once: the first ones waited for kernels."""
-        a_work = seconds / max(1, works)
-        before = a_work if self._seconds is None else self._seconds
-        self._seconds = min(a_work, 0.7 * before + 0.3 * a_work)
-        self._most = max(self._most, min(_MOST_WORKS, _GROWTH * works))
-
-    @property
-    def works(self) -> int:
-        """How many works a batch has."""
-        if self._seconds is None:
-            return 1
-        return max(1, min(self._most, round(SECONDS_A_BATCH / max(self._seconds, 1e-6))))
-
-
-def _hand_out(crew: Crew, queue: WorkQueue, pace: _Pace) -> None:
+def _hand_out(crew: Crew, queue: WorkQueue, size: BatchSize) -> None:
     """Give each worker a batch, and then each a second one."""
-    for depth in range(_BATCHES_AHEAD):
+    for depth in range(BATCHES_AHEAD):
         for seat in crew.ready:
-            if len(seat.batches) <= depth and (works := _drawn(seat, queue, pace.works)):
+            if len(seat.batches) <= depth and (works := drawn(queue, seat.address, seat.works, size.works)):
                 crew.send(seat, works)
-
-
-def _drawn(seat: Seat, queue: WorkQueue, count: int) -> list[Work]:
-    busy = seat.works
-    drawn: list[Work] = []
-    while len(drawn) < count and (work := queue.next([*busy, *drawn])) is not None:
-        drawn.append(work)
-    return drawn
 
 
 def _refusal(crew: Crew) -> RunError:

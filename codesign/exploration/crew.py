@@ -24,8 +24,9 @@ from typing import TYPE_CHECKING, Any
 
 from codesign import node
 from codesign.errors import RunError
-from codesign.exploration.evaluation import Done, Evaluator, without_work
+from codesign.exploration.evaluation import Done, Evaluator
 from codesign.exploration.identity import code_digest, digests_of, package_digest
+from codesign.exploration.packing import Packing
 from codesign.exploration.partition import Work
 from codesign.interrupts import held
 
@@ -84,14 +85,14 @@ class _CancelledError(Exception):
 
 
 class _Computing:
-    """What a worker computes with: an evaluator that sends no work back."""
+    """What a worker computes with: an evaluator, and the packing of what it sends back."""
 
     def __init__(self, evaluate: Evaluator) -> None:
-        self._evaluate = evaluate
+        self._packing = Packing(evaluate)
         self._files = evaluate.files()
 
     def __call__(self, work: Work) -> Done:
-        return without_work(self._evaluate(work))
+        return self._packing(work)
 
     @property
     def differing(self) -> list[str]:

@@ -39,10 +39,11 @@ EvaluatePoint = Callable[[DesignPoint], Result]
 class Done:
     """What came of work.
 
-    - ``work``: it. ``priced``: the outcomes of points that compute the same, in their order; or None.
+    - ``work``: it. ``priced``: the outcomes of points that compute the same, in their order; or None. ``block``: the
+      same as bytes, where a worker sent them (``Packing``).
     - ``entries``: of points that were simulated by themselves, in their order.
     - ``computations``: those that were computed anew, as JSON by their digest. ``simulated``: how many simulations it
-      took.
+      took. ``ran``: a plan was computed, so that kernels are compiled.
     - ``why_apart``: why nothing came of it, so that its points have to be simulated each by itself
       (``Evaluator.alone``); "" where something came of it.
     - ``interrupt``: what struck meanwhile; ``work`` is then what was done before.
@@ -52,23 +53,25 @@ class Done:
 
     work: Work
     priced: Priced | None = None
+    block: bytes = b""
     entries: tuple[Entry, ...] = ()
     computations: Mapping[str, str] = field(default_factory=dict)
     simulated: int = 0
+    ran: bool = False
     why_apart: str = ""
     interrupt: KeyboardInterrupt | None = None
     took_s: float | None = None
     simulating_s: float | None = None
 
     @property
+    def together(self) -> bool:
+        """Whether its points were priced side by side."""
+        return self.priced is not None or bool(self.block)
+
+    @property
     def apart(self) -> bool:
         """Whether its points have to be simulated each by itself."""
         return bool(self.why_apart)
-
-    @property
-    def ran(self) -> bool:
-        """Whether a plan was computed, so that kernels are compiled."""
-        return self.simulated > 0
 
 
 def timed(compute: Callable[[Any, Work], Done]) -> Callable[[Any, Work], Done]:
@@ -84,11 +87,6 @@ def timed(compute: Callable[[Any, Work], Done]) -> Callable[[Any, Work], Done]:
         return replace(done, took_s=took_s, simulating_s=self.simulating_s) if warm or not done.ran else done
 
     return timing
-
-
-def without_work(done: Done) -> Done:
-    """What came of work, without the work: it need not travel back to the process that sent it."""
-    return replace(done, work=Alone(()))
 
 
 class Evaluator(ABC):
@@ -188,7 +186,7 @@ class Pricer(Evaluator):
         except Exception as fault:
             # A fault of pricing costs time, and no result. Tests of all shipped studies notice it.
             return Done(work, why_apart=_unexpected(fault))
-        return Done(work, priced, computations=computed, simulated=len(computed))
+        return Done(work, priced, computations=computed, simulated=len(computed), ran=bool(computed))
 
     def system(self, work: Together) -> System | None:
         """The bound system of points that compute the same; None where each has to be simulated, or refused, by itself.
@@ -251,24 +249,29 @@ def _one_by_one(work: Work, points: Iterable[DesignPoint], evaluate: EvaluatePoi
     entries: list[Entry] = []
     done: list[DesignPoint] = []
     interrupt: KeyboardInterrupt | None = None
+    ran = False
     try:
         for point in points:
-            entries.append(_entry_of(evaluate, point))
+            entry, planned = _entry_of(evaluate, point)
+            entries.append(entry)
             done.append(point)
+            ran = ran or planned
     except KeyboardInterrupt as struck:
         work, interrupt = Alone(tuple(done)), struck
     simulated = sum(entry.state is EntryState.DONE for entry in entries)
-    return Done(work, entries=tuple(entries[: len(done)]), simulated=simulated, interrupt=interrupt)
+    return Done(work, entries=tuple(entries[: len(done)]), simulated=simulated, ran=ran, interrupt=interrupt)
 
 
-def _entry_of(evaluate: EvaluatePoint, point: DesignPoint) -> Entry:
+def _entry_of(evaluate: EvaluatePoint, point: DesignPoint) -> tuple[Entry, bool]:
+    """What came of a point, and whether a plan was computed."""
     try:
-        return Entry(point.key, EntryState.DONE, evaluate(point).model_dump_json())
+        result = evaluate(point)
+        return Entry(point.key, EntryState.DONE, result.model_dump_json()), result.time is not None
     except CodesignError as fault:
-        return Entry(point.key, EntryState.FAILED, str(fault))
+        return Entry(point.key, EntryState.FAILED, str(fault)), False
     except Exception as fault:
         # Not the user's mistake: the place is what a report of it needs.
-        return Entry(point.key, EntryState.FAILED, _unexpected(fault))
+        return Entry(point.key, EntryState.FAILED, _unexpected(fault)), False
 
 
 def _unexpected(fault: Exception) -> str:

@@ -4,6 +4,9 @@ An executor takes works and an evaluator, and yields what came of each as it com
 the executor; only the order may. An exception in one point is a failure of that point alone, and so is the death of a
 worker: what it was computing is computed again, first as a whole, then point by point.
 
+Each worker is a pool of one process. So a work goes to the worker that has computed its kin (``Dealer``), and a worker
+that dies takes no other one with it.
+
 Workers are spawned, not forked: compiled kernels and their threads do not survive a fork. They ignore
 Ctrl-C, which is the parent's to handle, and end when the parent does. SIGTERM ends them at once, in a kernel too; where
 it was sent to the whole group of processes, the parent says that it was terminated.
@@ -20,23 +23,28 @@ import os
 import signal
 import threading
 import time
-from collections.abc import Generator, Iterable
+from collections.abc import Generator, Iterable, Iterator
 from concurrent.futures import Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import replace
 from multiprocessing import get_context, parent_process
 from multiprocessing.process import BaseProcess
 from queue import SimpleQueue
-from typing import Protocol
+from typing import Any, Protocol
 
 from codesign.errors import RunError
-from codesign.exploration.evaluation import Done, Evaluator, without_work
+from codesign.exploration.batches import BATCHES_AHEAD, BatchSize, drawn
+from codesign.exploration.evaluation import Done, Evaluator
+from codesign.exploration.packing import Packing
 from codesign.exploration.partition import Work
 from codesign.exploration.work_queue import DEATH_HINT, WorkQueue
 from codesign.interrupts import held
+from codesign.node import in_turn
 from codesign.system.memory import share_of_memory
 
-_WORKS_AHEAD = 2
+_SECONDS_A_BATCH = 0.1
+"""Long beside the millisecond that a batch costs, short beside a study."""
+
 _SECONDS_TO_END = 5.0
 _SECONDS_TO_STRIKE = 0.2
 
@@ -66,7 +74,7 @@ class SerialExecutor:
 
     def run(self, works: Iterable[Work], evaluate: Evaluator) -> Generator[Done, None, None]:
         """What came of each work, in order."""
-        queue = WorkQueue(iter(works), evaluate, 1)
+        queue = WorkQueue(works, evaluate, 1)
         while (work := queue.next(())) is not None:
             done = evaluate(work)
             if done.interrupt is None:
@@ -84,8 +92,10 @@ class ProcessExecutor:
     Until a plan was computed, one worker computes alone: it compiles the kernels into their cache on disk. Others would
     compile them at the same time, and the cache bears only one that writes.
 
-    A worker that dies takes the pool with it. Then what was being computed is computed again, one work after another.
-    Where a worker dies of it again, its points are computed one by one, and a point of which a worker dies has failed.
+    A worker that dies is replaced. What it had under way is computed again, one work after another. Where a worker dies
+    of it again, its points are computed one by one, and a point of which a worker dies has failed.
+
+    Works go out in batches that take about a tenth of a second, so that a work costs no message of its own.
     """
 
     def __init__(self, workers: int) -> None:
@@ -96,95 +106,156 @@ class ProcessExecutor:
         return share_of_memory(self.workers, memory)
 
     def run(self, works: Iterable[Work], evaluate: Evaluator) -> Generator[Done, None, None]:
-        """What came of each work, as it comes in."""
-        queue = WorkQueue(iter(works), evaluate, self.workers)
-        while True:
-            pool = _Pool(self.workers, evaluate)
-            try:
-                yield from pool.run(queue)
-                return
-            except BrokenProcessPool:
-                cause = pool.cause()
-                pool.end()
-                yield from queue.after_death(pool.running.values(), cause)
-            finally:
-                pool.end()
+        """What came of each work, as it comes in.
+
+        Raises:
+            RunError: workers die as they start, or were terminated.
+        """
+        processes = _Processes(self.workers, evaluate)
+        try:
+            yield from processes.run(WorkQueue(works, evaluate, self.workers))
+        finally:
+            processes.end()
 
 
-class _Pool:
-    """Worker processes that compute until one of them dies. ``running``: the works under way."""
+class _Seat:
+    """A worker process.
+
+    ``started``: comes to its end once the process runs. ``batches``: under way, each by what will come of it.
+    """
+
+    def __init__(self, number: int, evaluate: Evaluator) -> None:
+        self.number = number
+        self.pool = ProcessPoolExecutor(1, get_context("spawn"), _start_worker, (evaluate,))
+        self.started: Future[Any] | None = None
+        self.batches: dict[Future[Any], list[Work]] = {}
+        self._process: BaseProcess | None = None
+
+    @property
+    def works(self) -> list[Work]:
+        """All works under way."""
+        return [work for batch in self.batches.values() for work in batch]
+
+    @property
+    def process(self) -> BaseProcess | None:
+        """The process, also after its end; None before it was started."""
+        # Until Python 3.14 (terminate_workers) the pool's own table is the only access to it.
+        table = getattr(self.pool, "_processes", None) or {}
+        self._process = self._process or next(iter(table.values()), None)
+        return self._process
+
+
+class _Processes:
+    """The worker processes of one run. ``_ready``: those that run, the first one first."""
 
     def __init__(self, workers: int, evaluate: Evaluator) -> None:
-        self._pool = ProcessPoolExecutor(workers, get_context("spawn"), _start_worker, (evaluate,))
-        self._processes: list[BaseProcess] = []
-        self._ahead = _WORKS_AHEAD * workers
-        self.running: dict[Future[Done], Work] = {}
+        self._workers, self._evaluate = workers, evaluate
+        self._size = BatchSize(_SECONDS_A_BATCH)
+        self._seats: dict[int, _Seat] = {}
+        self._ready: list[_Seat] = []
+        self._events: SimpleQueue[tuple[_Seat, Future[Any]]] = SimpleQueue()
 
     def run(self, queue: WorkQueue) -> Generator[Done, None, None]:
         """What comes in.
 
         Raises:
-            BrokenProcessPool: a worker died. RunError: workers die as they start.
+            RunError: workers die as they start, or were terminated.
         """
-        self._begin()
-        running = self.running
-        finished: SimpleQueue[Future[Done]] = SimpleQueue()
+        for number in range(0 if queue.is_empty() else self._workers):
+            self._begin(number)
         while True:
-            ahead = self._ahead if queue.compiled else 1
-            while len(running) < ahead and (work := queue.next(tuple(running.values()))) is not None:
-                with held():
-                    try:
-                        future = self._pool.submit(_work, work)
-                    except BrokenProcessPool:
-                        queue.put_back([work])
-                        raise
-                    running[future] = work
-                    future.add_done_callback(finished.put)
-            self._processes = _processes(self._pool)
-            if not running:
+            self._hand_out(queue)
+            if not self._under_way and queue.is_empty():
                 break
-            # In the order in which they came: where a worker died, what the others had finished is first.
-            future = finished.get()
-            done = replace(future.result(), work=running.pop(future))
-            yield from queue.take(done)
-        self._pool.shutdown()
-
-    def _begin(self) -> None:
-        with held():
-            started = self._pool.submit(_started)
-        self._processes = _processes(self._pool)
-        try:
-            started.result()
-        except BrokenProcessPool as broken:
-            raise RunError(f"a worker process died{self.cause()} as it started", hint=DEATH_HINT) from broken
-
-    def cause(self) -> str:
-        """How the worker that died first ended, in words.
-
-        Raises:
-            RunError: the workers were terminated, as this process will be.
-        """
-        cause = _cause(self._processes)
-        # A pool that breaks terminates its other workers: SIGTERM counts only where no worker died otherwise.
-        if not cause and any(process.exitcode == -signal.SIGTERM for process in self._processes):
-            # Sent to the whole group of processes, it has reached this one too: it says so rather than fail.
-            time.sleep(_SECONDS_TO_STRIKE)
-            raise RunError("the worker processes were terminated", hint="finished points are kept")
-        return cause
+            # In the order in which they came: where a worker died, what it had finished is first.
+            seat, future = self._events.get()
+            if self._seats[seat.number] is not seat:
+                continue
+            try:
+                outcome = future.result()
+            except BrokenProcessPool:
+                yield from self._after_death(seat, future, queue)
+                continue
+            if future is seat.started:
+                self._ready.append(seat)
+                continue
+            came, seconds = outcome
+            works = seat.batches.pop(future)
+            self._size.take(seconds, len(came))
+            queue.put_back(works[len(came) :], seat.number)
+            for work, done in zip(works, came, strict=False):
+                yield from queue.take(replace(done, work=work))
+        for seat in self._ready:
+            seat.pool.shutdown()
 
     def end(self) -> None:
         """End all workers now."""
         with held():
-            _end(_processes(self._pool))
-            self._pool.shutdown(wait=False, cancel_futures=True)
+            _end([seat.process for seat in self._seats.values() if seat.process is not None])
+            for seat in self._seats.values():
+                seat.pool.shutdown(wait=False, cancel_futures=True)
+
+    @property
+    def _under_way(self) -> bool:
+        return any(seat.batches for seat in self._ready)
+
+    def _begin(self, number: int) -> None:
+        """Start a worker."""
+        with held():
+            seat = self._seats[number] = _Seat(number, self._evaluate)
+            seat.started = seat.pool.submit(_started)
+            self._heed(seat, seat.started)
+
+    def _heed(self, seat: _Seat, future: Future[Any]) -> None:
+        future.add_done_callback(lambda future: self._events.put((seat, future)))
+
+    def _hand_out(self, queue: WorkQueue) -> None:
+        """Give each worker a batch, and then each a second one; until a plan was computed, one work to the first."""
+        for depth in range(BATCHES_AHEAD):
+            for seat in [*self._ready]:
+                if not queue.compiled and self._under_way:
+                    return
+                if len(seat.batches) <= depth:
+                    count = self._size.works if queue.compiled else 1
+                    batch = drawn(queue, seat.number, seat.works, count)
+                    if batch:
+                        self._send(seat, batch, queue)
+
+    def _send(self, seat: _Seat, batch: list[Work], queue: WorkQueue) -> None:
+        with held():
+            try:
+                future = seat.pool.submit(_batch, batch, 2 * self._size.seconds)
+            except BrokenProcessPool as broken:
+                queue.put_back(batch, seat.number)
+                self._ready.remove(seat)
+                future = Future()
+                future.set_exception(broken)
+            else:
+                seat.batches[future] = batch
+            self._heed(seat, future)
+
+    def _after_death(self, seat: _Seat, future: Future[Any], queue: WorkQueue) -> Iterator[Done]:
+        """What has failed as a worker died; another one takes its seat.
+
+        Raises:
+            RunError: it died as it started, or it was terminated, as this process will be.
+        """
+        cause = _cause(seat.process)
+        if future is seat.started:
+            raise RunError(f"a worker process died{cause} as it started", hint=DEATH_HINT)
+        self._ready = [each for each in self._ready if each is not seat]
+        with held():
+            seat.pool.shutdown(wait=False, cancel_futures=True)
+            self._begin(seat.number)
+        yield from queue.after_death(seat.works, cause)
 
 
-_worker_evaluate: Evaluator | None = None
+_packing: Packing | None = None
 
 
 def _start_worker(evaluate: Evaluator) -> None:
-    global _worker_evaluate  # noqa: PLW0603 - a pool hands its initializer's work on through the module
-    _worker_evaluate = evaluate
+    global _packing  # noqa: PLW0603 - a pool hands its initializer's work on through the module
+    _packing = Packing(evaluate)
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     threading.Thread(target=_end_with_parent, daemon=True).start()
 
@@ -200,26 +271,27 @@ def _started() -> None:
     """The first thing that a worker is asked."""
 
 
-def _work(work: Work) -> Done:
-    assert _worker_evaluate is not None
-    return without_work(_worker_evaluate(work))
+def _batch(works: list[Work], seconds: float) -> tuple[list[Done], float]:
+    assert _packing is not None
+    return in_turn(_packing, works, seconds)
 
 
-def _processes(pool: ProcessPoolExecutor) -> list[BaseProcess]:
-    # Until Python 3.14 (terminate_workers) the pool's own table is the only access to its processes.
-    return list((getattr(pool, "_processes", None) or {}).values())
+def _cause(process: BaseProcess | None) -> str:
+    """How a worker that died ended, in words; "" where it is not known.
 
-
-def _cause(processes: list[BaseProcess]) -> str:
-    """The cause of death of the first process that the pool did not end itself, where it is known."""
-    until = time.monotonic() + _SECONDS_TO_END
-    # Not join: the pool waits for them too, and the second to ask gets no exit code for a moment.
-    while any(process.exitcode is None for process in processes) and time.monotonic() < until:
-        time.sleep(0.01)
-    codes = [code for process in processes if (code := process.exitcode) not in (None, -signal.SIGTERM)]
-    if not codes:
+    Raises:
+        RunError: it was terminated, as this process will be.
+    """
+    if process is not None:
+        _wait_for_end(process)
+    code = None if process is None else process.exitcode
+    if code == -signal.SIGTERM:
+        # Sent to the whole group of processes, it has reached this one too: it says so rather than fail.
+        time.sleep(_SECONDS_TO_STRIKE)
+        raise RunError("the worker processes were terminated", hint="finished points are kept")
+    if code is None:
         return ""
-    return f" by {signal.Signals(-codes[0]).name}" if codes[0] < 0 else f" with exit code {codes[0]}"
+    return f" by {signal.Signals(-code).name}" if code < 0 else f" with exit code {code}"
 
 
 def _end(processes: list[BaseProcess]) -> None:
@@ -227,7 +299,14 @@ def _end(processes: list[BaseProcess]) -> None:
     for process in processes:
         process.terminate()
     for process in processes:
-        process.join(_SECONDS_TO_END)
-        if process.is_alive():
+        _wait_for_end(process)
+        if process.exitcode is None:
             process.kill()
             process.join()
+
+
+def _wait_for_end(process: BaseProcess) -> None:
+    """Wait some seconds. Not by ``join``: its pool waits too, and the second to ask gets no exit code for a moment."""
+    until = time.monotonic() + _SECONDS_TO_END
+    while process.exitcode is None and time.monotonic() < until:
+        time.sleep(0.005)

@@ -125,13 +125,19 @@ class Kept:
         Raises:
             StoreError: the store cannot be written.
         """
-        if not self.lasting:
+        if done.block:
+            done = replace(done, priced=self._read(done.block, len(done.work)))
+        elif not self.lasting:
             shared = done.priced and replace(done.priced, templates=self.parts.put(done.priced.templates)[2])
-            return replace(done, priced=shared)
+            done = replace(done, priced=shared)
+        if not self.lasting:
+            return done
         blocks = {}
         if done.priced is not None and isinstance(done.work, Together):
-            blocks[done.work.key], priced = block_of(done.priced, self.parts)
-            done = replace(done, priced=priced)
+            block, priced = done.block, done.priced
+            if not block:
+                block, priced = block_of(done.priced, self.parts)
+            blocks[done.work.key], done = block, replace(done, priced=priced)
         self.store.put(Batch(done.entries, blocks, done.computations))
         return done
 

@@ -88,7 +88,7 @@ class ExplorationPace:
             begun = self._clock()
             yield done
             own = self._clock() - begun
-            (self._own_of_point if done.priced is None else self._own_of_price).add(own, len(done.work))
+            (self._own_of_price if done.together else self._own_of_point).add(own, len(done.work))
             self._taken += own
 
     def left_s(self, budget: Budget | None = None) -> float | None:
@@ -132,7 +132,7 @@ class ExplorationPace:
                 kept = 1 - 1 / _RECENT
                 self._taken = self._taken * kept + done.took_s / self._workers
                 self._wall = self._wall * kept + now - self._last
-            if done.priced is None:
+            if not done.together:
                 (self._by_itself if alone else self._fallen).add(done.took_s, len(done.work))
             else:
                 self._price.add(done.took_s - done.simulating_s, len(done.work))
@@ -147,7 +147,7 @@ class ExplorationPace:
         owned = owners[owners >= 0]
         self._alone -= len(owners) - len(owned)
         numbers, counts = np.unique(owned, return_counts=True)
-        if done.priced is not None:
+        if done.together:
             if done.took_s is not None:
                 # Otherwise it would be known that simulations are left, and not what they take.
                 self._computations.add(done.simulated, len(numbers))

@@ -29,6 +29,8 @@ from codesign.pricing.machines import Specs
 
 Indices = NDArray[np.int64]
 _MOST = 2**62
+_DENSE = 4
+"""Up to so many numbers a row, a table of all of them is faster than sorting the rows."""
 
 PRICES: Mapping[type[SpecModel], frozenset[str]] = {
     FpgaComponent: frozenset({"part", "clock", "calibration"}),
@@ -37,6 +39,10 @@ PRICES: Mapping[type[SpecModel], frozenset[str]] = {
     SerialLink: frozenset({"baud", "power"}),
 }
 """What of a component or link is a price: it changes no message and no step, only what they take."""
+
+
+Kin = tuple[int, ...]
+"""The numbers of the values that works which share most of their work have in common."""
 
 
 @dataclass(frozen=True)
@@ -61,12 +67,15 @@ class Together:
     - ``numbers``: their places in the enumeration, int64, rising. ``axes``: the values of the first one.
     - ``specs``: the components and links of each.
     - ``key``: SHA-256 over all that their outcomes depend on.
+    - ``kin``: equal for works that share most of what they compute, so that one worker had better compute them all
+      (``TaskParameters.shared_across``); None where it is not known.
     """
 
     numbers: Indices
     axes: dict[str, Any]
     specs: Specs
     key: str
+    kin: Kin | None = None
 
     @property
     def indices(self) -> tuple[int, ...]:
@@ -148,13 +157,14 @@ class Parting:
         sound = np.ones(count, bool)
         shapes: list[NDArray[np.int32]] = []
         for name, axes in self.priced.items():
-            combinations, numbers = np.unique(
-                np.stack([self.levels[axis] for axis in axes], axis=1), axis=0, return_inverse=True
-            )
-            each = [self.model(name, dict(zip(axes, row, strict=True))) for row in combinations.tolist()]
+            numbers = _grouped([self.levels[axis] for axis in axes], count)
+            firsts = np.zeros(numbers.max(initial=-1) + 1, np.intp)
+            firsts[numbers[::-1]] = np.arange(count - 1, -1, -1)
+            combinations = zip(*(self.levels[axis][firsts].tolist() for axis in axes), strict=True)
+            each = [self.model(name, dict(zip(axes, row, strict=True))) for row in combinations]
             shape = _shapes(each)
             models[name] = tuple(self._models[name] if model is None else model for model in each)
-            which[name] = numbers.reshape(-1).astype(np.intp)
+            which[name] = numbers
             sound &= np.array([model is not None for model in each])[which[name]]
             shapes.append(shape[which[name]])
         computed = [column for axis, column in self.levels.items() if axis not in moved]
@@ -179,16 +189,32 @@ class Parting:
         which: Mapping[str, NDArray[np.intp]],
     ) -> Iterator[Work]:
         alone = np.flatnonzero(~sound)
-        order = np.argsort(group[sound], kind="stable")
+        own = group[sound]
+        # NumPy sorts numbers of 16 bits by counting.
+        order = np.argsort(own.astype(np.uint16) if own.max(initial=0) < 2**16 else own, kind="stable")
         places = np.flatnonzero(sound)[order]
         edges = np.flatnonzero(np.diff(group[places])) + 1
         for members in np.split(places, edges) if len(places) else []:
             specs = Specs(models, {name: numbers[members] for name, numbers in which.items()}, len(members))
             axes = self.space.values(int(self.points[members[0]]))
-            yield Together(self.points[members], axes, specs, self._key(members))
+            kin = self._kin(members[0])
+            yield Together(self.points[members], axes, specs, self._key(members), kin)
         for begin in range(0, len(alone), MAX_GROUP):
             some = self.points[alone[begin : begin + MAX_GROUP]].tolist()
             yield Alone(tuple(map(self.space.point, some)))
+
+    @cached_property
+    def _kin_axes(self) -> list[str] | None:
+        """The axes that move what works share; None where no axis leaves it."""
+        moved = {axis for axes in self.priced.values() for axis in axes}
+        rest = [axis for axis in self.levels if axis not in moved]
+        movable = Movable.of(self.platform, self.explored.workload.document)
+        own = [axis for axis in rest if not movable.is_shared_across(axis)]
+        return None if own == rest else own
+
+    def _kin(self, member: int) -> Kin | None:
+        axes = self._kin_axes
+        return None if axes is None else tuple(int(self.levels[axis][member]) for axis in axes)
 
     def _key(self, members: NDArray[np.intp]) -> str:
         """SHA-256 over the axes of the points and what their values stand for."""
@@ -232,7 +258,13 @@ def _grouped(columns: Sequence[NDArray[np.int32]], count: int) -> NDArray[np.int
             used, rows = np.unique(rows, return_inverse=True)
             size = len(used)
         rows, size = rows * width + (column + 1), size * width
-    _, first, number = np.unique(rows, return_index=True, return_inverse=True)
-    rank = np.empty(len(first), np.intp)
-    rank[np.argsort(first)] = np.arange(len(first))
-    return np.asarray(rank[number.reshape(-1)], np.intp)
+    if size > _DENSE * count:
+        used, rows = np.unique(rows, return_inverse=True)
+        rows, size = rows.reshape(-1), len(used)
+    # Without sorting: of several assignments to one place the last one counts, which is that of the first row.
+    first = np.full(size, count, np.int64)
+    first[rows[::-1]] = np.arange(count - 1, -1, -1)
+    met = np.flatnonzero(first < count)
+    rank = np.empty(size, np.intp)
+    rank[met[np.argsort(first[met])]] = np.arange(len(met))
+    return rank[rows]

@@ -19,6 +19,7 @@ from codesign.exploration.blocks import Plan, plan_of, read_plan
 from codesign.exploration.bounds import Bounds
 from codesign.exploration.budget import Budget
 from codesign.exploration.cluster import ClusterExecutor
+from codesign.exploration.dealing import Dealer
 from codesign.exploration.definition import (
     MAX_STUDY_POINTS,
     OTHER_VERSION,
@@ -196,7 +197,7 @@ class _Run:
             self._note([*every, part], found)
             return part
 
-        begun = works if budget is None else budget.within(works, cut)
+        begun = works if budget is None else Dealer(budget.within(works, cut), budget.late)
         # Closed by name: after Ctrl-C the traceback would keep the generator, and with it the workers, alive.
         executor = self._executor(several=len(works) > 1)
         with contextlib.closing(executor.run(begun, self.evaluator)) as coming:

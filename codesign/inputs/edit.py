@@ -98,6 +98,12 @@ class Movable:
         entries: Mapping[str, SpecModel] = getattr(self.platform, str(section))
         return _movable_keys(type(entries[self._named(name)]))
 
+    def is_shared_across(self, axis: str) -> bool:
+        """Whether runs that differ in a parameter that an axis moves share most of their work."""
+        name, *keys = axis.split(".")
+        model = self.tasks.get(name) if keys and self.section(name) == "mapping" else None
+        return model is not None and keys[0] in model.shared_across
+
     def refusal(self, axis: str) -> tuple[str, str] | None:
         """What is wrong with an axis of a task, component or link, whatever its values; and the remedy."""
         name, *keys = axis.split(".")

@@ -23,7 +23,8 @@ from benchmarks.local_cluster import Cluster, cluster
 from codesign.errors import CodesignError, InputError, RunError
 from codesign.exploration import ClusterExecutor, SerialExecutor, explore, load_study
 from codesign.exploration import crew as crew_module
-from codesign.exploration.cluster import _address_of, _Pace
+from codesign.exploration.batches import BatchSize
+from codesign.exploration.cluster import _address_of
 from codesign.exploration.evaluation import PointByPoint
 from codesign.exploration.space import Space
 from codesign.exploration.store import EntryState
@@ -309,17 +310,17 @@ def test_a_worker_that_comes_later_helps(tmp_path: Path) -> None:
 
 
 def test_the_size_of_batches_follows_the_time_of_works() -> None:
-    pace = _Pace()
-    assert pace.works == 1
-    pace.take(20.0, 1)  # with the kernels
-    assert pace.works == 1
-    pace.take(0.02, 1)
-    assert pace.works == 4  # one that was quick does not make the next ones so
-    pace.take(0.16, 8)
-    assert pace.works == 25
+    size = BatchSize(0.5)
+    assert size.works == 1
+    size.take(20.0, 1)  # with the kernels
+    assert size.works == 1
+    size.take(0.02, 1)
+    assert size.works == 4  # one that was quick does not make the next ones so
+    size.take(0.16, 8)
+    assert size.works == 25
     for _ in range(20):
-        pace.take(0.25 * pace.works, pace.works)
-    assert pace.works == 2
+        size.take(0.25 * size.works, size.works)
+    assert size.works == 2
 
 
 SMALL = """\

@@ -187,6 +187,9 @@ class RelaxParameters(TaskParameters):
     """
 
     alternatives: ClassVar[dict[str, tuple[str, ...]]] = {"block": ("blocks",), "blocks": ("block",)}
+    shared_across: ClassVar[frozenset[str]] = frozenset(
+        {"schedule", "termination", "stop", "pipeline", "digit_bits"}
+    )
 
     block: Annotated[
         tuple[Side, Side] | None,
