@@ -2,19 +2,30 @@
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
+INSTALLED := $(VENV)/.installed
 READY := $(VENV)/.ready
+PIP := PIP_CONSTRAINT=constraints.txt $(BIN)/pip install --quiet --disable-pip-version-check
 OUT := out
+# Processes that tests and workers start load compiled modules, where Python was told to write none too.
+unexport PYTHONDONTWRITEBYTECODE
 
 .PHONY: demo test test-all bench docs lint clean
 .DEFAULT_GOAL := test
 
-$(READY): pyproject.toml constraints.txt
+# What a user has, and what the developers add to it. Installed once, and again where the two files change.
+$(INSTALLED): pyproject.toml constraints.txt
 	@$(PYTHON) -c 'import sys; sys.exit(0 if sys.version_info >= (3, 11) else "Python 3.11 or newer is needed, this is " + sys.version.split()[0] + ": make PYTHON=python3.12 ...")'
-	$(PYTHON) -m venv $(VENV)
-	PIP_CONSTRAINT=constraints.txt $(BIN)/pip install --quiet --disable-pip-version-check -e '.[dev,rtl]'
+	@echo "Installing the package into $(VENV) (once; a minute or two) ..."
+	@$(PYTHON) -m venv $(VENV)
+	@$(PIP) -e .
 	@touch $@
 
-demo: $(READY)
+$(READY): $(INSTALLED)
+	@echo "Installing the tools of developers into $(VENV) (once; a minute or two) ..."
+	@$(PIP) -e '.[dev,rtl]'
+	@touch $@
+
+demo: $(INSTALLED)
 	@mkdir -p $(OUT)
 	$(BIN)/hwsw explore virtex4-pci labyrinth --set workload.problem.arrive=0 --store $(OUT)/labyrinth.sqlite --html $(OUT)/labyrinth.html --csv $(OUT)/labyrinth.csv
 	$(BIN)/hwsw run virtex4-pci labyrinth --trace $(OUT)/labyrinth.mcap --html $(OUT)/labyrinth-run.html

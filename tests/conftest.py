@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 from click.testing import CliRunner, Result
+from examples import THOROUGH, examples
 from hypothesis import HealthCheck, settings
 
 # Time decides no test: what an example takes depends on the machine and on what else it does. Nor does luck: the same
@@ -15,7 +16,8 @@ from hypothesis import HealthCheck, settings
 settings.register_profile(
     "codesign",
     deadline=None,
-    derandomize="HYPOTHESIS_NEW_EXAMPLES" not in os.environ,
+    derandomize=not THOROUGH,
+    max_examples=examples(100),
     suppress_health_check=[HealthCheck.too_slow, HealthCheck.function_scoped_fixture],
 )
 settings.load_profile("codesign")
@@ -50,6 +52,19 @@ explore:
     fpga.part: [XC2V6000-4, XC3S500E-4]
     fpga.clock: [50 MHz, 100 MHz]
 """
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Two workers begin at the two halves of the tests, and both would compile the same kernels at the same time.
+
+    So the second one begins with tests that need few kernels, and finds those that the first one has compiled.
+    """
+    if "PYTEST_XDIST_WORKER" in os.environ:
+        light = [item for item in items if item.nodeid.startswith("tests/inputs/")]
+        others = [item for item in items if not item.nodeid.startswith("tests/inputs/")]
+        half = len(items) // 2
+        items[:] = others[:half] + light + others[half:]
 
 
 @pytest.fixture

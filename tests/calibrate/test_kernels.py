@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 import pytest
+from examples import examples
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -26,7 +27,7 @@ def a_map(seed: int, share: float) -> np.ndarray:
 
 
 @given(st.integers(0, 10_000), st.sampled_from([0.0, 0.05, 0.3]), st.sampled_from([0.3, 0.9, 1.7]))
-@settings(max_examples=60)
+@settings(max_examples=examples(60))
 def test_scans_make_the_same_belief(seed: int, share: float, radius: float) -> None:
     """Over three scans of a map that changes between them; the robot is nowhere that a corner is hit."""
     random = np.random.Generator(np.random.PCG64(seed))
@@ -61,7 +62,7 @@ def test_scans_make_the_same_belief(seed: int, share: float, radius: float) -> N
 
 
 @given(st.integers(0, 10_000), st.floats(0.0, 0.999))
-@settings(max_examples=150)
+@settings(max_examples=examples(150))
 def test_commands_give_the_same_authority(seed: int, part: float) -> None:
     """On a way of straight and diagonal steps and of some at any angle, from anywhere on it."""
     random = np.random.Generator(np.random.PCG64(seed))

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import pytest
+from examples import examples
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -302,7 +303,7 @@ def test_every_reader_knows_only_its_own() -> None:
 
 
 @pytest.mark.parametrize("name", EXPECTED)
-@settings(max_examples=25)
+@settings(max_examples=examples(25))
 @given(data=st.data())
 def test_a_damaged_report_is_read_or_refused(name: str, data: st.DataObject, tmp_path: Path) -> None:
     """Lines lost, repeated, exchanged or damaged: a report or a fault with its place, and nothing else."""

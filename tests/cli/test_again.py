@@ -43,7 +43,7 @@ def test_the_command_of_a_page_on_files_makes_the_same_page_again(
 
 def test_the_command_of_a_reproduction_names_what_was_asked_for(tmp_path: Path) -> None:
     page = tmp_path / "page.html"
-    typed = ["reproduce", "velocity_obstacle", "--quick", "--html", str(page)]
+    typed = ["reproduce", "breadth_first", "--quick", "--html", str(page)]
     assert CliRunner().invoke(main, typed).exit_code == 0
     assert shlex.split(again(page)) == ["hwsw", *typed]
 

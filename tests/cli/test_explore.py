@@ -81,7 +81,9 @@ def test_explore_with_nothing_feasible_exits_with_3(hwsw: Run, specs: Specs) -> 
     assert "0 feasible" in result.output
 
 
-def test_interrupted_exploration_keeps_its_points_and_goes_on(specs: Specs, tmp_path: Path) -> None:
+def test_interrupted_exploration_keeps_its_points_and_goes_on(
+    hwsw: Run, specs: Specs, tmp_path: Path
+) -> None:
     if os.name == "nt":
         pytest.skip("SIGINT is sent to a process group here")
     many = ", ".join(str(value) for value in range(1, 7))
@@ -92,17 +94,8 @@ def test_interrupted_exploration_keeps_its_points_and_goes_on(specs: Specs, tmp_
     )
     specs[1].write_text(text, encoding="utf-8")
     store = tmp_path / "points.sqlite"
-    command = [
-        sys.executable,
-        "-m",
-        "codesign",
-        "explore",
-        *map(str, specs),
-        "--store",
-        str(store),
-        "--workers",
-        "2",
-    ]
+    words = ["explore", *map(str, specs), "--store", str(store), "--workers"]
+    command = [sys.executable, "-m", "codesign", *words, "2"]
     running = subprocess.Popen(
         command, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True, start_new_session=True
     )
@@ -120,7 +113,8 @@ def test_interrupted_exploration_keeps_its_points_and_goes_on(specs: Specs, tmp_
     assert "Traceback" not in errors
     kept = _kept(store)
     assert 0 < kept < 288
-    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    done = hwsw(*words, 1)
+    assert done.exit_code == 0, done.output
     assert f"{kept} from the store" in done.stderr
     assert _kept(store) == 288
 

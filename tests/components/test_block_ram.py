@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 import simpy
 from component_builds import a_block_ram_on_show, simulate
+from examples import examples
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -155,7 +156,7 @@ accesses = st.lists(
 )
 
 
-@settings(max_examples=200)
+@settings(max_examples=examples(200))
 @given(accesses, st.sampled_from(MODES), st.sampled_from(MODES))
 def test_any_traffic_against_a_table(
     cycles: list[list[tuple[int, int, int | None]]], first: WriteMode, second: WriteMode

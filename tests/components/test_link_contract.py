@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 import simpy
+from examples import examples
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from link_runs import ALL, TIMED, Ask, Make, Work, all_errors, an_ideal_link, run
@@ -51,7 +52,7 @@ outages = st.lists(
 
 
 @pytest.mark.parametrize("make", ALL)
-@settings(max_examples=60)
+@settings(max_examples=examples(60))
 @given(asks=asks, outages=outages, seed=st.integers(0, 9), until=st.one_of(st.none(), times))
 def test_every_message_is_delivered_dropped_or_in_flight(
     make: Make, asks: list[Ask], outages: list[tuple[int, int | None]], seed: int, until: int | None

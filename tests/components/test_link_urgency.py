@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 import simpy
+from examples import examples
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from link_runs import TIMED, Ask, Make, Work, run
@@ -146,7 +147,7 @@ LOGGING = {
 }
 
 
-@settings(max_examples=8, derandomize=True)
+@settings(max_examples=examples(8), derandomize=True)
 @given(
     arbitration=st.sampled_from(["message", "burst"]),
     granularity=st.sampled_from(["run_ahead", "visit"]),

@@ -7,6 +7,7 @@ import math
 import numpy as np
 import pytest
 from drives_and_ways import circle, kinematics, ways
+from examples import examples
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -53,7 +54,7 @@ def test_a_motion_keeps_its_limits_and_stands_at_its_authority(
 
 
 @given(ways, st.sampled_from([OmnidirectionalDrive(1.5, 4.0), DifferentialDrive(0.5, 0.4, 1.5)]))
-@settings(max_examples=100)
+@settings(max_examples=examples(100))
 def test_corners_are_taken_as_slowly_as_they_need(
     way: Polyline, limits: OmnidirectionalDrive | DifferentialDrive
 ) -> None:

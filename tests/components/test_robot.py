@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 import simpy
 from drives_and_ways import OPEN, SIDE, a_robot, circle, kinematics, maps, ways
+from examples import examples
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
@@ -197,7 +198,7 @@ def test_many_steps_and_one_step_end_alike(
     st.sampled_from([0.0, 0.4, 0.8, 1.3]),
     st.sampled_from([0.0, 0.5]),
 )
-@settings(max_examples=60)
+@settings(max_examples=examples(60))
 @example(0, PointDrive(0.5), 0.0, 0.0)
 def test_the_robot_is_never_in_a_blocked_cell(
     seed: int, limits: Kinematics, radius: float, margin: float

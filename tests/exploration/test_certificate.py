@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from drawn_studies import studies
+from examples import examples
 from explore_fakes import result
 from hypothesis import given, settings
 from plain_study import Plain
@@ -53,7 +54,7 @@ def states_of(study: Study) -> list[Claim | None]:
     return states
 
 
-@settings(max_examples=400)
+@settings(max_examples=examples(400))
 @given(studies())
 def test_claims_are_those_of_the_study(drawn: tuple[Study, list[Plain]]) -> None:
     study, _ = drawn
@@ -68,7 +69,7 @@ def test_claims_are_those_of_the_study(drawn: tuple[Study, list[Plain]]) -> None
     assert differences(again, study) == []
 
 
-@settings(max_examples=50)
+@settings(max_examples=examples(50))
 @given(studies())
 def test_figures_are_those_of_the_designs(drawn: tuple[Study, list[Plain]]) -> None:
     study, _ = drawn

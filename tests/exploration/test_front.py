@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from examples import examples
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -29,7 +30,7 @@ def by_definition(points: list[list[float]], maximise: list[bool]) -> list[bool]
     ]
 
 
-@settings(max_examples=300)
+@settings(max_examples=examples(300))
 @given(st.data())
 def test_equals_the_definition(data: st.DataObject) -> None:
     count = data.draw(st.integers(1, 5))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from drawn_studies import MISFIT, TEMPLATES, outcomes_of, studies
+from examples import examples
 from explore_fakes import result
 from hypothesis import given, settings
 from plain_study import Plain, PlainStudy
@@ -15,7 +16,7 @@ from codesign.inputs.aggregate import Share
 from codesign.inputs.constraint import constraint_of
 
 
-@settings(max_examples=400, deadline=None)
+@settings(max_examples=examples(400), deadline=None)
 @given(studies())
 def test_arrays_equal_the_definitions(drawn: tuple[Study, list[Plain]]) -> None:
     study, points = drawn
@@ -46,7 +47,7 @@ def test_arrays_equal_the_definitions(drawn: tuple[Study, list[Plain]]) -> None:
     assert counts == plain.reasons
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=examples(100), deadline=None)
 @given(studies())
 def test_one_condition_by_itself_has_its_own_points(drawn: tuple[Study, list[Plain]]) -> None:
     study, points = drawn

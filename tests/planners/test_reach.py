@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from examples import examples
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from mission_specs import Ground
@@ -130,7 +131,7 @@ def problems(draw: st.DrawFn) -> tuple[Map, list[Cell]]:
 @pytest.mark.parametrize("case", CASES)
 @given(problem=problems())
 @example(problem=(CUT, [(1, 1)]))
-@settings(max_examples=30)
+@settings(max_examples=examples(30))
 def test_a_start_is_refused_where_the_planner_s_reference_does_not_reach_it(
     case: str, problem: tuple[Map, list[Cell]]
 ) -> None:

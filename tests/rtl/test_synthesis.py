@@ -39,7 +39,13 @@ def memories(register: int) -> Circuit:
 
 
 @pytest.mark.parametrize(
-    ("family", "of_fabric"), [("ecp5", False), ("gowin", False), ("xc4v", False), ("xc2v", True)]
+    ("family", "of_fabric"),
+    [
+        ("ecp5", False),
+        ("gowin", False),
+        pytest.param("xc4v", False, marks=pytest.mark.slow),
+        ("xc2v", True),
+    ],
 )
 def test_block_rams_take_the_registers_that_their_family_has(family: str, of_fabric: bool) -> None:
     plain, registered = synthesise(memories(0), family), synthesise(memories(1), family)

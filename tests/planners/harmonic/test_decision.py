@@ -5,6 +5,7 @@ import pickle
 
 import numpy as np
 import pytest
+from examples import examples
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from reference_harmonic import exact_direction, relax_reference
@@ -51,7 +52,7 @@ def at(values, row, column):
     return values[row, column] if inside else 0
 
 
-@settings(max_examples=300)
+@settings(max_examples=examples(300))
 @given(fields(), st.booleans())
 def test_directions_are_the_exact_rule_normalised(problem, only_ascending):
     field, free = problem
@@ -70,7 +71,7 @@ def test_directions_are_the_exact_rule_normalised(problem, only_ascending):
         assert vectors[row, column] == pytest.approx([down / length, right / length], abs=1e-14)
 
 
-@settings(max_examples=300)
+@settings(max_examples=examples(300))
 @given(fields())
 def test_the_chosen_triangle_has_the_greatest_sum_of_squares(problem):
     field, free = problem
@@ -86,7 +87,7 @@ def test_the_chosen_triangle_has_the_greatest_sum_of_squares(problem):
         assert right in (-falls[1], falls[3])
 
 
-@settings(max_examples=200)
+@settings(max_examples=examples(200))
 @given(fields())
 def test_best_neighbours_are_the_first_of_the_greatest(problem):
     field, free = problem

@@ -6,6 +6,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from examples import examples
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from reference_harmonic import climb
@@ -68,7 +69,7 @@ def test_a_guarded_robot_rises_and_never_meets_the_bound(problem, rule):
             assert heights[k] > heights[k - 1] or (cells[k] == cells[k - 1]).all()
 
 
-@settings(max_examples=60)
+@settings(max_examples=examples(60))
 @given(problems(), st.sampled_from(list(Rule)))
 def test_without_local_maxima_every_reachable_cell_arrives(problem, rule):
     free, goals, field = problem

@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from examples import examples
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from reference_harmonic import relax_reference, relax_stage
@@ -25,7 +26,7 @@ from codesign.planners.harmonic.plan.arguments import check_arguments
 from codesign.planners.harmonic.plan.engine import Engine
 from codesign.planners.harmonic.plan.layout import make_layout, segment_words
 
-quick = settings(max_examples=60, suppress_health_check=list(HealthCheck))
+quick = settings(max_examples=examples(60), suppress_health_check=list(HealthCheck))
 
 
 @st.composite

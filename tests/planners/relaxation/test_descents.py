@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 from click.testing import Result
+from examples import examples
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
@@ -113,7 +114,7 @@ def test_the_default_leads_from_everywhere_on_random_maps(problem: Any) -> None:
     st.sampled_from(Boundary),
     st.sampled_from([3, 40, 3000]),
 )
-@settings(max_examples=150)
+@settings(max_examples=examples(150))
 def test_what_is_reported_is_what_following_each_cell_gives(
     problem: Any,
     method: Method,

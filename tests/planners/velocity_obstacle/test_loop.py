@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from avoidance_scenes import assert_same_run, scenes
+from examples import examples
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydantic import ValidationError
@@ -45,7 +46,7 @@ def flown(problem: RobotsProblem, parameters: AvoidParameters, unit: int) -> Avo
     return loop.plan()
 
 
-@settings(max_examples=25)
+@settings(max_examples=examples(25))
 @given(scenes(updates=40), st.sampled_from([1, 3, 20, 200, 10**6]))
 def test_late_decisions_are_those_of_the_reference_state_by_state(
     scene: tuple[RobotsProblem, AvoidParameters], unit: int

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from examples import examples
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
@@ -45,7 +46,7 @@ def problems(draw: st.DrawFn, side: int = 12) -> tuple[NDArray[np.bool_], list[C
 
 
 @given(problems(), st.booleans(), st.booleans())
-@settings(max_examples=150)
+@settings(max_examples=examples(150))
 def test_potentials_are_those_of_dijkstra(
     problem: tuple[NDArray[np.bool_], list[Cell]], cutting: bool, penalised: bool
 ) -> None:

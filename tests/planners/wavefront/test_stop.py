@@ -8,6 +8,7 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 import pytest
+from examples import examples
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from mission_specs import Ground
@@ -78,7 +79,7 @@ def problems(draw: st.DrawFn) -> tuple[NDArray[np.bool_], Cell, list[Cell], bool
 
 @pytest.mark.parametrize("style", STYLES)
 @given(problem=problems())
-@settings(max_examples=25)
+@settings(max_examples=examples(25))
 def test_a_wave_that_stops_takes_no_longer_and_is_judged_by_what_it_reached(
     style: str, problem: tuple[NDArray[np.bool_], Cell, list[Cell], bool]
 ) -> None:

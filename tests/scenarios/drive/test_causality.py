@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 from causality import Arrivals, check_causality
+from examples import examples
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from mission_specs import KINEMATICS, PLACEMENTS, SECOND, Ground
@@ -82,7 +83,7 @@ def test_the_variants_of_the_partition_study(variant: str) -> None:
     assert check_point("zynq", "office-partition", values) > 5
 
 
-@settings(max_examples=20, derandomize=True)
+@settings(max_examples=examples(20), derandomize=True)
 @given(data=st.data(), placement=st.sampled_from(sorted(PLACEMENTS)))
 def test_drives_over_links_and_planners_of_any_speed(
     tmp_path: Path, data: st.DataObject, placement: str

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 from causality import check_causality
+from examples import examples
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from link_runs import ALL, Ask, Make, run
@@ -342,7 +343,7 @@ def test_a_damaged_command_can_drive_the_robot_against_an_obstacle(tmp_path: Pat
     assert contacts > 3
 
 
-@settings(max_examples=10, derandomize=True)
+@settings(max_examples=examples(10), derandomize=True)
 @given(
     placement=st.sampled_from(["breadth-first", "harmonic", "harmonic-warm", "relaxation-sor", "wavefront"]),
     rate=st.sampled_from([1e-4, 1e-3, 1e-2, 0.3]),

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from examples import THOROUGH
 from mission_specs import COSTS, PLACEMENTS, Ground, merged, rectangle
 
 import codesign
@@ -47,12 +48,13 @@ OBSTACLES: dict[str, Any] = {
     "moving": [{"size": [1, 2], "route": [[1, 12], [6, 13]], "speed": "0.3 m/s"}],
     "random": {"count": 10, "size": 1, "begin": "0 s", "end": "20 s", "stay": "5 s", "seed": 4},
 }
+LIMIT = "8 s" if THOROUGH else "4 s"
 SCENES: dict[str, dict[str, Any]] = {
     "blocked": {},
-    "explore": {"purpose": "explore", "limit": "8 s"},
+    "explore": {"purpose": "explore", "limit": LIMIT},
     "change-restart": {"replan": {"trigger": "change", "when_busy": "restart"}},
     "slow": {"slow": True, "replan": {"trigger": "change"}, "deadline": "20 ms", "limit": "6 s"},
-    "slow-restart": {"slow": True, "replan": {"trigger": "change", "when_busy": "restart"}, "limit": "8 s"},
+    "slow-restart": {"slow": True, "replan": {"trigger": "change", "when_busy": "restart"}, "limit": LIMIT},
     "cut": {"slow": True, "replan": {"trigger": "change"}, "limit": "2.05 s"},
 }
 

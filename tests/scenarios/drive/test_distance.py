@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from examples import examples
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from mission_specs import KINEMATICS, Ground, rectangle
@@ -89,7 +90,7 @@ def brute(free: NDArray[np.bool_], point: NDArray[np.float64]) -> float:
     return float(min([*found, *np.hypot(gaps[:, 0], gaps[:, 1])]))
 
 
-@settings(max_examples=60, derandomize=True)
+@settings(max_examples=examples(60), derandomize=True)
 @given(seed=st.integers(0, 2**32), share=st.sampled_from([0.0, 0.02, 0.1, 0.3]), legs=st.integers(1, 6))
 def test_clearance_is_exact_between_looks(seed: int, share: float, legs: int) -> None:
     """Against dense sampling, on paths that keep out of blocked cells."""

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from examples import examples
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from mission_specs import IDEAL, PLACEMENTS, Ground, rectangle
@@ -69,7 +70,7 @@ def specs(mission: dict[str, Any]) -> dict[str, Any]:
     }
 
 
-@settings(max_examples=40, derandomize=True)
+@settings(max_examples=examples(40), derandomize=True)
 @given(mission=missions)
 def test_the_ledger_adds_up_to_all_requests(tmp_path: Path, mission: dict[str, Any]) -> None:
     """Over policies, triggers, links: each picosecond from a scan to what became of its request is booked once."""
@@ -123,7 +124,7 @@ def check_busy(result: Result, records: list[Record]) -> None:
     assert result.mission.account["fpga"].compute_s == pytest.approx(told["fpga"] / 1e12)
 
 
-@settings(max_examples=25, derandomize=True)
+@settings(max_examples=examples(25), derandomize=True)
 @given(mission=missions)
 def test_the_trace_holds_all_the_time_that_a_component_worked(
     tmp_path: Path, mission: dict[str, Any]

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from examples import examples
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from mission_specs import IDEAL, POINT, ROOMS, SECOND, Ground, rectangle
@@ -210,7 +211,7 @@ def of_turns(records: list[Record]) -> list[int]:
     return [record.time for record in records if isinstance(record, PoseRecord)]
 
 
-@settings(max_examples=12, derandomize=True)
+@settings(max_examples=examples(12), derandomize=True)
 @given(
     placement=st.sampled_from(["breadth-first", "harmonic-decide-on-host", "wavefront-tiled-track-on-host"]),
     bauds=st.lists(st.integers(4800, 400_000), min_size=2, max_size=2, unique=True),

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from examples import examples
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from mission_specs import COSTS, KINEMATICS, Ground, rectangle
@@ -183,7 +184,7 @@ def drives(draw: st.DrawFn) -> dict[str, Any]:
     }
 
 
-@settings(max_examples=25, derandomize=True)
+@settings(max_examples=examples(25), derandomize=True)
 @given(case=drives())
 def test_the_robot_never_enters_an_obstacle(tmp_path: Path, case: dict[str, Any]) -> None:
     listener = MemoryListener()

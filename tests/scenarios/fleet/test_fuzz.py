@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from examples import examples
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
@@ -96,7 +97,7 @@ def attempt(action: Callable[[], Any]) -> tuple[Any, CodesignError | None]:
         return None, error
 
 
-@settings(max_examples=150)
+@settings(max_examples=examples(150))
 @given(fleets(), CLOCKS, st.sampled_from(["sequential", "pipelined"]))
 @example(
     {

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 from avoidance_scenes import assert_same_run
+from examples import examples
 from fleet_specs import SECOND, STEP, Ground
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -68,7 +69,7 @@ def test_a_fleet_in_real_time_is_the_reference_whose_decisions_act_when_their_cy
         assert flight.plan.digest == avoid(problem, parameters).digest
 
 
-@settings(max_examples=8, **QUIETLY)
+@settings(max_examples=examples(8), **QUIETLY)
 @given(
     st.sampled_from([4000, 20_000, 50_000_000]),
     st.sampled_from(["real_time", "free_running"]),

@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 import pytest
+from examples import examples
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import ndimage
@@ -118,7 +119,7 @@ def test_frontier_cells_by_their_definition(seed: int, share: float) -> None:
 
 
 @given(st.integers(0, 2**32), radii, sensors)
-@settings(max_examples=60)
+@settings(max_examples=examples(60))
 def test_every_exploration_ends_and_has_seen_what_can_be_seen(
     seed: int, radius: float, sensor: Sensor
 ) -> None:

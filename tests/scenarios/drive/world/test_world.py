@@ -8,6 +8,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from examples import examples
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -197,7 +198,7 @@ def test_a_moving_obstacle_waits_before_the_robot_and_goes_on() -> None:
 
 
 @given(st.integers(0, 2**32), st.sampled_from([0.0, 0.4, 0.7, 1.3, 2.2]), st.sampled_from([0.0, 0.5]))
-@settings(max_examples=80)
+@settings(max_examples=examples(80))
 def test_no_change_ever_takes_the_robots_place(seed: int, radius: float, margin: float) -> None:
     random = np.random.default_rng(seed)
     free = an_open_map()
