@@ -11,6 +11,8 @@ docstring becomes the description of its schema in traces, so a change to it cha
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar, Protocol, Self
 
@@ -51,7 +53,8 @@ class MapRecord(Record):
     or None.
 
     All places of a run are counted in the whole map, and ``free`` may be a part of it. ``row``, ``column``: the first
-    cell of the part. ``origin``: (x, y, yaw) of its lower left corner, metres and radians, or None.
+    cell of the part. ``origin``: (x, y, yaw) of its lower left corner, metres and radians, or None. ``radius``: of the
+    bodies of the robots, cells; 0 where it is not known.
     """
 
     IN_CELLS = ("goals",)
@@ -62,6 +65,7 @@ class MapRecord(Record):
     row: int = 0
     column: int = 0
     origin: NDArray[np.float64] | None = None
+    radius: float = 0.0
 
     @property
     def corner(self) -> tuple[int, int]:
@@ -257,6 +261,37 @@ class PositionsRecord(Record):
 
 
 @dataclass(frozen=True)
+class ScanRecord(Record):
+    """What a sensor of rays measured: ``ranges``, float64, cells along each ray to the obstacle that ended it.
+
+    Ray i of n points 2π i / n from the direction of growing columns towards that of growing rows. A ray that met no
+    obstacle within ``reach`` (cells) has infinity. ``row``, ``column``: where the sensor was, cells.
+    """
+
+    row: float
+    column: float
+    reach: float
+    ranges: NDArray[np.float64]
+
+    def moved(self, rows: int, columns: int) -> Self:
+        """The record with its place so many rows down and columns right."""
+        return replace(self, row=self.row + rows, column=self.column + columns)
+
+
+@dataclass(frozen=True)
+class SampleRecord(Record):
+    """A quantity of ``source`` has ``value`` from ``time`` on, in ``unit``, until its next sample.
+
+    Quantities: ``queue`` (messages that wait at a link), ``fifo`` (words in the FIFOs of a link's senders) and ``busy``
+    (share of the time since the last sample in which ``source`` was busy, 0 to 1; it holds up to ``time``).
+    """
+
+    quantity: str
+    unit: str
+    value: float
+
+
+@dataclass(frozen=True)
 class UtilisationRecord(Record):
     """How much of a span ``source`` was busy: ``busy`` of ``span`` picoseconds, the span ending at ``time``."""
 
@@ -276,3 +311,22 @@ class Listener(Protocol):
 
     def __call__(self, record: Record) -> None:
         """Take one record."""
+
+
+class Recorder(ABC):
+    """A listener that does without some classes of records. A run does not make records that no listener wants."""
+
+    @property
+    @abstractmethod
+    def unwanted(self) -> frozenset[type[Record]]:
+        """The classes of records that it ignores."""
+
+    @abstractmethod
+    def __call__(self, record: Record) -> None:
+        """Take one record. It may be of a class that another listener wants."""
+
+
+def unwanted_by(listeners: Sequence[Listener]) -> frozenset[type[Record]]:
+    """The classes of records that none of the listeners wants. A plain callable wants them all."""
+    each = [item.unwanted if isinstance(item, Recorder) else frozenset[type[Record]]() for item in listeners]
+    return frozenset.intersection(*each) if each else frozenset()

@@ -43,6 +43,13 @@ _QUIET_SECONDS = 5.0
 @click.option(
     "--trace", "trace_file", type=click.Path(dir_okay=False, path_type=Path), help="Write an MCAP trace."
 )
+@click.option(
+    "--trace-level",
+    type=click.Choice(["mission", "messages", "blocks", "iterations"]),
+    default="blocks",
+    show_default=True,
+    help="How much the trace holds; each level holds what the one before holds, and more.",
+)
 @click.option("--html", "page", type=click.Path(dir_okay=False, path_type=Path), help="Write an HTML page.")
 @click.option(
     "--granularity",
@@ -66,6 +73,7 @@ def run(
     settings: tuple[str, ...],
     needs: tuple[str, ...],
     trace_file: Path | None,
+    trace_level: str,
     page: Path | None,
     granularity: str,
     memory: int | None,
@@ -113,6 +121,7 @@ def run(
             *moved,
             granularity=granularity,
             trace=trace_file,
+            trace_level=trace_level,
             listeners=() if page is None else (records,),
             progress=mission_progress(show),
             memory=memory,

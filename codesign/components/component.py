@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import simpy
 
 from codesign.errors import InputError, RunError
-from codesign.records import Listener, Record, UtilisationRecord
+from codesign.records import Listener, Record, UtilisationRecord, unwanted_by
 from codesign.units import cycles_by, edge
 
 FASTEST = 10**12
@@ -67,13 +67,14 @@ class Component:
     """A part of a platform that does work or holds data.
 
     ``name`` is the source of its records. ``listeners`` take the records. Without a listener no record is built:
-    subclasses check ``listening`` first. ``environment`` starts at time 0, and all its times are whole picoseconds.
+    subclasses ask ``wants`` first. ``environment`` starts at time 0, and all its times are whole picoseconds.
     """
 
     def __init__(self, environment: simpy.Environment, name: str, listeners: Sequence[Listener] = ()) -> None:
         self.environment = environment
         self.name = name
         self._listeners = tuple(listeners)
+        self._unwanted = unwanted_by(self._listeners)
         self._busy = 0
         self._busy_since = 0
         self._in_progress = 0
@@ -87,6 +88,10 @@ class Component:
     def listening(self) -> bool:
         """Whether there is a listener. Without one no record is built."""
         return bool(self._listeners)
+
+    def wants(self, kind: type[Record]) -> bool:
+        """Whether a listener wants records of this class. Others are not built."""
+        return bool(self._listeners) and kind not in self._unwanted
 
     def emit(self, record: Record) -> None:
         """Hand ``record`` to every listener, in the order in which they were given."""

@@ -357,7 +357,7 @@ class Link(Component):
             self.unnoticed[message.name] += delivery.damaged
         else:
             self.dropped[reason] += 1
-        if self.listening:
+        if self.wants(MessageRecord):
             self.emit(
                 MessageRecord(
                     time=message.requested,

@@ -15,9 +15,11 @@ from typing import Any
 from codesign.errors import TraceError, choose_hint, printable
 from codesign.progress import Show, silent
 from codesign.records import Record
-from codesign.trace.encoding import RECORD_TYPES, decode, parse_json
-from codesign.trace.listeners import RESULT_ATTACHMENT
+from codesign.trace.json_messages import decode_json
+from codesign.trace.listeners import RESULT_ATTACHMENT, RUN
+from codesign.trace.messages import RECORD_TYPES, decode
 from codesign.trace.scan import DamagedError, scan
+from codesign.trace.values import parse_json
 from codesign.units import format_count, format_time
 
 MAX_ATTACHED_BYTES = 2**26
@@ -29,7 +31,7 @@ MAX_NAMED = 10_000
 
 @dataclass
 class Channel:
-    """A channel: its topic, the name of its schema, its origin, and its number of messages.
+    """A channel: its topic, the name of its schema, its origin, its number of messages, and their encoding.
 
     ``record`` is the name of the record class and ``source`` the component. Both are empty in files of other programs.
     """
@@ -39,6 +41,7 @@ class Channel:
     record: str
     source: str
     messages: int = 0
+    encoding: str = ""
 
 
 @dataclass(frozen=True)
@@ -178,10 +181,14 @@ class Trace:
         if record_type is None or (topics and not any(fnmatchcase(channel.topic, topic) for topic in topics)):
             return
         try:
-            yield decode(record_type, message.data)
+            yield _DECODERS.get(channel.encoding, decode)(record_type, message.data)
         except TraceError as fault:
             place = f"{self.path}: {channel.topic[:80]!r}: message {message.sequence}"
             raise TraceError(fault.what, place, "the file was damaged, or not written by hwsw") from fault
+
+
+_DECODERS = {"json": decode_json}
+"""How messages of older files are decoded, by encoding."""
 
 
 def open_trace(path: str | Path, show: Show = silent) -> Trace:
@@ -239,6 +246,8 @@ def _attach(trace: Trace, item: Any) -> int:
         return len(item.data) + len(item.name)
     elif isinstance(item, Metadata):
         trace.metadata[item.name] = item.metadata
+        if item.name == RUN:
+            trace.library = item.metadata.get("library", trace.library)
         return len(item.name) + sum(len(key) + len(text) for key, text in item.metadata.items())
     return 0
 
@@ -265,5 +274,6 @@ class _Channels:
             if item.schema_id not in self._schemas or len(self.by_id) > MAX_NAMED:
                 raise DamagedError(f"a channel of schema {item.schema_id}, which is not declared")
             names = item.metadata.get("record", ""), item.metadata.get("source", "")
-            self.by_id.setdefault(item.id, Channel(item.topic, self._schemas[item.schema_id], *names))
+            schema = self._schemas[item.schema_id]
+            self.by_id.setdefault(item.id, Channel(item.topic, schema, *names, 0, item.message_encoding))
         return None

@@ -31,7 +31,6 @@ from codesign.records import (
     UtilisationRecord,
     VisitsRecord,
 )
-from codesign.trace.encoding import is_bare
 from codesign.trace.reader import Trace
 from codesign.units import counted, format_count, format_data, format_time
 
@@ -161,7 +160,7 @@ def _describe_trajectory(record: TrajectoryRecord) -> _Description:
 
 
 def _describe_field(record: FieldRecord) -> _Description:
-    if is_bare(record):
+    if not record.values.size:
         return record.time, record.time, f"field {record.name}", "its values are left out in a mission"
     values = record.values[np.isfinite(record.values)]
     unit = "" if record.unit in ("", "1") else f" {printable(record.unit, 40)}"
@@ -253,11 +252,11 @@ def trace_thumbnail(trace: Trace, width: int = 72) -> list[str]:
     for record in trace.records(kinds=(MapRecord, StageRecord, FieldRecord)):
         if isinstance(record, MapRecord):
             free = record.free
-        elif is_bare(record):
-            continue
         elif isinstance(record, StageRecord):
+            if not record.potential.size:
+                continue
             field, scale = record.potential, f"{SHADES[0]} lowest to {SHADES[-1]} highest potential"
-        elif isinstance(record, FieldRecord):
+        elif isinstance(record, FieldRecord) and record.values.size:
             field, scale = (
                 _nearness(record.values),
                 f"{SHADES[0]} highest to {SHADES[-1]} lowest {printable(record.name)}",

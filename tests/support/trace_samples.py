@@ -27,7 +27,7 @@ from codesign.records import (
     VisitsRecord,
 )
 from codesign.trace import McapListener
-from codesign.trace.encoding import bared
+from codesign.trace.levels import bared
 
 FREE = np.array([[True, False, True], [True, True, True]])
 

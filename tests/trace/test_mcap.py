@@ -13,6 +13,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+from codesign.trace.encoding import MAX_ELEMENTS, MAX_MESSAGE_BYTES, RECORD_TYPES, encode, schema_of
+from codesign.trace.foxglove import Floor
 from trace_samples import FREE, PluginRecord, a_mission, a_run, write
 
 from codesign.errors import TraceError
@@ -28,8 +30,6 @@ from codesign.records import (
     VisitsRecord,
 )
 from codesign.trace import McapListener, MemoryListener, open_trace
-from codesign.trace.encoding import MAX_ELEMENTS, MAX_MESSAGE_BYTES, RECORD_TYPES, encode, schema_of
-from codesign.trace.foxglove import Floor
 from codesign.trace.scan import MAX_RECORD_BYTES
 from codesign.trace.views import SCENE_SCHEMA
 

@@ -9,6 +9,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+from codesign.trace.encoding import encode
+from codesign.trace.foxglove import Floor
 from trace_samples import a_mission, write
 
 from codesign.frame import Frame
@@ -25,8 +27,6 @@ from codesign.records import (
     TrajectoryRecord,
 )
 from codesign.trace import McapListener, open_trace
-from codesign.trace.encoding import encode
-from codesign.trace.foxglove import Floor
 from codesign.trace.views import MOST_CUBES, Views
 
 SECOND = 10**12
