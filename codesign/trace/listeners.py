@@ -80,7 +80,7 @@ class McapListener(Recorder):
         self._target = landing(self.path)
         self._part = self._target.with_name(f".{self._target.name[:16]}.{os.getpid()}-{id(self):x}.part")
         self._channels: dict[tuple[type, str], Any] = {}
-        self._last_time = 0
+        self._time = 0
         self._finished = False
         self._held = ExitStack()
         if self.path.is_dir():
@@ -89,7 +89,7 @@ class McapListener(Recorder):
             raise TraceError("is no regular file", str(self.path), "name a regular file: a trace needs one")
         from codesign.trace.views import Views
 
-        self._unwanted, self._views = unwanted(level), Views()
+        self._unwanted, self._views = unwanted(level), Views(self._show)
         self._file: _File | None = None
         with self._guard():
             self._held.enter_context(passing(self._part))
@@ -121,9 +121,8 @@ class McapListener(Recorder):
         else:
             # A mission may plan a thousand times, so its fields are left out here and shown by the views at intervals.
             self._write(bared(record) if self._views.mission else record)
-        for topic, message in self._views.of(record):
-            self._show(topic, message, record.time)
-        self._last_time = record.time
+        self._time = record.time
+        self._views.of(record)
         if isinstance(record, SummaryRecord):
             self.attach(RESULT_ATTACHMENT, "application/json", _json(record.result))
         self._check()
@@ -147,8 +146,7 @@ class McapListener(Recorder):
         """
         if self._finished:
             return
-        for topic, message in self._views.finish(self._last_time):
-            self._show(topic, message, self._last_time)
+        self._views.finish(self._time)
         self._writer.close()
         self._check()
         with self._guard():

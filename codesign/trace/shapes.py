@@ -33,6 +33,8 @@ _FIELD = [(68, 1, 84), (59, 82, 139), (33, 145, 140), (94, 201, 98), (253, 231, 
 _LEVELS = 64
 """Colours of a field. Few, so that pictures pack well."""
 
+GRAIN = 2.0**12
+
 _UINT8 = fg.PackedElementFieldNumericType.Uint8
 _FLOAT32 = fg.PackedElementFieldNumericType.Float32
 _CHANNELS = ("red", "green", "blue", "alpha")
@@ -44,6 +46,12 @@ _CLOUD_FIELDS = [
     *(fg.PackedElementField(name=name, offset=12 + at, type=_UINT8) for at, name in enumerate(_CHANNELS)),
 ]
 _GRID_FIELDS = [fg.PackedElementField(name=name, offset=at, type=_UINT8) for at, name in enumerate(_CHANNELS)]
+
+
+def rounded(values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The values to 2^-12, about 0.2 mm: more than a screen shows, and few enough bits to pack well."""
+    grained: NDArray[np.float64] = np.rint(values * GRAIN) / GRAIN
+    return grained
 
 
 def stamp(time: int) -> fg.Timestamp:
@@ -140,7 +148,7 @@ def cloud(
 ) -> fg.PointCloud:
     """Points (x, y) in metres, n × 2, at one height. None clears those that were shown."""
     packed = np.zeros(len(points), _POINT)
-    packed["x"], packed["y"], packed["z"], packed["rgba"] = points[:, 0], points[:, 1], height, rgba
+    packed["x"], packed["y"], packed["z"], packed["rgba"] = *rounded(points).T, height, rgba
     return fg.PointCloud(
         timestamp=stamp(time),
         frame_id=frame,
@@ -158,7 +166,7 @@ def line(points: NDArray[np.float64], rgba: Colour, height: float) -> fg.LinePri
         pose=_ORIGIN,
         thickness=2.0,
         scale_invariant=True,
-        points=[fg.Point3(x=x, y=y, z=height) for x, y in points.tolist()],
+        points=[fg.Point3(x=x, y=y, z=height) for x, y in rounded(points).tolist()],
         color=colour(rgba),
     )
 
@@ -187,3 +195,10 @@ def densified(points: NDArray[np.float64], step: float, most: int) -> NDArray[np
     count = int(min(max(lengths[-1] / step if math.isfinite(lengths[-1]) else 0, len(points)), most)) + 1
     along = np.linspace(0.0, lengths[-1], count)
     return np.column_stack([np.interp(along, lengths, points[:, axis]) for axis in (0, 1)])
+
+
+def thinned(points: NDArray[np.float64], most: int) -> NDArray[np.float64]:
+    """At most ``most`` of the points, evenly chosen, the first and the last among them."""
+    if len(points) <= most:
+        return points
+    return points[np.linspace(0, len(points) - 1, max(most, 2)).astype(np.int64)]

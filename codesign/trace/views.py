@@ -19,7 +19,7 @@ Large states are written at intervals that grow with them, so the bytes for each
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -42,11 +42,8 @@ from codesign.records import (
 )
 from codesign.trace import shapes
 from codesign.trace.floor import BLOCKED, FREE, UNKNOWN, Floor, floor_of
-from codesign.trace.robots import Robots
+from codesign.trace.robots import Robots, Show
 from codesign.units import PICOSECONDS_PER_SECOND
-
-View = tuple[str, Any]
-"""A topic and a message of Foxglove's SDK."""
 
 SHORTEST_INTERVAL = PICOSECONDS_PER_SECOND
 INTERVAL_A_CELL = 64 * 10**6
@@ -61,38 +58,40 @@ MOST_SHOWN = 2**20
 MOST_CUBES = 2048
 """Most bars of obstacles in a scene. Where there are more, the grid of the map shows the rest."""
 
-_POINTS_OF_PATH = 4096
+_POINTS_OF_PATH = 2048
+_BELIEFS = np.array([FREE, BLOCKED], np.uint8)
 _ALARMS = {"no_way", "deadline_missed", "safety_stop", "contact", "livelock"}
 _HEIGHTS = {"true": -0.03, "belief": -0.02, "field": -0.01}
 """The heights of grids in metres. They lie above each other, so that they do not flicker in one plane."""
 
 
 class Views:
-    """Takes the records of a run in the order of emission, and returns the views after each.
+    """Takes the records of a run in the order of emission, and shows the views after each.
 
-    A record that does not fit the map of its run, or comes before the map, has no view.
+    ``show`` takes each view. A record that does not fit the map of its run, or comes before the map, has no view.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, show: Show) -> None:
+        self._show = show
         self._floor = Floor()
         self._shape = (0, 0)
         self._corner = np.zeros(2, np.int64)
         self._start: NDArray[np.bool_] = np.zeros((0, 0), np.bool_)
         self._grids: dict[str, _Grid] = {}
-        self._came: set[tuple[int, int]] = set()
+        self._came: set[int] = set()
         self._came_due = _Due(0)
         self._paths: list[NDArray[np.float64]] = []
         self._path_time: int | None = None
-        self._robots = Robots(self._floor, 0.0)
+        self._robots = Robots(show)
         self.mission = False
         """Whether the run is a mission, known from its first event."""
-        self._makers: dict[type[Record], Callable[[Any], Iterator[View]]] = {
+        self._makers: dict[type[Record], Callable[[Any], None]] = {
             MapRecord: self._map,
             ObstacleRecord: self._obstacle,
             BeliefRecord: self._belief,
             TrajectoryRecord: self._trajectory,
-            PoseRecord: self._posed,
-            PositionsRecord: self._placed,
+            PoseRecord: self._robots.posed,
+            PositionsRecord: self._robots.placed,
             StageRecord: lambda record: self._field(record, record.potential),
             FieldRecord: lambda record: self._field(record, record.values),
             ScanRecord: self._scan,
@@ -104,33 +103,33 @@ class Views:
         """Whether records of this class have views."""
         return record_type in self._makers
 
-    def of(self, record: Record) -> Iterator[View]:
-        """The views after ``record``."""
+    def of(self, record: Record) -> None:
+        """Show the views after ``record``."""
         maker = self._makers.get(type(record))
         if self._paths and (maker is not None and record.time != self._path_time):
-            yield from self._path()
+            self._path()
         if maker is not None:
-            yield from maker(record)
+            maker(record)
 
-    def finish(self, time: int) -> Iterator[View]:
-        """The last state of everything that has changed since it was shown."""
+    def finish(self, time: int) -> None:
+        """Show the last state of everything that has changed since it was shown."""
         if self._paths:
-            yield from self._path()
+            self._path()
         for grid in self._grids.values():
-            yield from grid.shown(time, self._floor, last=True)
+            grid.shown(self._show, time, self._floor, last=True)
         if self._came_due.now(time, last=True):
-            yield from self._obstacles(time)
-        yield from self._robots.finish(time)
+            self._obstacles(time)
+        self._robots.finish(time)
 
-    def _map(self, record: MapRecord) -> Iterator[View]:
+    def _map(self, record: MapRecord) -> None:
         self._floor, self._shape = floor_of(record), record.free.shape
         self._corner, self._start = np.array(record.corner), record.free
         self._grids.clear()
         self._came.clear()
-        self._robots = Robots(self._floor, record.radius * self._floor.cell_size)
+        self._robots.begin(self._floor, record.radius * self._floor.cell_size)
         if record.free.size:
             walls = np.where(record.free, shapes.FREE_NOW, shapes.WALL).astype(np.uint8)
-            yield from self._grid("/map", "true", walls).shown(record.time, self._floor)
+            self._grid("/map", "true", walls).shown(self._show, record.time, self._floor)
         side, goals = self._floor.cell_size, self._floor.points(record.goals)
         spheres = [
             fg.SpherePrimitive(
@@ -140,34 +139,33 @@ class Views:
             )
             for x, y in goals.tolist()
         ]
-        yield "/goals", shapes.scene("goals", record.time, spheres=spheres)
-        yield "/goals/points", shapes.cloud(goals, shapes.GOAL, record.time, 0.03)
+        self._show("/goals", shapes.scene("goals", record.time, spheres=spheres), record.time)
+        self._show("/goals/points", shapes.cloud(goals, shapes.GOAL, record.time, 0.03), record.time)
         # What the run before showed is cleared: there are no obstacles that came, and no path.
         self._came_due = _Due(record.time)
-        yield from self._obstacles(record.time)
-        yield "/path", shapes.scene("path", record.time)
+        self._obstacles(record.time)
+        self._show("/path", shapes.scene("path", record.time), record.time)
 
-    def _obstacle(self, record: ObstacleRecord) -> Iterator[View]:
-        here = record.cells - self._corner
-        if not self._inside(here):
+    def _obstacle(self, record: ObstacleRecord) -> None:
+        places = self._places(record.cells)
+        if places is None:
             return
-        cells = here[:, 0], here[:, 1]
-        began_free = self._start[cells]
+        began_free = self._start.ravel()[places]
         states = (shapes.CAME, shapes.WALL) if record.appeared else (shapes.FREE_NOW, shapes.GONE)
         grid = self._grids["/map"]
-        grid.cells[cells] = np.where(began_free, *states)
+        grid.cells.ravel()[places] = np.where(began_free, *states)
         grid.due.changed = True
-        new = set(map(tuple, here[began_free].tolist()))
+        new = set(places[began_free].tolist())
         self._came = self._came | new if record.appeared else self._came - new
         self._came_due.changed = True
-        yield from grid.shown(record.time, self._floor)
+        grid.shown(self._show, record.time, self._floor)
         if self._came_due.now(record.time):
-            yield from self._obstacles(record.time)
+            self._obstacles(record.time)
 
-    def _obstacles(self, time: int) -> Iterator[View]:
+    def _obstacles(self, time: int) -> None:
         """All cells that came, as bars along the rows and as points."""
         self._came_due.interval = max(OBSTACLES_INTERVAL, INTERVAL_A_CAME * len(self._came))
-        cells = np.array(sorted(self._came), np.int64).reshape(-1, 2)
+        cells = np.column_stack(np.divmod(np.array(sorted(self._came), np.int64), max(self._shape[1], 1)))
         side, turned = self._floor.cell_size, self._floor.yaw
         first = np.ones(len(cells), bool)
         first[1:] = (np.diff(cells, axis=0) != (0, 1)).any(axis=1)
@@ -183,24 +181,30 @@ class Views:
             )
             for (x, y), length in zip(places[:MOST_CUBES].tolist(), lengths.tolist(), strict=False)
         ]
-        yield "/obstacles", shapes.scene("obstacles", time, cubes=cubes)
+        self._show("/obstacles", shapes.scene("obstacles", time, cubes=cubes), time)
         points = self._floor.points(cells + self._corner)
-        yield "/obstacles/points", shapes.cloud(points, shapes.OBSTACLE, time, side)
+        self._show("/obstacles/points", shapes.cloud(points, shapes.OBSTACLE, time, side), time)
 
-    def _belief(self, record: BeliefRecord) -> Iterator[View]:
-        here = record.cells - self._corner
-        if not self._inside(here):
+    def _belief(self, record: BeliefRecord) -> None:
+        places = self._places(record.cells)
+        if places is None:
             return
         name = f"/{record.source}"
         grid = self._grids.get(name) or self._grid(name, "belief", np.full(self._shape, UNKNOWN, np.uint8))
-        grid.cells[here[:, 0], here[:, 1]] = np.where(record.blocked, BLOCKED, FREE)
+        grid.cells.ravel()[places] = _BELIEFS[record.blocked.view(np.uint8)]
         grid.due.changed = True
-        yield from grid.shown(record.time, self._floor)
+        grid.shown(self._show, record.time, self._floor)
 
-    def _inside(self, here: NDArray[np.integer[Any]]) -> bool:
-        return bool(self._shape[0] and ((here >= 0) & (here < self._shape)).all())
+    def _places(self, cells: NDArray[np.int32]) -> NDArray[np.intp] | None:
+        """The numbers of the cells, row by row; None where one lies outside of the map."""
+        rows, columns = (cells - self._corner).T
+        try:
+            places: NDArray[np.intp] = np.ravel_multi_index((rows, columns), self._shape)
+        except ValueError:
+            return None
+        return places
 
-    def _field(self, record: Record, values: NDArray[np.float64]) -> Iterator[View]:
+    def _field(self, record: Record, values: NDArray[np.float64]) -> None:
         """Keep the field until its plan is ready. A harmonic plan has a field for each stage."""
         if values.shape != self._shape or not values.size:
             return
@@ -210,37 +214,30 @@ class Views:
         grid = self._grids[topic]
         grid.cells, grid.due.changed = values, True
         if not self.mission:
-            yield from grid.shown(record.time, self._floor, last=True)
+            grid.shown(self._show, record.time, self._floor, last=True)
 
     def _grid(self, topic: str, kind: str, cells: NDArray[Any]) -> _Grid:
         self._grids[topic] = _Grid(topic, kind, cells)
         return self._grids[topic]
 
-    def _trajectory(self, record: TrajectoryRecord) -> Iterator[View]:
+    def _trajectory(self, record: TrajectoryRecord) -> None:
         """Keep the path until the time goes on. Paths of one time are shown side by side."""
         self._path_time = record.time
         self._paths.append(self._floor.points(record.points))
-        yield from ()
 
-    def _path(self) -> Iterator[View]:
+    def _path(self) -> None:
         time, paths, self._paths = self._path_time or 0, self._paths, []
         most = _POINTS_OF_PATH // len(paths)
-        lines = [shapes.line(path[:_POINTS_OF_PATH], shapes.PATH, 0.01) for path in paths]
-        dense = [shapes.densified(path, self._floor.cell_size / 2, most) for path in paths]
-        yield "/path", shapes.scene("path", time, lines=lines)
-        yield "/path/points", shapes.cloud(np.concatenate(dense), shapes.PATH, time, 0.01)
+        lines = [shapes.line(shapes.thinned(path, most), shapes.PATH, 0.01) for path in paths]
+        dense = [shapes.densified(path, self._floor.cell_size, most) for path in paths]
+        self._show("/path", shapes.scene("path", time, lines=lines), time)
+        self._show("/path/points", shapes.cloud(np.concatenate(dense), shapes.PATH, time, 0.01), time)
 
-    def _posed(self, record: PoseRecord) -> Iterator[View]:
-        return self._robots.posed(record)
-
-    def _placed(self, record: PositionsRecord) -> Iterator[View]:
-        return self._robots.placed(record)
-
-    def _scan(self, record: ScanRecord) -> Iterator[View]:
+    def _scan(self, record: ScanRecord) -> None:
         """Rays turn clockwise in frame ``map``, whose y axis points up."""
         x, y = self._floor.point(record.row, record.column)
         rays = len(record.ranges)
-        yield (
+        self._show(
             f"/{record.source}/laser",
             fg.LaserScan(
                 timestamp=shapes.stamp(record.time),
@@ -251,11 +248,12 @@ class Views:
                 ranges=(record.ranges * self._floor.cell_size).tolist(),
                 intensities=[],
             ),
+            record.time,
         )
 
-    def _event(self, record: MissionRecord) -> Iterator[View]:
+    def _event(self, record: MissionRecord) -> None:
         self.mission = True
-        yield (
+        self._show(
             "/log",
             fg.Log(
                 timestamp=shapes.stamp(record.time),
@@ -265,13 +263,14 @@ class Views:
                 file="",
                 line=0,
             ),
+            record.time,
         )
         if record.event == "plan_ready":
             for grid in self._grids.values():
                 if grid.kind == "field":
-                    yield from grid.shown(record.time, self._floor)
+                    grid.shown(self._show, record.time, self._floor)
         if record.event == "ended":
-            yield from self.finish(record.time)
+            self.finish(record.time)
 
 
 class _Due:
@@ -300,10 +299,10 @@ class _Grid:
         self.due = _Due(max(SHORTEST_INTERVAL, INTERVAL_A_CELL * cells.size))
         self.due.changed = True
 
-    def shown(self, time: int, floor: Floor, *, last: bool = False) -> Iterator[View]:
-        """The grid and its voxels, where they are due."""
+    def shown(self, show: Show, time: int, floor: Floor, *, last: bool = False) -> None:
+        """Show the grid and its voxels, where they are due."""
         if self.due.now(time, last=last):
             step = math.isqrt(max(self.cells.size - 1, 0) // MOST_SHOWN) + 1
             grid, voxels = shapes.grids(self.kind, self.cells, time, floor, _HEIGHTS[self.kind], step)
-            yield f"{self.topic}grid", grid
-            yield f"{self.topic}voxels", voxels
+            show(f"{self.topic}grid", grid, time)
+            show(f"{self.topic}voxels", voxels, time)
