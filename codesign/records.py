@@ -177,6 +177,8 @@ class PoseRecord(Record):
 
     def moved(self, rows: int, columns: int) -> Self:
         """The record with its place so many rows down and columns right."""
+        if not (rows or columns):
+            return self
         return replace(self, row=self.row + rows, column=self.column + columns)
 
 

@@ -15,7 +15,15 @@ from typing import TYPE_CHECKING, Any, BinaryIO, TypeVar
 
 from codesign.errors import TraceError
 from codesign.files import is_special, landing, passing
-from codesign.records import Record, Recorder, SummaryRecord, VisitsRecord
+from codesign.records import (
+    FieldRecord,
+    MapRecord,
+    Record,
+    Recorder,
+    StageRecord,
+    SummaryRecord,
+    VisitsRecord,
+)
 from codesign.trace.levels import Level, bared, single_visits, unwanted
 from codesign.trace.messages import descriptor_set, encoder_of, schema_name, topic_of
 
@@ -31,6 +39,12 @@ FORMAT = "2"
 
 CHUNK_BYTES = 2**20
 """A chunk is written when its records have so many bytes. A killed run loses at most the last chunk."""
+
+BATCH = 512
+"""So many records are kept before they are written, so a killed run loses them too."""
+
+LARGE = (MapRecord, StageRecord, FieldRecord, SummaryRecord)
+"""Records that are written at once, as they may hold a grid."""
 
 RUN = "run"
 RUN_ATTACHMENT = "run.json"
@@ -80,6 +94,7 @@ class McapListener(Recorder):
         self._target = landing(self.path)
         self._part = self._target.with_name(f".{self._target.name[:16]}.{os.getpid()}-{id(self):x}.part")
         self._channels: dict[tuple[type, str], Any] = {}
+        self._taken: list[Record] = []
         self._time = 0
         self._finished = False
         self._held = ExitStack()
@@ -105,16 +120,27 @@ class McapListener(Recorder):
         return self._unwanted
 
     def __call__(self, record: Record) -> None:
-        """Write one record, then the views of it, with its ``time`` rounded down to nanoseconds.
+        """Take one record. Records are written by hundreds, which takes less time than one by one.
 
         Raises:
-            TraceError: see the class. Also: a trace cannot hold the record, or the file is closed.
+            TraceError: see the class. Also: a trace cannot hold a record, or the file is closed.
         """
         if self._finished:
             self._refuse_closed()
         kind = type(record)
-        if kind in self._unwanted:
-            return
+        if kind not in self._unwanted:
+            self._taken.append(record)
+            if len(self._taken) >= BATCH or kind in LARGE:
+                self._flush()
+
+    def _flush(self) -> None:
+        taken, self._taken = self._taken, []
+        for record in taken:
+            self._put(record)
+        self._check()
+
+    def _put(self, record: Record) -> None:
+        """Write one record, then its views. Their times are rounded down to nanoseconds."""
         if self.level is Level.ITERATIONS:
             for single in single_visits(record) if isinstance(record, VisitsRecord) else (record,):
                 self._write(single)
@@ -125,7 +151,6 @@ class McapListener(Recorder):
         self._views.of(record)
         if isinstance(record, SummaryRecord):
             self.attach(RESULT_ATTACHMENT, "application/json", _json(record.result))
-        self._check()
 
     def attach(self, name: str, media_type: str, data: bytes) -> None:
         """Write an attachment, such as the text of a spec.
@@ -146,12 +171,17 @@ class McapListener(Recorder):
         """
         if self._finished:
             return
-        self._views.finish(self._time)
-        self._writer.close()
-        self._check()
-        with self._guard():
-            self._close_file()
-            self._part.replace(self._target)
+        try:
+            self._flush()
+            self._views.finish(self._time)
+            self._writer.close()
+            self._check()
+            with self._guard():
+                self._close_file()
+                self._part.replace(self._target)
+        except BaseException:
+            self.abort()
+            raise
         self._finished = True
         self._held.close()
 
