@@ -282,10 +282,11 @@ class ScanRecord(Record):
 
 @dataclass(frozen=True)
 class SampleRecord(Record):
-    """A quantity of ``source`` has ``value`` from ``time`` on, in ``unit``, until its next sample.
+    """A quantity of ``source`` from its last sample up to ``time``: its greatest value, or its share, in ``unit``.
 
-    Quantities: ``queue`` (messages that wait at a link), ``fifo`` (words in the FIFOs of a link's senders) and ``busy``
-    (share of the time since the last sample in which ``source`` was busy, 0 to 1; it holds up to ``time``).
+    Quantities: ``queue`` (messages at a link, waiting or on the wire), ``fifo.SENDER`` (words in the FIFO of a sender
+    at a link), ``busy`` (share of that time in which ``source`` was busy, 0 to 1). A sample is made at a change, but at
+    most each 1 us, and each 64th of the time up to then. A value that stays is not repeated.
     """
 
     quantity: str

@@ -8,8 +8,9 @@ from dataclasses import dataclass
 
 import simpy
 
+from codesign.components.samples import Samples
 from codesign.errors import InputError, RunError
-from codesign.records import Listener, Record, UtilisationRecord, unwanted_by
+from codesign.records import Listener, Record, SampleRecord, UtilisationRecord, unwanted_by
 from codesign.units import cycles_by, edge
 
 FASTEST = 10**12
@@ -75,6 +76,7 @@ class Component:
         self.name = name
         self._listeners = tuple(listeners)
         self._unwanted = unwanted_by(self._listeners)
+        self._samples = Samples(name, self.emit) if self.wants(SampleRecord) else None
         self._busy = 0
         self._busy_since = 0
         self._in_progress = 0
@@ -111,6 +113,8 @@ class Component:
         """Emit the tasks in progress as unfinished, then ``utilisation()``. Called once, at the end of a run."""
         if self.listening:
             self._report_unfinished()
+            if self._samples is not None:
+                self._samples.finish(self.now, self.busy)
             self.emit(self.utilisation())
 
     def _report_unfinished(self) -> None:
@@ -146,3 +150,5 @@ class Component:
         self._in_progress -= 1
         if not self._in_progress:
             self._busy += self.now - self._busy_since
+            if self._samples is not None:
+                self._samples.busy(self.now, self._busy)
