@@ -48,7 +48,6 @@ LARGE = (MapRecord, StageRecord, FieldRecord, SummaryRecord)
 
 RUN = "run"
 RUN_ATTACHMENT = "run.json"
-RESULT_ATTACHMENT = "result.json"
 
 
 class MemoryListener:
@@ -77,8 +76,6 @@ class McapListener(Recorder):
     a context manager it closes at the end of the block. If an exception or Ctrl-C ends the block, the temporary file is
     removed: a trace is complete or absent. Only a killed process leaves its temporary file, and all its complete chunks
     can be read.
-
-    The attachment ``result.json`` is the result of the ``SummaryRecord``.
 
     Raises:
         TraceError: the file cannot be made or written (missing folder, no permission, full disk). The temporary file is
@@ -149,8 +146,6 @@ class McapListener(Recorder):
             self._write(bared(record) if self._views.mission else record)
         self._time = record.time
         self._views.of(record)
-        if isinstance(record, SummaryRecord):
-            self.attach(RESULT_ATTACHMENT, "application/json", _json(record.result))
 
     def attach(self, name: str, media_type: str, data: bytes) -> None:
         """Write an attachment, such as the text of a spec.

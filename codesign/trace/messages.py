@@ -9,6 +9,8 @@ New fields are added at the end, so numbers stay (``docs/reference/trace.proto``
     bool    bool             all other arrays               codesign.Array: shape, dtype, little-endian bytes
     dict    string, JSON
 
+An array of bool is stored as ``bits``, and one of float64 as ``float32`` where that loses nothing.
+
 A field that may be None, or that has a default, has presence: where a message lacks it, it has its default.
 
 Decoding trusts no content: sizes are bounded and checked against shapes.
@@ -64,6 +66,12 @@ _SHAPES: dict[str, tuple[int | None, ...]] = {
 
 _GRIDS = ("free", "potential", "values")
 """The arrays of two dimensions."""
+
+BITS = "bits"
+"""Eight bool values a byte, the first in the highest bit."""
+
+_STORED = {"bool": (BITS,), "float64": ("float64", "float32")}
+"""How the values of an array may be stored; those of every other dtype as they are."""
 
 _PLAIN: dict[object, str] = {int: "int64", float: "double", str: "string", bool: "bool"}
 _PACKED = {"int32": "sint32", "bool": "bool", "float64": "double"}
@@ -270,12 +278,20 @@ def _packed(record_type: type[Record], plan: FieldPlan, value: Any) -> Any:
         _refuse(record_type, f"{plan.name} has shape {list(array.shape)}")
     if plan.kind == "packed":
         return array.ravel().tolist()
-    little = plan.dtype.newbyteorder("<")
-    return {
-        "shape": array.shape,
-        "dtype": plan.dtype.name,
-        "data": array.astype(little, copy=False).tobytes(),
-    }
+    return _array_message(array.astype(plan.dtype, copy=False))
+
+
+def _array_message(array: NDArray[Any]) -> dict[str, Any]:
+    """The fields of ``codesign.Array``, in fewer bytes where that loses nothing: bits, or float32."""
+    if array.dtype == bool:
+        return {"shape": array.shape, "dtype": BITS, "data": np.packbits(array).tobytes()}
+    if array.dtype == np.float64:
+        with np.errstate(over="ignore", under="ignore", invalid="ignore"):
+            half = array.astype(np.float32)
+        if np.array_equal(half, array, equal_nan=True):
+            array = half
+    little = array.astype(array.dtype.newbyteorder("<"), copy=False)
+    return {"shape": array.shape, "dtype": array.dtype.name, "data": little.tobytes()}
 
 
 _JSON = json.JSONEncoder(allow_nan=False, ensure_ascii=False, separators=(",", ":"))
@@ -353,18 +369,19 @@ def _decode_packed(record_type: type[Record], plan: FieldPlan, values: Any) -> N
 
 def _decode_array(record_type: type[Record], plan: FieldPlan, value: Any) -> NDArray[Any]:
     assert plan.dtype is not None
-    if value.dtype != plan.dtype.name:
+    if value.dtype not in _STORED.get(plan.dtype.name, (plan.dtype.name,)):
         _refuse(record_type, f"{plan.name} is no {plan.dtype} array")
     if len(value.shape) > 4 or not _has_shape(plan.name, tuple(value.shape)):
         _refuse(record_type, f"{plan.name} has shape {list(value.shape[:4])}")
     size, data = math.prod(value.shape), value.data
     if size > MAX_ELEMENTS:
         _refuse(record_type, f"{plan.name} has {size} elements, more than 2^24")
-    if len(data) != size * plan.dtype.itemsize:
+    bits = value.dtype == BITS
+    stored = np.dtype(np.uint8 if bits else value.dtype)
+    if len(data) != (-(-size // 8) if bits else size * stored.itemsize):
         _refuse(record_type, f"{plan.name} has {len(data)} bytes for {size} elements")
-    if plan.dtype == bool and data and max(data) > 1:
-        _refuse(record_type, f"{plan.name} has values that are neither 0 nor 1")
-    return np.frombuffer(data, plan.dtype.newbyteorder("<")).astype(plan.dtype).reshape(value.shape)
+    flat = np.frombuffer(data, stored.newbyteorder("<"))
+    return (np.unpackbits(flat, count=size) if bits else flat).astype(plan.dtype).reshape(value.shape)
 
 
 def _has_shape(name: str, shape: tuple[int, ...]) -> bool:

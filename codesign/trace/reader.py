@@ -14,9 +14,9 @@ from typing import Any
 
 from codesign.errors import TraceError, choose_hint, printable
 from codesign.progress import Show, silent
-from codesign.records import Record
+from codesign.records import Record, SummaryRecord
 from codesign.trace.json_messages import decode_json
-from codesign.trace.listeners import RESULT_ATTACHMENT, RUN
+from codesign.trace.listeners import RUN
 from codesign.trace.messages import RECORD_TYPES, decode
 from codesign.trace.scan import DamagedError, scan
 from codesign.trace.values import parse_json
@@ -24,6 +24,9 @@ from codesign.units import format_count, format_time
 
 MAX_ATTACHED_BYTES = 2**26
 """Most bytes of all attachments and metadata together."""
+
+RESULT_ATTACHMENT = "result.json"
+"""Where older files have the result."""
 
 MAX_NAMED = 10_000
 """Most channels of a file, and most attachments and metadata records."""
@@ -62,7 +65,7 @@ class Trace:
       messages.
     - ``metadata``: texts, by name of the metadata record. ``attachments``: by name.
     - ``fault``: why reading stopped before the end of the file; None for a complete file.
-    - ``show``: is told how far the reading of records is.
+    - ``show``: is told how far the reading of records is. ``last_summary``: the message with the result.
     """
 
     path: Path
@@ -75,6 +78,7 @@ class Trace:
     attachments: dict[str, Attachment] = field(default_factory=dict)
     fault: str | None = None
     show: Show = field(default=silent, repr=False, compare=False)
+    last_summary: tuple[Channel, Any] | None = field(default=None, repr=False, compare=False)
 
     @property
     def complete(self) -> bool:
@@ -98,6 +102,9 @@ class Trace:
         Raises:
             TraceError: the attachment is no JSON.
         """
+        if self.last_summary is not None:
+            record = self._record(*self.last_summary)
+            return record.result if isinstance(record, SummaryRecord) else None
         attachment = self.attachments.get(RESULT_ATTACHMENT)
         if attachment is None:
             return None
@@ -180,8 +187,11 @@ class Trace:
         record_type = RECORD_TYPES.get(channel.record)
         if record_type is None or (topics and not any(fnmatchcase(channel.topic, topic) for topic in topics)):
             return
+        yield self._record(channel, message)
+
+    def _record(self, channel: Channel, message: Any) -> Record:
         try:
-            yield _DECODERS.get(channel.encoding, decode)(record_type, message.data)
+            return _DECODERS.get(channel.encoding, decode)(RECORD_TYPES[channel.record], message.data)
         except TraceError as fault:
             place = f"{self.path}: {channel.topic[:80]!r}: message {message.sequence}"
             raise TraceError(fault.what, place, "the file was damaged, or not written by hwsw") from fault
@@ -229,6 +239,8 @@ def open_trace(path: str | Path, show: Show = silent) -> Trace:
 
 def _count(trace: Trace, channel: Channel, message: Any) -> None:
     channel.messages += 1
+    if channel.record == SummaryRecord.__name__:
+        trace.last_summary = channel, message
     time = message.log_time * 1000
     trace.begin = time if trace.begin is None else min(trace.begin, time)
     trace.end = time if trace.end is None else max(trace.end, time)

@@ -110,9 +110,9 @@ def grids(
 ) -> tuple[fg.Grid, fg.VoxelGrid]:
     """A coloured grid, rows × columns, on the floor, and the same as flat voxels for Rerun.
 
-    ``step``: only each so many rows and columns are shown, from the lower left corner on.
+    ``step``: so many rows and columns are shown as one, from the lower left corner on. An obstacle in them shows.
     """
-    cells = cells[::-1][::step, ::step]
+    cells = _reduced(cells[::-1], step)
     rows, columns = cells.shape
     x, y, yaw = floor.frame.origin
     side, place, data = floor.cell_size * step, pose(x, y, yaw, height), coloured(kind, cells)
@@ -141,6 +141,17 @@ def grids(
         data=data,
     )
     return grid, voxels
+
+
+def _reduced(cells: NDArray[Any], step: int) -> NDArray[Any]:
+    """The greatest value of each ``step`` × ``step`` cells; of a field the first."""
+    if step == 1 or cells.dtype != np.uint8:
+        return cells[::step, ::step]
+    rows, columns = (-side % step for side in cells.shape)
+    padded = np.pad(cells, [(0, rows), (0, columns)])
+    blocks = padded.reshape(padded.shape[0] // step, step, padded.shape[1] // step, step)
+    reduced: NDArray[Any] = blocks.max(axis=(1, 3))
+    return reduced
 
 
 def cloud(

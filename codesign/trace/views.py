@@ -52,8 +52,8 @@ INTERVAL_A_CELL = 64 * 10**6
 OBSTACLES_INTERVAL, INTERVAL_A_CAME = PICOSECONDS_PER_SECOND // 5, PICOSECONDS_PER_SECOND // 1000
 """Picoseconds between two messages of the obstacles that came: at least 0.2 s, and 1 ms a cell."""
 
-MOST_SHOWN = 2**20
-"""Most cells of a grid for viewers. Of a larger map, each n-th row and column is shown."""
+MOST_SHOWN = 2**18
+"""Most cells of a grid for viewers. Of a larger map, n × n cells are shown as one."""
 
 MOST_CUBES = 2048
 """Most bars of obstacles in a scene. Where there are more, the grid of the map shows the rest."""
