@@ -61,6 +61,8 @@ class Robots:
         """Show a robot."""
         place = self._floor.point(record.row, record.column)
         time, frame, angle = record.time, record.source, self._floor.turned(record.heading)
+        if not math.isfinite(place[0] + place[1] + angle):
+            return
         transform = _transform(shapes.stamp(time), frame, *place, angle)
         self._show("/tf", fg.FrameTransforms(transforms=[transform]), time)
         if self._drawn.get(frame) != 1:
@@ -83,6 +85,8 @@ class Robots:
     def _placed(self, record: PositionsRecord) -> None:
         """A robot points where it last moved."""
         time, source, places = record.time, record.source, self._floor.points(record.positions)
+        if not (len(places) and np.isfinite(places).all()):
+            return
         before, angles = self._last.get(source, (places, np.zeros(len(places))))
         if len(before) != len(places):
             before, angles = places, np.zeros(len(places))

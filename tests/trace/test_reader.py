@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from codesign.trace.encoding import RECORD_TYPES, decode, encode
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as npst
@@ -29,6 +28,7 @@ from codesign.records import (
 from codesign.trace import (
     open_trace,
 )
+from codesign.trace.messages import RECORD_TYPES, decode, encode
 
 times = st.integers(0, 2**62)
 sides = st.integers(1, 6)

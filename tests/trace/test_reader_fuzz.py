@@ -7,7 +7,6 @@ from dataclasses import fields
 from pathlib import Path
 
 import pytest
-from codesign.trace.encoding import decode, encode
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from trace_samples import a_mission, a_run
@@ -27,6 +26,7 @@ from codesign.trace import (
     timeline,
     trace_thumbnail,
 )
+from codesign.trace.messages import decode, encode
 
 
 def exercise(trace: Trace) -> None:

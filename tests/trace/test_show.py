@@ -7,7 +7,6 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from codesign.trace.encoding import RECORD_TYPES, schema_name, topic_of
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as npst
@@ -17,6 +16,7 @@ from trace_samples import PluginRecord, a_run, write
 from codesign.errors import TraceError, printable
 from codesign.records import MapRecord, MessageRecord, StageRecord, TrajectoryRecord
 from codesign.trace import open_trace, thumbnail, timeline, trace_thumbnail
+from codesign.trace.messages import RECORD_TYPES, schema_name, topic_of
 from codesign.trace.show import SHADES, WALL, row_of
 
 TIMELINE = """

@@ -9,8 +9,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from codesign.trace.encoding import encode
-from codesign.trace.foxglove import Floor
 from trace_samples import a_mission, write
 
 from codesign.frame import Frame
@@ -27,6 +25,8 @@ from codesign.records import (
     TrajectoryRecord,
 )
 from codesign.trace import McapListener, open_trace
+from codesign.trace.floor import Floor
+from codesign.trace.messages import encode
 from codesign.trace.views import MOST_CUBES, Views
 
 SECOND = 10**12
