@@ -115,6 +115,7 @@ class Component:
             self._report_unfinished()
             if self._samples is not None:
                 self._samples.finish(self.now, self.busy)
+                self._samples = None
             self.emit(self.utilisation())
 
     def _report_unfinished(self) -> None:

@@ -24,6 +24,8 @@ from codesign.records import (
     PoseRecord,
     PositionsRecord,
     Record,
+    SampleRecord,
+    ScanRecord,
     StageRecord,
     SummaryRecord,
     TaskRecord,
@@ -207,6 +209,22 @@ def _describe_utilisation(record: UtilisationRecord) -> _Description:
     return record.time, record.time, "utilisation", f"busy {format_time(record.busy)}, {share}"
 
 
+def _describe_sample(record: SampleRecord) -> _Description:
+    unit = "" if record.unit == "1" else f" {printable(record.unit, 40)}"
+    return record.time, record.time, "sample", f"{printable(record.quantity, 60)} {record.value:.4g}{unit}"
+
+
+def _describe_scan(record: ScanRecord) -> _Description:
+    met = int(np.isfinite(record.ranges).sum())
+    where = f"row {record.row:.2f}, column {record.column:.2f}"
+    return (
+        record.time,
+        record.time,
+        "scan",
+        f"{counted(len(record.ranges), 'ray')} at {where}, {met} met obstacles",
+    )
+
+
 def _describe_summary(record: SummaryRecord) -> _Description:
     return record.time, record.time, "result", counted(len(record.result), "figure")
 
@@ -237,6 +255,8 @@ _DESCRIPTIONS: dict[type[Record], Callable[[Any], _Description]] = {
     MissionRecord: _describe_mission,
     UtilisationRecord: _describe_utilisation,
     SummaryRecord: _describe_summary,
+    SampleRecord: _describe_sample,
+    ScanRecord: _describe_scan,
 }
 
 
