@@ -46,19 +46,22 @@ from codesign.trace.robots import Robots, Show
 from codesign.units import PICOSECONDS_PER_SECOND
 
 SHORTEST_INTERVAL = PICOSECONDS_PER_SECOND
-INTERVAL_A_CELL = 64 * 10**6
-"""Picoseconds between two whole grids: at least 1 s, and 64 us a cell."""
+INTERVAL_A_CELL = 72 * 10**6
+"""Picoseconds between two whole grids: at least 1 s, and 72 us a cell."""
 
-OBSTACLES_INTERVAL, INTERVAL_A_CAME = PICOSECONDS_PER_SECOND // 5, PICOSECONDS_PER_SECOND // 1000
-"""Picoseconds between two messages of the obstacles that came: at least 0.2 s, and 1 ms a cell."""
+VOXELS_A_GRID = 4
+"""Of a large map, the voxels for Rerun are written with each fourth grid."""
+
+OBSTACLES_INTERVAL, INTERVAL_A_CAME = PICOSECONDS_PER_SECOND // 5, PICOSECONDS_PER_SECOND // 250
+"""Picoseconds between two messages of the obstacles that came: at least 0.2 s, and 4 ms a cell."""
 
 MOST_SHOWN = 2**18
 """Most cells of a grid for viewers. Of a larger map, n × n cells are shown as one."""
 
-MOST_CUBES = 2048
+MOST_CUBES = 1024
 """Most bars of obstacles in a scene. Where there are more, the grid of the map shows the rest."""
 
-_POINTS_OF_PATH = 2048
+_POINTS_OF_PATH = 1024
 _BELIEFS = np.array([FREE, BLOCKED], np.uint8)
 _ALARMS = {"no_way", "deadline_missed", "safety_stop", "contact", "livelock"}
 _HEIGHTS = {"true": -0.03, "belief": -0.02, "field": -0.01}
@@ -298,11 +301,14 @@ class _Grid:
         self.topic = f"{topic}_" if kind == "field" else f"{topic}/"
         self.due = _Due(max(SHORTEST_INTERVAL, INTERVAL_A_CELL * cells.size))
         self.due.changed = True
+        self._voxels = _Due(max(SHORTEST_INTERVAL, VOXELS_A_GRID * INTERVAL_A_CELL * cells.size))
 
     def shown(self, show: Show, time: int, floor: Floor, *, last: bool = False) -> None:
-        """Show the grid and its voxels, where they are due."""
+        """Show the grid, where it is due, and its voxels."""
         if self.due.now(time, last=last):
             step = math.isqrt(max(self.cells.size - 1, 0) // MOST_SHOWN) + 1
             grid, voxels = shapes.grids(self.kind, self.cells, time, floor, _HEIGHTS[self.kind], step)
             show(f"{self.topic}grid", grid, time)
-            show(f"{self.topic}voxels", voxels, time)
+            self._voxels.changed = True
+            if self._voxels.now(time, last=last):
+                show(f"{self.topic}voxels", voxels, time)

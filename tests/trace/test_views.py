@@ -172,13 +172,14 @@ def test_the_maps_shown_last_are_those_that_the_changes_add_up_to(tmp_path: Path
         assert len(grids) == 31
         assert grids[-1][0] == 30 * 10**9
         voxels = [message for where, _, _, message in messages if where == topic.replace("grid", "voxels")]
-        assert [each.data for each in voxels] == [each.data for _, each in grids]
+        assert voxels[-1].data == grids[-1][1].data
+        assert len(voxels) == 31
     came = [message for where, _, _, message in messages if where == "/obstacles/points"][-1]
     assert len(came.data) // came.point_stride == (walls & free).sum()
 
 
 def test_large_maps_are_shown_seldom_and_coarsely(tmp_path: Path) -> None:
-    """At most 64 us a cell: 4 million cells take 268 s from one to the next. A wall of one cell is not lost."""
+    """At most 72 us a cell: 4 million cells take 302 s from one to the next. A wall of one cell is not lost."""
     free = np.ones((2048, 2048), bool)
     free[:, 77] = False
     run: list[Record] = [MapRecord(0, "map", free, NO_GOALS, None)]
@@ -186,7 +187,7 @@ def test_large_maps_are_shown_seldom_and_coarsely(tmp_path: Path) -> None:
     run += [BeliefRecord(time * SECOND, "robot", cell, known) for time in range(0, 600, 10)]
     messages = read(write(tmp_path / "run.mcap", run))
     times = [time // 10**9 for topic, _, time, _ in messages if topic == "/robot/grid"]
-    assert times == [0, 270, 540, 590]
+    assert times == [0, 310, 590]
     (grid,) = [message for topic, _, _, message in messages if topic == "/map/grid"]
     assert len(grid.data) // 4 <= MOST_SHOWN
     assert (grid.column_count, grid.cell_size.x) == (512, 4.0)
@@ -195,7 +196,7 @@ def test_large_maps_are_shown_seldom_and_coarsely(tmp_path: Path) -> None:
 
 
 def test_the_field_of_a_plan_is_shown_when_it_is_ready_and_seldom(tmp_path: Path) -> None:
-    """Two stages a plan, a plan a second: 128 × 128 cells are shown each 1.05 s."""
+    """Two stages a plan, a plan a second: 128 × 128 cells are shown each 1.2 s."""
     for side, times in ((16, [0, 1, 2, 3, 4, 5]), (128, [0, 2, 4, 5])):
         free = np.ones((side, side), bool)
         run: list[Record] = [MapRecord(0, "map", free, NO_GOALS, None)]
@@ -256,8 +257,8 @@ def test_many_obstacles_are_bounded(tmp_path: Path) -> None:
     ]
     scenes = [message.entities[0] for message in shown(tmp_path, run, "/obstacles")]
     assert max(len(scene.cubes) for scene in scenes) == MOST_CUBES
-    # At most each 4.9 s, in 10 s.
-    assert len(scenes) <= 5
+    # After one of 4,900 cells none is written for 19.6 s; here are 10 s.
+    assert sum(len(scene.cubes) > 1000 for scene in scenes) <= 2
 
 
 def test_paths_of_one_time_are_shown_side_by_side_and_a_new_one_takes_their_place(tmp_path: Path) -> None:
