@@ -333,3 +333,8 @@ def unwanted_by(listeners: Sequence[Listener]) -> frozenset[type[Record]]:
     """The classes of records that none of the listeners wants. A plain callable wants them all."""
     each = [item.unwanted if isinstance(item, Recorder) else frozenset[type[Record]]() for item in listeners]
     return frozenset.intersection(*each) if each else frozenset()
+
+
+def recorded_by(listeners: Sequence[Listener], kind: type[Record]) -> bool:
+    """Whether a ``Recorder`` wants records of this class. Samples are made for recorders alone."""
+    return any(isinstance(item, Recorder) and kind not in item.unwanted for item in listeners)

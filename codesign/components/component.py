@@ -10,7 +10,7 @@ import simpy
 
 from codesign.components.samples import Samples
 from codesign.errors import InputError, RunError
-from codesign.records import Listener, Record, SampleRecord, UtilisationRecord, unwanted_by
+from codesign.records import Listener, Record, SampleRecord, UtilisationRecord, recorded_by, unwanted_by
 from codesign.units import cycles_by, edge
 
 FASTEST = 10**12
@@ -76,7 +76,7 @@ class Component:
         self.name = name
         self._listeners = tuple(listeners)
         self._unwanted = unwanted_by(self._listeners)
-        self._samples = Samples(name, self.emit) if self.wants(SampleRecord) else None
+        self._samples = Samples(name, self.emit) if recorded_by(self._listeners, SampleRecord) else None
         self._busy = 0
         self._busy_since = 0
         self._in_progress = 0

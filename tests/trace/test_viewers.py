@@ -70,15 +70,8 @@ def test_rerun_draws_map_poses_paths_and_log(tmp_path: Path, records: list[Recor
     printed = subprocess.run([rerun, "rrd", "print", recording], capture_output=True, text=True, check=True)
     shown = printed.stdout + printed.stderr
     chunks = [line for line in shown.splitlines() if line.startswith("Chunk(") and "McapChannel:" not in line]
-    drawn = {
-        topic
-        for topic in (
-            line.split(" - ")[1].strip()
-            for line in shown.splitlines()
-            if line.startswith("Chunk(") and "McapChannel:" not in line
-        )
-        if not topic.startswith("/__")
-    }
+    topics = {line.split(" - ")[1].strip() for line in chunks}
+    drawn = {topic for topic in topics if not topic.startswith("/__")}
     expected = {
         channel.topic
         for channel in open_trace(path).channels
