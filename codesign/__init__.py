@@ -15,6 +15,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, cast
 
+from codesign.errors import InputError, choose_hint
 from codesign.kernel_cache import provide_kernel_cache
 from codesign.progress import silent
 
@@ -85,6 +86,7 @@ def simulate(
     *,
     granularity: str = "run_ahead",
     trace: str | Path | None = None,
+    trace_level: str = "blocks",
     listeners: Sequence[Listener] = (),
     progress: Callable[[MissionProgress], None] | None = None,
     memory: int | None = None,
@@ -99,7 +101,8 @@ def simulate(
     ``progress`` is called now and then while a drive goes on. A design that does not fit gives a result with
     ``feasible`` False and its reasons, and leaves no trace. ``memory``: bytes that the run may take, by an estimate
     made before it begins; by default half of what the machine has free. ``keeping``: a listener keeps all records in
-    memory, which the estimate then counts.
+    memory, which the estimate then counts. ``trace_level``: how much the trace holds (``codesign.trace.Level``):
+    ``mission``, ``messages``, ``blocks`` or ``iterations``.
 
     ``levers``: run a mission again with each of its levers moved by itself (clocks, costs of hosts, rates of links, the
     robot's kinematics), which takes as many runs more; ``Mission.levers`` and ``Mission.bottleneck`` say what they
@@ -107,7 +110,8 @@ def simulate(
 
     Raises:
         SpecError: platform, workload and map do not belong together, or the run would take more than ``memory``.
-            TraceError: the trace cannot be written.
+        InputError: there is no such level of a trace.
+        TraceError: the trace cannot be written.
     """
     from contextlib import ExitStack
 
@@ -125,7 +129,7 @@ def simulate(
         writer = (
             None
             if trace is None or provenance is None
-            else stack.enter_context(_trace_writer(trace, platform, workload, provenance))
+            else stack.enter_context(_trace_writer(trace, trace_level, platform, workload, provenance))
         )
         result = scenarios.simulate(
             platform,
@@ -144,16 +148,18 @@ def simulate(
 
 
 def _trace_writer(
-    trace: str | Path, platform: Platform, workload: Workload, provenance: Provenance
+    trace: str | Path, level: str, platform: Platform, workload: Workload, provenance: Provenance
 ) -> McapListener:
-    from codesign.trace import McapListener
+    from codesign.trace import Level, McapListener
 
     names = {
         "platform": platform.name,
         "platform_digest": provenance.platform_digests[platform.name],
         "workload": workload.name,
     }
-    return McapListener(trace, names | provenance.stamped().constants)
+    if level not in list(Level):
+        raise InputError(f"{level!r} is no level of a trace", "trace_level", choose_hint(level, list(Level)))
+    return McapListener(trace, names | provenance.stamped().constants, Level(level))
 
 
 def explain(

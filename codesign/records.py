@@ -11,6 +11,8 @@ docstring becomes the description of its schema in traces, so a change to it cha
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar, Protocol, Self
 
@@ -51,8 +53,9 @@ class MapRecord(Record):
     or None.
 
     All places of a run are counted in the whole map, and ``free`` may be a part of it. ``row``, ``column``: the first
-    cell of the part. ``origin``: (x, y, yaw) of its lower left corner, metres and radians, or None. ``unknown``: bool
-    array, rows × columns, of the cells that the source of the map calls unknown; None where it has no such cells.
+    cell of the part. ``origin``: (x, y, yaw) of its lower left corner, metres and radians, or None. ``radius``: of the
+    bodies of the robots, cells; 0 where it is not known. ``unknown``: bool array, rows × columns, of the cells that the
+    source of the map calls unknown; None where it has no such cells.
     """
 
     IN_CELLS = ("goals",)
@@ -63,6 +66,7 @@ class MapRecord(Record):
     row: int = 0
     column: int = 0
     origin: NDArray[np.float64] | None = None
+    radius: float = 0.0
     unknown: NDArray[np.bool_] | None = None
 
     @property
@@ -206,6 +210,8 @@ class PoseRecord(Record):
 
     def moved(self, rows: int, columns: int) -> Self:
         """The record with its place so many rows down and columns right."""
+        if not (rows or columns):
+            return self
         return replace(self, row=self.row + rows, column=self.column + columns)
 
 
@@ -290,6 +296,38 @@ class PositionsRecord(Record):
 
 
 @dataclass(frozen=True)
+class ScanRecord(Record):
+    """What a sensor of rays measured: ``ranges``, float64, cells along each ray to the obstacle that ended it.
+
+    Ray i of n points 2π i / n from the direction of growing columns towards that of growing rows. A ray that met no
+    obstacle within ``reach`` (cells) has infinity. ``row``, ``column``: where the sensor was, cells.
+    """
+
+    row: float
+    column: float
+    reach: float
+    ranges: NDArray[np.float64]
+
+    def moved(self, rows: int, columns: int) -> Self:
+        """The record with its place so many rows down and columns right."""
+        return replace(self, row=self.row + rows, column=self.column + columns)
+
+
+@dataclass(frozen=True)
+class SampleRecord(Record):
+    """A quantity of ``source`` from its last sample up to ``time``: its greatest value, or its share, in ``unit``.
+
+    Quantities: ``queue`` (messages at a link, waiting or on the wire), ``fifo.SENDER`` (words in the FIFO of a sender
+    at a link), ``busy`` (share of that time in which ``source`` was busy, 0 to 1). A sample is made at a change, but at
+    most each 1 us, and each 64th of the time up to then. A value that stays is not repeated.
+    """
+
+    quantity: str
+    unit: str
+    value: float
+
+
+@dataclass(frozen=True)
 class UtilisationRecord(Record):
     """How much of a span ``source`` was busy: ``busy`` of ``span`` picoseconds, the span ending at ``time``."""
 
@@ -309,3 +347,27 @@ class Listener(Protocol):
 
     def __call__(self, record: Record) -> None:
         """Take one record."""
+
+
+class Recorder(ABC):
+    """A listener that does without some classes of records. A run does not make records that no listener wants."""
+
+    @property
+    @abstractmethod
+    def unwanted(self) -> frozenset[type[Record]]:
+        """The classes of records that it ignores."""
+
+    @abstractmethod
+    def __call__(self, record: Record) -> None:
+        """Take one record. It may be of a class that another listener wants."""
+
+
+def unwanted_by(listeners: Sequence[Listener]) -> frozenset[type[Record]]:
+    """The classes of records that none of the listeners wants. A plain callable wants them all."""
+    each = [item.unwanted if isinstance(item, Recorder) else frozenset[type[Record]]() for item in listeners]
+    return frozenset.intersection(*each) if each else frozenset()
+
+
+def recorded_by(listeners: Sequence[Listener], kind: type[Record]) -> bool:
+    """Whether a ``Recorder`` wants records of this class. Samples are made for recorders alone."""
+    return any(isinstance(item, Recorder) and kind not in item.unwanted for item in listeners)

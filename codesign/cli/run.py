@@ -51,6 +51,13 @@ _QUIET_SECONDS = 5.0
     metavar="DIR",
     help="Write a ROS 2 bag into the new folder DIR.",
 )
+@click.option(
+    "--trace-level",
+    type=click.Choice(["mission", "messages", "blocks", "iterations"]),
+    default="blocks",
+    show_default=True,
+    help="How much the trace holds; each level holds what the one before holds, and more.",
+)
 @click.option("--html", "page", type=click.Path(dir_okay=False, path_type=Path), help="Write an HTML page.")
 @click.option(
     "--granularity",
@@ -75,6 +82,7 @@ def run(
     needs: tuple[str, ...],
     trace_file: Path | None,
     bag: Path | None,
+    trace_level: str,
     page: Path | None,
     granularity: str,
     memory: int | None,
@@ -130,6 +138,7 @@ def run(
             *moved,
             granularity=granularity,
             trace=trace_file,
+            trace_level=trace_level,
             listeners=[*([] if page is None else [records]), *([] if ros2 is None else [ros2])],
             progress=mission_progress(show),
             memory=memory,

@@ -131,7 +131,7 @@ def _draw(seen: Moment, picture: Path, source: Path) -> None:
     from codesign.cli.outputs import check_outputs
     from codesign.files import write_atomically
     from codesign.report import moment_picture
-    from codesign.trace.grid import UNKNOWN
+    from codesign.trace.floor import UNKNOWN
 
     kind = picture.suffix.lower().removeprefix(".")
     if kind not in ("png", "svg"):

@@ -8,8 +8,9 @@ from dataclasses import dataclass
 
 import simpy
 
+from codesign.components.samples import Samples
 from codesign.errors import InputError, RunError
-from codesign.records import Listener, Record, UtilisationRecord
+from codesign.records import Listener, Record, SampleRecord, UtilisationRecord, recorded_by, unwanted_by
 from codesign.units import cycles_by, edge
 
 FASTEST = 10**12
@@ -67,13 +68,15 @@ class Component:
     """A part of a platform that does work or holds data.
 
     ``name`` is the source of its records. ``listeners`` take the records. Without a listener no record is built:
-    subclasses check ``listening`` first. ``environment`` starts at time 0, and all its times are whole picoseconds.
+    subclasses ask ``wants`` first. ``environment`` starts at time 0, and all its times are whole picoseconds.
     """
 
     def __init__(self, environment: simpy.Environment, name: str, listeners: Sequence[Listener] = ()) -> None:
         self.environment = environment
         self.name = name
         self._listeners = tuple(listeners)
+        self._unwanted = unwanted_by(self._listeners)
+        self._samples = Samples(name, self.emit) if recorded_by(self._listeners, SampleRecord) else None
         self._busy = 0
         self._busy_since = 0
         self._in_progress = 0
@@ -87,6 +90,10 @@ class Component:
     def listening(self) -> bool:
         """Whether there is a listener. Without one no record is built."""
         return bool(self._listeners)
+
+    def wants(self, kind: type[Record]) -> bool:
+        """Whether a listener wants records of this class. Others are not built."""
+        return bool(self._listeners) and kind not in self._unwanted
 
     def emit(self, record: Record) -> None:
         """Hand ``record`` to every listener, in the order in which they were given."""
@@ -106,6 +113,9 @@ class Component:
         """Emit the tasks in progress as unfinished, then ``utilisation()``. Called once, at the end of a run."""
         if self.listening:
             self._report_unfinished()
+            if self._samples is not None:
+                self._samples.finish(self.now, self.busy)
+                self._samples = None
             self.emit(self.utilisation())
 
     def _report_unfinished(self) -> None:
@@ -141,3 +151,5 @@ class Component:
         self._in_progress -= 1
         if not self._in_progress:
             self._busy += self.now - self._busy_since
+            if self._samples is not None:
+                self._samples.busy(self.now, self._busy)

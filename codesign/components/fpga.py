@@ -199,12 +199,12 @@ class Fpga(Component):
             self.external.book(step.traffic.part(0, units))
 
     def _emit_step(self, step: Step, first: int, last: int) -> None:
-        if self.listening and step.record is not None:
+        if step.record is not None and self.wants(step.makes):
             self.emit(step.record(self.clock.edge(first), self.clock.edge(last), self.name))
 
     def _emit_part(self, step: Step, first: int, outcome: str) -> None:
         """Emit the part that is done of a step that began at edge ``first``."""
-        if self.listening and step.record is not None:
+        if step.record is not None and self.wants(TaskRecord):
             begin, cycles = self.clock.edge(first), self.clock.cycles_by(self.now) - first
             self.emit(TaskRecord(begin, self.name, step.phase, self.now, cycles, outcome))
 

@@ -221,7 +221,20 @@ class Link(Component):
         self.sent += 1
         self._open.add(message.number)
         self._line(sender).enter(message)
+        self._sample(sender)
         return message
+
+    def _sample(self, sender: str) -> None:
+        """The messages that are not over, and the words in the FIFO of ``sender``, have changed."""
+        if self._samples is not None:
+            self._samples.level(self.now, "queue", "messages", len(self._open))
+            words = self._fifo_words(sender)
+            if words is not None:
+                self._samples.level(self.now, f"fifo.{sender}", "words", words)
+
+    def _fifo_words(self, sender: str) -> int | None:  # noqa: ARG002  (a link with FIFOs uses it)
+        """The words in the FIFO of a sender; None: it has none."""
+        return None
 
     def _carry_alone(self, message: Message) -> Generator[simpy.Event, Any, Delivery]:
         try:
@@ -299,6 +312,7 @@ class Link(Component):
         self._begin(message)
         end = self._end(message)
         line.signal_change(message.sender)
+        self._sample(message.sender)
         cut = self._outages.between(self.now, end)
         yield from self._on_wire(message, end if cut is None else cut.begin)
         return None if cut is None else LINK_DOWN
@@ -348,6 +362,7 @@ class Link(Component):
         """Book the end of a message, and emit its record."""
         delivery = self._delivery(message, reason)
         self._open.remove(message.number)
+        self._sample(message.sender)
         self.queued += delivery.queued
         self.transferred += delivery.transferred
         if reason is None:
@@ -357,7 +372,7 @@ class Link(Component):
             self.unnoticed[message.name] += delivery.damaged
         else:
             self.dropped[reason] += 1
-        if self.listening:
+        if self.wants(MessageRecord):
             self.emit(
                 MessageRecord(
                     time=message.requested,

@@ -145,7 +145,7 @@ class ExternalMemory(ScannedMemory):
         return self.now
 
     def _emit_task(self, task: str, begin: int, cycles: int, outcome: str) -> None:
-        if self.listening:
+        if self.wants(TaskRecord):
             self.emit(TaskRecord(begin, self.name, task, self.now, cycles, outcome))
 
     def _end(self, first: int, work: int) -> int:

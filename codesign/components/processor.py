@@ -178,7 +178,7 @@ class Processor(Component):
         return PreemptedError(cause, self.now, job.task, done, self.clock.cycles_by(job.served))
 
     def _emit_job(self, job: _Job, outcome: str = ENDED) -> None:
-        if self.listening:
+        if self.wants(TaskRecord):
             assert job.begin is not None, "only a job that began has a record"
             cycles = self.clock.cycle_at_or_after(self._served(job))
             self.emit(TaskRecord(job.begin, self.name, job.task, self.now, cycles, outcome))

@@ -162,6 +162,14 @@ class Serial(Link):
             changed = line.changed(message.sender)
             yield changed if fits is None else self.environment.timeout(fits - self.now) | changed
 
+    def _fifo_words(self, sender: str) -> int:
+        """The words that wait at a sender, as many as fit. The first word of a message on the wire has left."""
+        waiting = 0
+        for message in self._line(sender).queue(sender):
+            if not message.first_over:
+                waiting += self.frames(message.bits) - bool(message.attempts)
+        return min(waiting, self.fifo_depth)
+
     def _fits_at(self, message: Message, line: _SerialChannel) -> int | None:
         """When the rest of ``message`` will fit the FIFO, ps, if nothing else happens. None where that is not known."""
         if message.first_over:

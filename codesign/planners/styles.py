@@ -20,6 +20,7 @@ from codesign.part import Part
 from codesign.planners.demand import Demand
 from codesign.planners.external_memory import Traffic
 from codesign.planners.job import Job
+from codesign.records import Record, TaskRecord
 
 
 @dataclass(frozen=True)
@@ -31,7 +32,8 @@ class Step:
     step has no record. ``phase`` names the phase that the cycles count in. ``ram_addresses``: the addresses that each
     block RAM gets in every cycle; all block RAMs of a design are driven alike. ``kernel``: on a processor, the unit of
     the cycles where that is not the kernel of the style. ``instead``: units of the style's kernel that the step takes
-    where the platform has no cost of ``kernel``; None: a platform has to give that cost.
+    where the platform has no cost of ``kernel``; None: a platform has to give that cost. ``makes``: the
+    class of the records that ``record`` makes; records that no listener wants are not made.
     """
 
     phase: str
@@ -40,6 +42,7 @@ class Step:
     ram_addresses: int = 0
     kernel: str = ""
     instead: int | None = None
+    makes: type[Record] = TaskRecord
 
 
 def _no_cycles() -> NDArray[np.int64]:
@@ -174,6 +177,11 @@ class FleetUpdates(ABC):
 
     step_ps: int
     cycles: NDArray[np.int64]
+
+    @property
+    def radius(self) -> float:
+        """The radius of each robot's body, cells; 0 where it is not known. Traces draw it."""
+        return 0.0
 
     @property
     @abstractmethod

@@ -13,6 +13,7 @@ from codesign.memo import Memo
 from codesign.planners.quality import Quality, RobotsQuality
 from codesign.planners.styles import Exchange, Step
 from codesign.planners.task_graph import Flow
+from codesign.records import Record
 from codesign.results.ledger import CYCLES, Ledger
 from codesign.results.model import ResultModel
 from codesign.results.result import Reason, Result
@@ -151,12 +152,14 @@ def _recorded(request: Request) -> Recorded:
 class _Recorder:
     """Takes the place of a machine in a chain, and writes down what it would do. ``now``: how many acts so far."""
 
-    listening = False
-
     def __init__(self, system: System) -> None:
         self.system = system
         self.acts: list[Act] = []
         self._routes = Routes(system.platform)
+
+    def wants(self, _kind: type[Record]) -> bool:
+        """No record is wanted."""
+        return False
 
     @property
     def now(self) -> int:

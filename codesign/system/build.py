@@ -14,7 +14,7 @@ from codesign.inputs.components import (
 )
 from codesign.planners.styles import Exchange, Step
 from codesign.planners.task_graph import Flow
-from codesign.records import Listener, Record, TaskRecord
+from codesign.records import Listener, Record, TaskRecord, unwanted_by
 from codesign.results.ledger import BEGINS, CYCLES, Ledger, Spent
 from codesign.system.assemble import building_order, component_of, display_of, link_of, refused
 from codesign.system.bind import System
@@ -53,6 +53,7 @@ class Machine:
         self.granularity = granularity
         self.environment = simpy.Environment()
         self._listeners = tuple(listeners)
+        self._unwanted = unwanted_by(self._listeners)
         self.by_name: dict[str, Any] = {}
         for name in building_order(system.platform):
             try:
@@ -84,6 +85,10 @@ class Machine:
     def listening(self) -> bool:
         """Whether there is a listener."""
         return bool(self._listeners)
+
+    def wants(self, kind: type[Record]) -> bool:
+        """Whether a listener wants records of this class. Others are not built."""
+        return bool(self._listeners) and kind not in self._unwanted
 
     def run(self, process: Generator[Any, Any, None]) -> None:
         """Run a process generator, and all that it sets going, to the end."""
@@ -306,7 +311,8 @@ class Machine:
                 ledger.book(Spent.COMPUTE, name, spent)
                 ledger.count(name, step.phase, wanted, units)
                 ended[step.phase] = ended.get(step.phase, 0) + spent
-            record = step.record(begin, self.now, processor.name) if self.listening and step.record else None
+            wanted_record = step.record is not None and self.wants(step.makes)
+            record = step.record(begin, self.now, processor.name) if wanted_record else None
             # The processor has reported its own record of the task.
             if record is not None and not (units and isinstance(record, TaskRecord)):
                 self.tell(record)

@@ -13,6 +13,7 @@ from codesign.models import Task
 from codesign.planners.interface import COMMAND, LOAD, LOWER_BOUND, POSE, Problem
 from codesign.planners.styles import Step
 from codesign.planners.task_graph import Flow, TaskGraph
+from codesign.records import Record, TaskRecord
 from codesign.results.ledger import Ledger
 from codesign.system.bind import System
 from codesign.system.build import PLANNING
@@ -57,9 +58,8 @@ class PlanMachine(Protocol):
     def joules(self, boards: Mapping[str, tuple[float, float]]) -> dict[str, float]:
         """The parts of an energy up to now, by name; none of a recorder."""
 
-    @property
-    def listening(self) -> bool:
-        """Whether there is a listener."""
+    def wants(self, kind: type[Record]) -> bool:
+        """Whether a listener wants records of this class."""
 
     def run(self, process: Generator[Any, Any, None]) -> None:
         """Run a process generator to the end."""
@@ -144,7 +144,7 @@ def plan_chain(
         start = yield from chain.make_start()
     yield from chain.load(planning)
     loaded = machine.now
-    plan = yield from chain.make_plan(start, memo, detail=machine.listening or preemptible)
+    plan = yield from chain.make_plan(start, memo, detail=machine.wants(TaskRecord) or preemptible)
     planned = machine.now
     machine.follow_up(planning)
     yield from chain.tell(plan)

@@ -11,31 +11,43 @@ from collections.abc import Iterator, Mapping
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from types import TracebackType
-from typing import Any, BinaryIO, TypeVar
+from typing import TYPE_CHECKING, Any, BinaryIO, TypeVar
 
 from codesign.errors import TraceError
 from codesign.files import is_special, landing, passing
-from codesign.records import MapRecord, Record, SummaryRecord
-from codesign.trace.encoding import GRIDS, bared, encode, is_bare, schema_name, schema_of, topic_of
-from codesign.trace.foxglove import Floor, floor_of
-from codesign.trace.views import Views
+from codesign.records import (
+    FieldRecord,
+    MapRecord,
+    Record,
+    Recorder,
+    StageRecord,
+    SummaryRecord,
+    VisitsRecord,
+)
+from codesign.trace.levels import Level, bared, single_visits, unwanted
+from codesign.trace.messages import descriptor_set, encoder_of, schema_name, topic_of
+
+if TYPE_CHECKING:
+    from foxglove import Context
+    from foxglove.mcap import MCAPWriter
 
 R = TypeVar("R", bound=Record)
 
 LIBRARY = "hwsw-codesign"
-FORMAT = "1"
-"""Increased when a reader of the old format would misread the new one."""
+FORMAT = "2"
+"""Increased when a reader of the old format would misread the new one. Format 1 had messages in JSON."""
 
-CHUNK_BYTES = 2**16
-"""A chunk is written when its records have so many bytes. A killed run loses at most the last chunk.
+CHUNK_BYTES = 2**20
+"""A chunk is written when its records have so many bytes. A killed run loses at most the last chunk."""
 
-Stages resemble each other, so larger chunks compress better: the trace of the labyrinth (14 stages of 60 to 90 KB)
-takes 329 KB, and 211 KB with chunks of 1 MiB.
-"""
+BATCH = 512
+"""So many records are kept before they are written, so a killed run loses them too."""
+
+LARGE = (MapRecord, StageRecord, FieldRecord, SummaryRecord)
+"""Records that are written at once, as they may hold a grid."""
 
 RUN = "run"
 RUN_ATTACHMENT = "run.json"
-RESULT_ATTACHMENT = "result.json"
 
 
 class MemoryListener:
@@ -53,72 +65,87 @@ class MemoryListener:
         return [record for record in self.records if isinstance(record, record_type)]
 
 
-class McapListener:
-    """Writes every record to an MCAP file.
+class McapListener(Recorder):
+    """Writes records to an MCAP file, and views of them for Foxglove and Rerun.
 
     - ``path``: the file, overwritten at the end. ``identity``: texts that identify the run (names, digests, seed,
       version). They are written into the metadata ``run`` and the attachment ``run.json``. No clock, host or user is
-      written.
+      written. ``level``: how much is written (``Level``).
 
     The file is written under a temporary name beside ``path`` (a dot, the name, ``.part``) and renamed by ``close``. As
     a context manager it closes at the end of the block. If an exception or Ctrl-C ends the block, the temporary file is
-    removed: a trace is complete or absent. Only a killed process leaves its temporary file.
-
-    The attachment ``result.json`` is the result of the ``SummaryRecord``.
+    removed: a trace is complete or absent. Only a killed process leaves its temporary file, and all its complete chunks
+    can be read.
 
     Raises:
         TraceError: the file cannot be made or written (missing folder, no permission, full disk). The temporary file is
             removed.
     """
 
-    def __init__(self, path: str | Path, identity: Mapping[str, str] | None = None) -> None:
-        from mcap.writer import Writer
-
+    def __init__(
+        self, path: str | Path, identity: Mapping[str, str] | None = None, level: Level = Level.BLOCKS
+    ) -> None:
         self.path = Path(path)
+        self.level = level
         # A symbolic link is followed and kept. A long name is cut, because the temporary name is longer.
         self._target = landing(self.path)
         self._part = self._target.with_name(f".{self._target.name[:16]}.{os.getpid()}-{id(self):x}.part")
-        self._channels: dict[tuple[str, str], int] = {}
-        self._schemas: dict[str, int] = {}
-        self._count = 0
-        self._floor = Floor()
-        self._views = Views()
+        self._channels: dict[tuple[type, str], Any] = {}
+        self._taken: list[Record] = []
+        self._time = 0
         self._finished = False
-        self._stream: BinaryIO | None = None
         self._held = ExitStack()
         if self.path.is_dir():
             raise TraceError("is a folder", str(self.path), "name a file in it")
         if is_special(self.path):
             raise TraceError("is no regular file", str(self.path), "name a regular file: a trace needs one")
+        from codesign.trace.views import Views
+
+        self._unwanted, self._views = unwanted(level), Views(self._show)
+        self._file: _File | None = None
         with self._guard():
             self._held.enter_context(passing(self._part))
-            self._stream = self._part.open("xb")
-            self._writer = Writer(self._stream, chunk_size=CHUNK_BYTES, enable_data_crcs=True)
-            self._writer.start(profile="", library=LIBRARY)
-            run = {"format": FORMAT, **(identity or {})}
-            self._writer.add_metadata(RUN, run)
+            self._file = _File(self._part.open("xb", buffering=0))
+            self._context, self._writer = _writer(self._file)
+        run = {"format": FORMAT, "library": LIBRARY, "level": level.value, **(identity or {})}
+        self._writer.write_metadata(RUN, run)
         self.attach(RUN_ATTACHMENT, "application/json", _json(run))
 
+    @property
+    def unwanted(self) -> frozenset[type[Record]]:
+        """The classes of records that its level leaves out."""
+        return self._unwanted
+
     def __call__(self, record: Record) -> None:
-        """Write one record, then the views of it, with its ``time`` rounded down to nanoseconds.
+        """Take one record. Records are written by hundreds, which takes less time than one by one.
 
         Raises:
-            TraceError: see the class. Also: a trace cannot hold the record, or the file is closed.
+            TraceError: see the class. Also: a trace cannot hold a record, or the file is closed.
         """
-        if isinstance(record, MapRecord):
-            self._floor = floor_of(record)
-        # A mission may plan a thousand times, so its fields are left out here and written by the views at intervals.
-        written = bared(record) if self._views.mission else record
-        message = encode(written, self._floor)
-        self._count += 1
-        self._write(self._record_channel(written), record.time, message)
-        for view in self._views.of(record):
-            metadata = {"source": view.source, "shows": type(record).__name__}
-            self._write(
-                self._channel(view.topic, view.schema, view.schema_json, metadata), record.time, view.data
-            )
-        if isinstance(record, SummaryRecord):
-            self.attach(RESULT_ATTACHMENT, "application/json", _json(record.result))
+        if self._finished:
+            self._refuse_closed()
+        kind = type(record)
+        if kind not in self._unwanted:
+            self._taken.append(record)
+            if len(self._taken) >= BATCH or kind in LARGE:
+                self._flush()
+
+    def _flush(self) -> None:
+        taken, self._taken = self._taken, []
+        for record in taken:
+            self._put(record)
+        self._check()
+
+    def _put(self, record: Record) -> None:
+        """Write one record, then its views. Their times are rounded down to nanoseconds."""
+        if self.level is Level.ITERATIONS:
+            for single in single_visits(record) if isinstance(record, VisitsRecord) else (record,):
+                self._write(single)
+        else:
+            # A mission may plan a thousand times, so its fields are left out here and shown by the views at intervals.
+            self._write(bared(record) if self._views.mission else record)
+        self._time = record.time
+        self._views.of(record)
 
     def attach(self, name: str, media_type: str, data: bytes) -> None:
         """Write an attachment, such as the text of a spec.
@@ -126,10 +153,10 @@ class McapListener:
         Raises:
             TraceError: see the class.
         """
-        with self._guard():
-            self._writer.add_attachment(
-                create_time=0, log_time=0, name=name, media_type=media_type, data=data
-            )
+        if self._finished:
+            self._refuse_closed()
+        self._writer.attach(log_time=0, create_time=0, name=name, media_type=media_type, data=data)
+        self._check()
 
     def close(self) -> None:
         """Finish the file and rename it to ``path``. A second call does nothing.
@@ -139,10 +166,17 @@ class McapListener:
         """
         if self._finished:
             return
-        with self._guard():
-            self._writer.finish()  # type: ignore[no-untyped-call]
-            self._close_stream()
-            self._part.replace(self._target)
+        try:
+            self._flush()
+            self._views.finish(self._time)
+            self._writer.close()
+            self._check()
+            with self._guard():
+                self._close_file()
+                self._part.replace(self._target)
+        except BaseException:
+            self.abort()
+            raise
         self._finished = True
         self._held.close()
 
@@ -152,7 +186,7 @@ class McapListener:
             return
         self._finished = True
         with suppress(OSError):
-            self._close_stream()
+            self._close_file()
         self._held.close()
 
     def __enter__(self) -> McapListener:
@@ -166,48 +200,42 @@ class McapListener:
         else:
             self.abort()
 
-    def _close_stream(self) -> None:
-        if self._stream is not None:
-            self._stream.close()
+    def _close_file(self) -> None:
+        if self._file is not None:
+            self._file.raw.close()
 
-    def _write(self, channel: int, time: int, message: bytes) -> None:
-        with self._guard():
-            self._writer.add_message(
-                channel_id=channel,
-                log_time=time // 1000,
-                publish_time=time // 1000,
-                sequence=self._count,
-                data=message,
-            )
+    def _write(self, record: Record) -> None:
+        kind = type(record)
+        key = kind, record.source
+        pair = self._channels.get(key)
+        if pair is None:
+            # Records of the run as a whole share a topic, whatever their source is.
+            topic = kind, topic_of(kind, record.source)
+            if topic not in self._channels:
+                self._channels[topic] = _record_channel(kind, record.source, self._context)
+            pair = self._channels[key] = encoder_of(kind), self._channels[topic]
+        encode, channel = pair
+        channel.log(encode(record), log_time=record.time // 1000)
 
-    def _record_channel(self, record: Record) -> int:
-        kind, bare = type(record), is_bare(record)
-        topic, schema = topic_of(kind, record.source), schema_name(kind, bare)
-        channel = self._channels.get((topic, schema))
-        if channel is not None:
-            return channel
-        metadata = {"record": kind.__name__, "source": record.source}
-        if kind in GRIDS and not bare:
-            metadata["grid"] = GRIDS[kind]
-        return self._channel(topic, schema, schema_of(kind, bare), metadata)
+    def _show(self, topic: str, message: Any, time: int) -> None:
+        key = type(message), topic
+        channel = self._channels.get(key)
+        if channel is None:
+            channel = self._channels[key] = _view_channel(key[0], topic, self._context)
+        channel.log(message, log_time=time // 1000)
 
-    def _channel(self, topic: str, schema: str, schema_json: bytes, metadata: dict[str, str]) -> int:
-        """The channel of a topic and a schema. A new channel, and a new schema, are registered."""
-        key = topic, schema
-        if key not in self._channels:
+    def _check(self) -> None:
+        """Report what the file could not take."""
+        if self._file is not None and self._file.fault is not None:
             with self._guard():
-                if schema not in self._schemas:
-                    self._schemas[schema] = self._writer.register_schema(schema, "jsonschema", schema_json)
-                self._channels[key] = self._writer.register_channel(
-                    topic, "json", self._schemas[schema], metadata
-                )
-        return self._channels[key]
+                raise self._file.fault
+
+    def _refuse_closed(self) -> None:
+        raise TraceError("is closed", str(self.path), "emit no record after the end of the run")
 
     @contextmanager
     def _guard(self) -> Iterator[None]:
         """Remove the temporary file where a write fails, and raise a ``TraceError``."""
-        if self._finished:
-            raise TraceError("is closed", str(self.path), "emit no record after the end of the run")
         try:
             yield
         except OSError as fault:
@@ -217,6 +245,71 @@ class McapListener:
                 str(self.path),
                 "name a file in a folder that exists, can be written to and has free space",
             ) from fault
+
+
+class _File:
+    """A file for the writer of the SDK, which would only log a failed write: the first fault is kept in ``fault``.
+
+    What the writer gives after a fault, or after the file was closed, is dropped.
+    """
+
+    def __init__(self, raw: BinaryIO) -> None:
+        self.raw = raw
+        self.fault: OSError | None = None
+        self._at = 0
+
+    def write(self, data: bytes) -> int:
+        """Write all of ``data``."""
+        if self.fault is None and not self.raw.closed:
+            try:
+                rest = memoryview(data)
+                while rest:
+                    rest = rest[self.raw.write(rest) :]
+            except OSError as fault:
+                self.fault = fault
+        self._at += len(data)
+        return len(data)
+
+    def seek(self, _offset: int, _whence: int = 0) -> int:
+        """Where the file is. The writer does not move (``disable_seeking``)."""
+        return self._at
+
+    def flush(self) -> None:
+        """Nothing: the file has no buffer."""
+
+
+def _writer(file: _File) -> tuple[Context, MCAPWriter]:
+    """A writer of whole chunks: the header of a chunk is never written before its content."""
+    import foxglove
+    from foxglove.mcap import MCAPCompression, MCAPWriteOptions
+
+    context = foxglove.Context()
+    options = MCAPWriteOptions(
+        compression=MCAPCompression.Zstd,
+        chunk_size=CHUNK_BYTES,
+        profile="",
+        disable_seeking=True,
+        compression_threads=0,
+    )
+    return context, foxglove.open_mcap(file, context=context, writer_options=options)  # type: ignore[arg-type]
+
+
+def _record_channel(kind: type[Record], source: str, context: Context) -> Any:
+    from foxglove import Channel, Schema
+
+    return Channel(
+        topic_of(kind, source),
+        message_encoding="protobuf",
+        schema=Schema(name=schema_name(kind), encoding="protobuf", data=descriptor_set(kind)),
+        metadata={"record": kind.__name__, "source": source},
+        context=context,
+    )
+
+
+def _view_channel(kind: type, topic: str, context: Context) -> Any:
+    from foxglove import channels
+
+    return vars(channels)[f"{kind.__name__}Channel"](topic, context=context)
 
 
 def _json(value: Any) -> bytes:

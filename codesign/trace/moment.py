@@ -24,7 +24,7 @@ from codesign.records import (
     Record,
     TrajectoryRecord,
 )
-from codesign.trace.grid import BLOCKED, FREE, UNKNOWN
+from codesign.trace.floor import BLOCKED, FREE, UNKNOWN
 from codesign.trace.show import WALL, tile_of, walls
 from codesign.units import counted, format_time
 

@@ -14,14 +14,19 @@ from typing import Any
 
 from codesign.errors import TraceError, choose_hint, printable
 from codesign.progress import Show, silent
-from codesign.records import Record
-from codesign.trace.encoding import RECORD_TYPES, decode, parse_json
-from codesign.trace.listeners import RESULT_ATTACHMENT
+from codesign.records import Record, SummaryRecord
+from codesign.trace.json_messages import decode_json
+from codesign.trace.listeners import RUN
+from codesign.trace.messages import RECORD_TYPES, decode
 from codesign.trace.scan import DamagedError, scan
+from codesign.trace.values import parse_json
 from codesign.units import format_count, format_time
 
 MAX_ATTACHED_BYTES = 2**26
 """Most bytes of all attachments and metadata together."""
+
+RESULT_ATTACHMENT = "result.json"
+"""Where older files have the result."""
 
 MAX_NAMED = 10_000
 """Most channels of a file, and most attachments and metadata records."""
@@ -29,7 +34,7 @@ MAX_NAMED = 10_000
 
 @dataclass
 class Channel:
-    """A channel: its topic, the name of its schema, its origin, and its number of messages.
+    """A channel: its topic, the name of its schema, its origin, its number of messages, and their encoding.
 
     ``record`` is the name of the record class and ``source`` the component. Both are empty in files of other programs.
     """
@@ -39,6 +44,7 @@ class Channel:
     record: str
     source: str
     messages: int = 0
+    encoding: str = ""
 
 
 @dataclass(frozen=True)
@@ -59,7 +65,7 @@ class Trace:
       messages.
     - ``metadata``: texts, by name of the metadata record. ``attachments``: by name.
     - ``fault``: why reading stopped before the end of the file; None for a complete file.
-    - ``show``: is told how far the reading of records is.
+    - ``show``: is told how far the reading of records is. ``last_summary``: the message with the result.
     """
 
     path: Path
@@ -72,6 +78,7 @@ class Trace:
     attachments: dict[str, Attachment] = field(default_factory=dict)
     fault: str | None = None
     show: Show = field(default=silent, repr=False, compare=False)
+    last_summary: tuple[Channel, Any] | None = field(default=None, repr=False, compare=False)
 
     @property
     def complete(self) -> bool:
@@ -95,6 +102,9 @@ class Trace:
         Raises:
             TraceError: the attachment is no JSON.
         """
+        if self.last_summary is not None:
+            record = self._record(*self.last_summary)
+            return record.result if isinstance(record, SummaryRecord) else None
         attachment = self.attachments.get(RESULT_ATTACHMENT)
         if attachment is None:
             return None
@@ -177,11 +187,18 @@ class Trace:
         record_type = RECORD_TYPES.get(channel.record)
         if record_type is None or (topics and not any(fnmatchcase(channel.topic, topic) for topic in topics)):
             return
+        yield self._record(channel, message)
+
+    def _record(self, channel: Channel, message: Any) -> Record:
         try:
-            yield decode(record_type, message.data)
+            return _DECODERS.get(channel.encoding, decode)(RECORD_TYPES[channel.record], message.data)
         except TraceError as fault:
             place = f"{self.path}: {channel.topic[:80]!r}: message {message.sequence}"
             raise TraceError(fault.what, place, "the file was damaged, or not written by hwsw") from fault
+
+
+_DECODERS = {"json": decode_json}
+"""How messages of older files are decoded, by encoding."""
 
 
 def open_trace(path: str | Path, show: Show = silent) -> Trace:
@@ -222,6 +239,8 @@ def open_trace(path: str | Path, show: Show = silent) -> Trace:
 
 def _count(trace: Trace, channel: Channel, message: Any) -> None:
     channel.messages += 1
+    if channel.record == SummaryRecord.__name__:
+        trace.last_summary = channel, message
     time = message.log_time * 1000
     trace.begin = time if trace.begin is None else min(trace.begin, time)
     trace.end = time if trace.end is None else max(trace.end, time)
@@ -239,6 +258,8 @@ def _attach(trace: Trace, item: Any) -> int:
         return len(item.data) + len(item.name)
     elif isinstance(item, Metadata):
         trace.metadata[item.name] = item.metadata
+        if item.name == RUN:
+            trace.library = item.metadata.get("library", trace.library)
         return len(item.name) + sum(len(key) + len(text) for key, text in item.metadata.items())
     return 0
 
@@ -265,5 +286,6 @@ class _Channels:
             if item.schema_id not in self._schemas or len(self.by_id) > MAX_NAMED:
                 raise DamagedError(f"a channel of schema {item.schema_id}, which is not declared")
             names = item.metadata.get("record", ""), item.metadata.get("source", "")
-            self.by_id.setdefault(item.id, Channel(item.topic, self._schemas[item.schema_id], *names))
+            schema = self._schemas[item.schema_id]
+            self.by_id.setdefault(item.id, Channel(item.topic, schema, *names, 0, item.message_encoding))
         return None

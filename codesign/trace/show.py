@@ -26,6 +26,8 @@ from codesign.records import (
     PositionsRecord,
     Record,
     RobotRecord,
+    SampleRecord,
+    ScanRecord,
     StageRecord,
     SummaryRecord,
     TaskRecord,
@@ -33,7 +35,6 @@ from codesign.records import (
     UtilisationRecord,
     VisitsRecord,
 )
-from codesign.trace.encoding import is_bare
 from codesign.trace.reader import Trace
 from codesign.units import counted, format_count, format_data, format_time
 
@@ -163,7 +164,7 @@ def _describe_trajectory(record: TrajectoryRecord) -> _Description:
 
 
 def _describe_field(record: FieldRecord) -> _Description:
-    if is_bare(record):
+    if not record.values.size:
         return record.time, record.time, f"field {record.name}", "its values are left out in a mission"
     values = record.values[np.isfinite(record.values)]
     unit = "" if record.unit in ("", "1") else f" {printable(record.unit, 40)}"
@@ -224,6 +225,22 @@ def _describe_utilisation(record: UtilisationRecord) -> _Description:
     return record.time, record.time, "utilisation", f"busy {format_time(record.busy)}, {share}"
 
 
+def _describe_sample(record: SampleRecord) -> _Description:
+    unit = "" if record.unit == "1" else f" {printable(record.unit, 40)}"
+    return record.time, record.time, "sample", f"{printable(record.quantity, 60)} {record.value:.4g}{unit}"
+
+
+def _describe_scan(record: ScanRecord) -> _Description:
+    met = int(np.isfinite(record.ranges).sum())
+    where = f"row {record.row:.2f}, column {record.column:.2f}"
+    return (
+        record.time,
+        record.time,
+        "scan",
+        f"{counted(len(record.ranges), 'ray')} at {where}, {met} met obstacles",
+    )
+
+
 def _describe_summary(record: SummaryRecord) -> _Description:
     return record.time, record.time, "result", counted(len(record.result), "figure")
 
@@ -256,6 +273,8 @@ _DESCRIPTIONS: dict[type[Record], Callable[[Any], _Description]] = {
     MissionRecord: _describe_mission,
     UtilisationRecord: _describe_utilisation,
     SummaryRecord: _describe_summary,
+    SampleRecord: _describe_sample,
+    ScanRecord: _describe_scan,
 }
 
 
@@ -271,11 +290,11 @@ def trace_thumbnail(trace: Trace, width: int = 72) -> list[str]:
     for record in trace.records(kinds=(MapRecord, StageRecord, FieldRecord)):
         if isinstance(record, MapRecord):
             free = record.free
-        elif is_bare(record):
-            continue
         elif isinstance(record, StageRecord):
+            if not record.potential.size:
+                continue
             field, scale = record.potential, f"{SHADES[0]} lowest to {SHADES[-1]} highest potential"
-        elif isinstance(record, FieldRecord):
+        elif isinstance(record, FieldRecord) and record.values.size:
             field, scale = (
                 _nearness(record.values),
                 f"{SHADES[0]} highest to {SHADES[-1]} lowest {printable(record.name)}",

@@ -1,20 +1,29 @@
-"""Messages for viewers, derived from the stream of records: the current maps, and a scene.
+"""Messages for viewers, derived from the stream of records. Our reader ignores them.
 
-Changes of the true map (``ObstacleRecord``) and of a robot's belief (``BeliefRecord``) are small and exact, but viewers
-do not draw them. So a whole grid of each is written beside them at intervals. The interval grows with the map, so the
-bytes for each second of a mission are bounded. The fields of plans, which the records of a mission leave out, are shown
-in the same manner, each when its plan is ready. The scene has the last planned path, and obstacles as cubes, without an
-interval. Our reader ignores these messages.
+Each topic shows one thing, and each of its messages the whole state of it, so that a viewer may jump to any time:
+
+    /map/grid, /SOURCE/grid         the true map; what a robot believes        foxglove.Grid
+    /SOURCE/plan_grid               the field of the last plan                 foxglove.Grid
+    /map/voxels, ...                the same grids, for Rerun                  foxglove.VoxelGrid
+    /path, /obstacles, /goals       the planned path, cells that came, goals   foxglove.SceneUpdate
+    /trails                         the last positions of the robots           foxglove.SceneUpdate
+    /path/points, ...               the same four, for Rerun                   foxglove.PointCloud
+    /tf                             frame ``map`` to the frames of the robots  foxglove.FrameTransforms
+    /robots, /robots/points         robots, each in its own frame              foxglove.SceneUpdate, PointCloud
+    /SOURCE/laser                   the last scan of a sensor of rays          foxglove.LaserScan
+    /log                            the events of a mission                    foxglove.Log
+
+Large states are written at intervals that grow with them, so the bytes for each second of a mission are bounded.
 """
 
 from __future__ import annotations
 
-import json
-from collections.abc import Iterator
-from dataclasses import dataclass
+import math
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
+from foxglove import messages as fg
 from numpy.typing import NDArray
 
 from codesign.records import (
@@ -23,250 +32,283 @@ from codesign.records import (
     MapRecord,
     MissionRecord,
     ObstacleRecord,
+    PoseRecord,
+    PositionsRecord,
     Record,
+    ScanRecord,
     StageRecord,
     SummaryRecord,
     TrajectoryRecord,
 )
-from codesign.trace.encoding import packed, schema_of
-from codesign.trace.foxglove import POSE, TIMESTAMP, VECTOR, Floor, floor_of, pose, timestamp
-from codesign.trace.grid import BLOCKED, FREE, UNKNOWN, encode_grid
+from codesign.trace import shapes
+from codesign.trace.floor import BLOCKED, FREE, UNKNOWN, Floor, floor_of
+from codesign.trace.robots import Robots, Show
 from codesign.units import PICOSECONDS_PER_SECOND
 
 SHORTEST_INTERVAL = PICOSECONDS_PER_SECOND
-INTERVAL_A_BYTE = 64 * 10**6
-"""Picoseconds between two whole grids: at least 1 s, and 64 us a byte. A map has 1 byte a cell, a field 8.
+INTERVAL_A_CELL = 72 * 10**6
+"""Picoseconds between two whole grids: at least 1 s, and 72 us a cell."""
 
-In base64 that is at most 21 kB of JSON a second and grid, before compression.
-"""
+VOXELS_A_GRID = 4
+"""Of a large map, the voxels for Rerun are written with each fourth grid."""
 
-MOST_CUBES = 256
-"""Most cells of a record that are shown as cubes. Larger changes are shown by the grids alone."""
+OBSTACLES_INTERVAL, INTERVAL_A_CAME = PICOSECONDS_PER_SECOND // 5, PICOSECONDS_PER_SECOND // 250
+"""Picoseconds between two messages of the obstacles that came: at least 0.2 s, and 4 ms a cell."""
 
-_FLAT = {"x": 0.0, "y": 0.0, "z": 0.0}
-_PATH = {"r": 0.82, "g": 0.29, "b": 0.36, "a": 1.0}
-_OBSTACLE = {"r": 0.85, "g": 0.55, "b": 0.13, "a": 0.9}
+MOST_SHOWN = 2**18
+"""Most cells of a grid for viewers. Of a larger map, n × n cells are shown as one."""
 
+MOST_CUBES = 1024
+"""Most bars of obstacles in a scene. Where there are more, the grid of the map shows the rest."""
 
-@dataclass(frozen=True)
-class View:
-    """A message for viewers: its topic, its source, the name and the JSON of its schema, and its bytes."""
-
-    topic: str
-    source: str
-    schema: str
-    schema_json: bytes
-    data: bytes
+_POINTS_OF_PATH = 1024
+_BELIEFS = np.array([FREE, BLOCKED], np.uint8)
+_ALARMS = {"no_way", "deadline_missed", "safety_stop", "contact", "livelock"}
+_HEIGHTS = {"true": -0.03, "belief": -0.02, "field": -0.01}
+"""The heights of grids in metres. They lie above each other, so that they do not flicker in one plane."""
 
 
 class Views:
-    """Takes the records of a run in the order of emission, and returns the views after each.
+    """Takes the records of a run in the order of emission, and shows the views after each.
 
-    A record that does not fit the map of its run, or comes before the map, has no view.
+    ``show`` takes each view. A record that does not fit the map of its run, or comes before the map, has no view.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, show: Show) -> None:
+        self._show = show
         self._floor = Floor()
         self._shape = (0, 0)
         self._corner = np.zeros(2, np.int64)
-        self._grids: dict[str, _Snapshots] = {}
-        self._fields: dict[str, _Snapshots] = {}
+        self._start: NDArray[np.bool_] = np.zeros((0, 0), np.bool_)
+        self._grids: dict[str, _Grid] = {}
+        self._came: set[int] = set()
+        self._came_due = _Due(0)
+        self._paths: list[NDArray[np.float64]] = []
+        self._path_time: int | None = None
+        self._robots = Robots(show)
         self.mission = False
         """Whether the run is a mission, known from its first event."""
-        self._walls: NDArray[np.uint8] = np.zeros(self._shape, np.uint8)
-        self._path_time = -1
-        self._paths = 0
+        self._makers: dict[type[Record], Callable[[Any], None]] = {
+            MapRecord: self._map,
+            ObstacleRecord: self._obstacle,
+            BeliefRecord: self._belief,
+            TrajectoryRecord: self._trajectory,
+            PoseRecord: self._robots.posed,
+            PositionsRecord: self._robots.placed,
+            StageRecord: lambda record: self._field(record, record.potential),
+            FieldRecord: lambda record: self._field(record, record.values),
+            ScanRecord: self._scan,
+            MissionRecord: self._event,
+            SummaryRecord: lambda record: self.finish(record.time),
+        }
 
-    def of(self, record: Record) -> Iterator[View]:
-        """The views after ``record``."""
-        if isinstance(record, MapRecord):
-            self._begin(record)
-        elif isinstance(record, ObstacleRecord) and self._inside(record.cells):
-            grid = self._grid(record.source, "occupied_now", self._walls)
-            grid.put(record.cells - self._corner, int(record.appeared))
-            yield from self._shown(grid, record.time)
-            if len(record.cells) <= MOST_CUBES:
-                yield self._scene(record, *self._cubes(record))
-        elif isinstance(record, BeliefRecord) and self._inside(record.cells):
-            grid = self._grid(record.source, "belief", np.full(self._shape, UNKNOWN, np.uint8))
-            grid.put(record.cells - self._corner, np.where(record.blocked, BLOCKED, FREE))
-            yield from self._shown(grid, record.time)
-        elif isinstance(record, TrajectoryRecord):
-            yield self._scene(record, [self._line(record)], [])
-        elif isinstance(record, StageRecord) and self.mission:
-            self._field(record.source, "potential", record.potential)
-        elif isinstance(record, FieldRecord) and self.mission:
-            self._field(record.source, record.name, record.values)
-        elif isinstance(record, MissionRecord | SummaryRecord):
-            yield from self._happened(record)
+    def shows(self, record_type: type[Record]) -> bool:
+        """Whether records of this class have views."""
+        return record_type in self._makers
 
-    def _happened(self, record: MissionRecord | SummaryRecord) -> Iterator[View]:
-        last = isinstance(record, SummaryRecord) or record.event == "ended"
-        self.mission = self.mission or isinstance(record, MissionRecord)
-        if last or (isinstance(record, MissionRecord) and record.event == "plan_ready"):
-            for field in self._fields.values():
-                yield from self._shown(field, record.time, last)
-        if last:
-            for grid in self._grids.values():
-                yield from self._shown(grid, record.time, last)
+    def of(self, record: Record) -> None:
+        """Show the views after ``record``."""
+        maker = self._makers.get(type(record))
+        if self._paths and (maker is not None and record.time != self._path_time):
+            self._path()
+        if maker is not None:
+            maker(record)
 
-    def _begin(self, record: MapRecord) -> None:
-        self._floor = floor_of(record)
-        self._shape = record.free.shape
-        self._corner = np.array(record.corner)
-        self._walls = (~record.free).astype(np.uint8)
+    def finish(self, time: int) -> None:
+        """Show the last state of everything that has changed since it was shown."""
+        if self._paths:
+            self._path()
+        for grid in self._grids.values():
+            grid.shown(self._show, time, self._floor, last=True)
+        if self._came_due.now(time, last=True):
+            self._obstacles(time)
+        self._robots.finish(time)
+
+    def _map(self, record: MapRecord) -> None:
+        self._floor, self._shape = floor_of(record), record.free.shape
+        self._corner, self._start = np.array(record.corner), record.free
         self._grids.clear()
+        self._came.clear()
+        self._robots.begin(self._floor, record.radius * self._floor.cell_size)
+        if record.free.size:
+            walls = np.where(record.free, shapes.FREE_NOW, shapes.WALL).astype(np.uint8)
+            self._grid("/map", "true", walls).shown(self._show, record.time, self._floor)
+        side, goals = self._floor.cell_size, self._floor.points(record.goals)
+        spheres = [
+            fg.SpherePrimitive(
+                pose=shapes.pose(x, y),
+                size=fg.Vector3(x=side, y=side, z=side),
+                color=shapes.colour(shapes.GOAL),
+            )
+            for x, y in goals.tolist()
+        ]
+        self._show("/goals", shapes.scene("goals", record.time, spheres=spheres), record.time)
+        self._show("/goals/points", shapes.cloud(goals, shapes.GOAL, record.time, 0.03), record.time)
+        # What the run before showed is cleared: there are no obstacles that came, and no path.
+        self._came_due = _Due(record.time)
+        self._obstacles(record.time)
+        self._show("/path", shapes.scene("path", record.time), record.time)
 
-    def _inside(self, cells: NDArray[np.int32]) -> bool:
-        here = cells - self._corner
-        return bool(self._shape[0] and ((here >= 0) & (here < self._shape)).all())
-
-    def _field(self, source: str, name: str, values: NDArray[np.float64]) -> None:
-        """Keep the field until its plan is ready. A harmonic plan has a field for each stage."""
-        if values.ndim != 2 or not values.size:
+    def _obstacle(self, record: ObstacleRecord) -> None:
+        places = self._places(record.cells)
+        if places is None:
             return
-        topic = f"/{source}/plan_grid"
-        if topic not in self._fields or self._fields[topic].cells.shape != values.shape:
-            self._fields[topic] = _Snapshots(topic, source, name, values)
-        self._fields[topic].replace(name, values)
+        began_free = self._start.ravel()[places]
+        states = (shapes.CAME, shapes.WALL) if record.appeared else (shapes.FREE_NOW, shapes.GONE)
+        grid = self._grids["/map"]
+        grid.cells.ravel()[places] = np.where(began_free, *states)
+        grid.due.changed = True
+        new = set(places[began_free].tolist())
+        self._came = self._came | new if record.appeared else self._came - new
+        self._came_due.changed = True
+        grid.shown(self._show, record.time, self._floor)
+        if self._came_due.now(record.time):
+            self._obstacles(record.time)
 
-    def _grid(self, source: str, name: str, begin: NDArray[np.uint8]) -> _Snapshots:
-        topic = f"/{source}/grid"
+    def _obstacles(self, time: int) -> None:
+        """All cells that came, as bars along the rows and as points."""
+        self._came_due.interval = max(OBSTACLES_INTERVAL, INTERVAL_A_CAME * len(self._came))
+        cells = np.column_stack(np.divmod(np.array(sorted(self._came), np.int64), max(self._shape[1], 1)))
+        side, turned = self._floor.cell_size, self._floor.yaw
+        first = np.ones(len(cells), bool)
+        first[1:] = (np.diff(cells, axis=0) != (0, 1)).any(axis=1)
+        starts = np.flatnonzero(first)
+        lengths = np.diff(np.r_[starts, len(cells)])
+        middles = cells[starts] + np.column_stack([np.zeros(len(starts)), (lengths - 1) / 2])
+        places = self._floor.points(middles + self._corner)
+        cubes = [
+            fg.CubePrimitive(
+                pose=shapes.pose(x, y, turned, side / 2),
+                size=fg.Vector3(x=side * length, y=side, z=side),
+                color=shapes.colour(shapes.OBSTACLE),
+            )
+            for (x, y), length in zip(places[:MOST_CUBES].tolist(), lengths.tolist(), strict=False)
+        ]
+        self._show("/obstacles", shapes.scene("obstacles", time, cubes=cubes), time)
+        points = self._floor.points(cells + self._corner)
+        self._show("/obstacles/points", shapes.cloud(points, shapes.OBSTACLE, time, side), time)
+
+    def _belief(self, record: BeliefRecord) -> None:
+        places = self._places(record.cells)
+        if places is None:
+            return
+        name = f"/{record.source}"
+        grid = self._grids.get(name) or self._grid(name, "belief", np.full(self._shape, UNKNOWN, np.uint8))
+        grid.cells.ravel()[places] = _BELIEFS[record.blocked.view(np.uint8)]
+        grid.due.changed = True
+        grid.shown(self._show, record.time, self._floor)
+
+    def _places(self, cells: NDArray[np.int32]) -> NDArray[np.intp] | None:
+        """The numbers of the cells, row by row; None where one lies outside of the map."""
+        rows, columns = (cells - self._corner).T
+        try:
+            places: NDArray[np.intp] = np.ravel_multi_index((rows, columns), self._shape)
+        except ValueError:
+            return None
+        return places
+
+    def _field(self, record: Record, values: NDArray[np.float64]) -> None:
+        """Keep the field until its plan is ready. A harmonic plan has a field for each stage."""
+        if values.shape != self._shape or not values.size:
+            return
+        topic = f"/{record.source}/plan"
         if topic not in self._grids:
-            self._grids[topic] = _Snapshots(topic, source, name, begin)
+            self._grid(topic, "field", values)
+        grid = self._grids[topic]
+        grid.cells, grid.due.changed = values, True
+        if not self.mission:
+            grid.shown(self._show, record.time, self._floor, last=True)
+
+    def _grid(self, topic: str, kind: str, cells: NDArray[Any]) -> _Grid:
+        self._grids[topic] = _Grid(topic, kind, cells)
         return self._grids[topic]
 
-    def _shown(self, grid: _Snapshots, time: int, last: bool = False) -> Iterator[View]:
-        if grid.due(time, last):
-            message = encode_grid(grid.cells, time, self._floor, grid.name)
-            yield _view(grid.topic, "foxglove.Grid", time, grid.source, message)
-
-    def _scene(self, record: Record, entities: list[Any], deletions: list[Any]) -> View:
-        message = {"deletions": deletions, "entities": entities}
-        return _view("/scene", "foxglove.SceneUpdate", record.time, "scene", message)
-
-    def _cubes(self, record: ObstacleRecord) -> tuple[list[Any], list[Any]]:
-        """The new entities and the deletions, one a cell, so that each cell can be deleted."""
-        entities, deletions = [], []
-        side = self._floor.cell_size
-        for row, column in record.cells.tolist():
-            name = f"obstacle {row} {column}"
-            if not record.appeared:
-                deletions.append({"timestamp": timestamp(record.time), "type": 0, "id": name})
-                continue
-            middle = self._floor.place(row, column, side / 2)
-            cube = {
-                "pose": pose(middle, -self._floor.yaw),
-                "size": {"x": side, "y": side, "z": side},
-                "color": _OBSTACLE,
-            }
-            entities.append(_entity(record.time, name, cubes=[cube]))
-        return entities, deletions
-
-    def _line(self, record: TrajectoryRecord) -> dict[str, Any]:
-        """The path as an entity that replaces the last one. Paths of one time are shown side by side."""
-        self._paths = self._paths + 1 if record.time == self._path_time else 0
+    def _trajectory(self, record: TrajectoryRecord) -> None:
+        """Keep the path until the time goes on. Paths of one time are shown side by side."""
         self._path_time = record.time
-        line = {
-            "type": 0,
-            "pose": pose(_FLAT),
-            "thickness": 2.0,
-            "scale_invariant": True,
-            "points": [self._floor.place(row, column) for row, column in record.points.tolist()],
-            "color": _PATH,
-            "colors": [],
-            "indices": [],
-        }
-        return _entity(record.time, f"way {self._paths}", lines=[line])
+        self._paths.append(self._floor.points(record.points))
+
+    def _path(self) -> None:
+        time, paths, self._paths = self._path_time or 0, self._paths, []
+        most = _POINTS_OF_PATH // len(paths)
+        lines = [shapes.line(shapes.thinned(path, most), shapes.PATH, 0.01) for path in paths]
+        dense = [shapes.densified(path, self._floor.cell_size, most) for path in paths]
+        self._show("/path", shapes.scene("path", time, lines=lines), time)
+        self._show("/path/points", shapes.cloud(np.concatenate(dense), shapes.PATH, time, 0.01), time)
+
+    def _scan(self, record: ScanRecord) -> None:
+        """Rays turn clockwise in frame ``map``, whose y axis points up."""
+        x, y = self._floor.point(record.row, record.column)
+        rays = len(record.ranges)
+        self._show(
+            f"/{record.source}/laser",
+            fg.LaserScan(
+                timestamp=shapes.stamp(record.time),
+                frame_id=shapes.MAP_FRAME,
+                pose=shapes.pose(x, y, self._floor.yaw),
+                start_angle=0.0,
+                end_angle=-2 * math.pi * (rays - 1) / max(rays, 1),
+                ranges=(record.ranges * self._floor.cell_size).tolist(),
+                intensities=[],
+            ),
+            record.time,
+        )
+
+    def _event(self, record: MissionRecord) -> None:
+        self.mission = True
+        self._show(
+            "/log",
+            fg.Log(
+                timestamp=shapes.stamp(record.time),
+                level=fg.LogLevel.Warning if record.event in _ALARMS else fg.LogLevel.Info,
+                message=f"{record.event.replace('_', ' ')}: {record.text}",
+                name=record.source,
+                file="",
+                line=0,
+            ),
+            record.time,
+        )
+        if record.event == "plan_ready":
+            for grid in self._grids.values():
+                if grid.kind == "field":
+                    grid.shown(self._show, record.time, self._floor)
+        if record.event == "ended":
+            self.finish(record.time)
 
 
-class _Snapshots:
-    """A grid that changes (uint8 or float64, rows × columns), and the time of its last writing."""
+class _Due:
+    """When a state that changes is to be written again: ``interval`` picoseconds after the last time."""
 
-    def __init__(self, topic: str, source: str, name: str, cells: NDArray[Any]) -> None:
-        self.topic, self.source, self.name = topic, source, name
-        self.cells = cells.copy()
-        self._interval = max(SHORTEST_INTERVAL, INTERVAL_A_BYTE * cells.nbytes)
+    def __init__(self, interval: int) -> None:
+        self.interval = interval
+        self.changed = False
         self._written: int | None = None
-        self._changed = False
 
-    def put(self, cells: NDArray[np.integer[Any]], values: Any) -> None:
-        self.cells[cells[:, 0], cells[:, 1]] = values
-        self._changed = True
-
-    def replace(self, name: str, cells: NDArray[Any]) -> None:
-        self.name, self.cells, self._changed = name, cells, True
-
-    def due(self, time: int, last: bool) -> bool:
+    def now(self, time: int, *, last: bool = False) -> bool:
         """Whether it is due now. True counts as written."""
-        soon = self._written is not None and time - self._written < self._interval
-        if not self._changed or (soon and not last):
+        soon = self._written is not None and time - self._written < self.interval
+        if not self.changed or (soon and not last):
             return False
-        self._written, self._changed = time, False
+        self._written, self.changed = time, False
         return True
 
 
-def _view(topic: str, schema: str, time: int, source: str, message: dict[str, Any]) -> View:
-    schema_json = schema_of(MapRecord) if schema == "foxglove.Grid" else SCENE_SCHEMA
-    return View(
-        topic, source, schema, schema_json, packed(schema, {"time": time, "source": source, **message})
-    )
+class _Grid:
+    """A grid that changes (uint8 or float64, rows × columns), under ``topic`` with an ending."""
 
+    def __init__(self, topic: str, kind: str, cells: NDArray[Any]) -> None:
+        self.kind, self.cells = kind, cells
+        self.topic = f"{topic}_" if kind == "field" else f"{topic}/"
+        self.due = _Due(max(SHORTEST_INTERVAL, INTERVAL_A_CELL * cells.size))
+        self.due.changed = True
+        self._voxels = _Due(max(SHORTEST_INTERVAL, VOXELS_A_GRID * INTERVAL_A_CELL * cells.size))
 
-_PRIMITIVES = ("arrows", "cubes", "spheres", "cylinders", "lines", "triangles", "texts", "models")
-
-
-def _entity(time: int, name: str, **primitives: list[Any]) -> dict[str, Any]:
-    """An entity that stays until it is replaced or deleted."""
-    return {
-        "timestamp": timestamp(time),
-        "frame_id": "map",
-        "id": name,
-        "lifetime": {"sec": 0, "nsec": 0},
-        "frame_locked": False,
-        "metadata": [],
-        **{kind: primitives.get(kind, []) for kind in _PRIMITIVES},
-    }
-
-
-def _object(title: str, **properties: Any) -> dict[str, Any]:
-    return {"type": "object", "title": title, "properties": properties}
-
-
-def _list(items: dict[str, Any]) -> dict[str, Any]:
-    return {"type": "array", "items": items}
-
-
-def _scene_schema() -> bytes:
-    """The JSON schema of the scene, UTF-8. The primitives in use are described in full."""
-    text, number, truth = ({"type": kind} for kind in ("string", "number", "boolean"))
-    whole = {"type": "integer"}
-    place = _object("foxglove.Vector3", **VECTOR)
-    color = _object("foxglove.Color", r=number, g=number, b=number, a=number)
-    cube = _object("foxglove.CubePrimitive", pose=POSE, size=place, color=color)
-    line = _object(
-        "foxglove.LinePrimitive", type=whole, pose=POSE, thickness=number, scale_invariant=truth,
-        points=_list(_object("foxglove.Point3", **VECTOR)), color=color, colors=_list(color), indices=_list(whole),
-    )  # fmt: skip
-    primitives = {kind: _list(_object("")) for kind in _PRIMITIVES}
-    key_value = _object("foxglove.KeyValuePair", key=text, value=text)
-    entity = _object(
-        "foxglove.SceneEntity",
-        timestamp=TIMESTAMP,
-        frame_id=text,
-        id=text,
-        lifetime={**TIMESTAMP, "title": "duration"},
-        frame_locked=truth,
-        metadata=_list(key_value),
-        **{**primitives, "cubes": _list(cube), "lines": _list(line)},
-    )
-    deletion = _object("foxglove.SceneEntityDeletion", timestamp=TIMESTAMP, type=whole, id=text)
-    schema = _object(
-        "foxglove.SceneUpdate", time=whole, source=text, deletions=_list(deletion), entities=_list(entity)
-    )
-    schema["required"] = ["time", "source", "deletions", "entities"]
-    return json.dumps(schema).encode()
-
-
-SCENE_SCHEMA = _scene_schema()
-"""The JSON schema of the scene."""
+    def shown(self, show: Show, time: int, floor: Floor, *, last: bool = False) -> None:
+        """Show the grid, where it is due, and its voxels."""
+        if self.due.now(time, last=last):
+            step = math.isqrt(max(self.cells.size - 1, 0) // MOST_SHOWN) + 1
+            grid, voxels = shapes.grids(self.kind, self.cells, time, floor, _HEIGHTS[self.kind], step)
+            show(f"{self.topic}grid", grid, time)
+            self._voxels.changed = True
+            if self._voxels.now(time, last=last):
+                show(f"{self.topic}voxels", voxels, time)

@@ -23,6 +23,7 @@ from codesign.inputs.workload import TaskMapping, Variant, Workload
 from codesign.results.result import Result
 from codesign.system import catalog
 from docs.make_reference.model_tables import Keys, fields_of, models_in, table
+from docs.make_reference.proto import proto_page
 from docs.make_reference.python_pages import commands_page, python_page, trace_page
 
 FOLDER = Path(__file__).parent.parent / "reference"
@@ -48,7 +49,7 @@ def pages() -> dict[str, str]:
         "python.md": python_page,
         "cli.md": commands_page,
     }
-    return {name: _text(maker()) for name, maker in makers.items()}
+    return {name: _text(maker()) for name, maker in makers.items()} | {"trace.proto": proto_page()}
 
 
 def _text(lines: list[str]) -> str:

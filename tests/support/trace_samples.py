@@ -21,6 +21,8 @@ from codesign.records import (
     PositionsRecord,
     Record,
     RobotRecord,
+    SampleRecord,
+    ScanRecord,
     StageRecord,
     SummaryRecord,
     TaskRecord,
@@ -29,7 +31,7 @@ from codesign.records import (
     VisitsRecord,
 )
 from codesign.trace import McapListener
-from codesign.trace.encoding import bared
+from codesign.trace.levels import bared
 
 FREE = np.array([[True, False, True], [True, True, True]])
 
@@ -49,6 +51,7 @@ def a_run(seed: int = 1) -> list[Record]:
         StageRecord(9_000_001, "fpga", 8_000_001, 1, 15, 1, 0, 0, 0, 0, potential / 2),
         TaskRecord(9_000_001, "host", "decide", 9_100_000, 99),
         TrajectoryRecord(9_100_000, "host", np.array([[1.0, 0.25], [0.0, 2.0]]), True),
+        SampleRecord(9_500_000, "fpga", "busy", "1", 0.25),
         UtilisationRecord(10_000_000, "fpga", 7_000_000, 10_000_000),
         UtilisationRecord(10_000_000, "pci", 0, 0),
         SummaryRecord(10_000_000, "system", {"time_ps": 10_000_000, "quality": {"share": 0.5, "note": "è"}}),
@@ -76,6 +79,7 @@ def a_mission() -> list[Record]:
         CommandRecord(4_000_000, "robot", 1, 0, 3_000_000, way, 2.5),
         MissionRecord(3_000_000, "robot", "plan_ready", "3 us"),
         PoseRecord(10**11, "robot", 1 / 3, 0.0, np.pi / 2, 0.5),
+        ScanRecord(10**11, "robot", 1 / 3, 0.0, 8.0, np.array([np.inf, 2.5, 0.1, 4.0])),
         ObstacleRecord(2 * 10**11, "world", cells, True),
         BeliefRecord(3 * 10**11, "robot", cells, np.array([True, True])),
         ObstacleRecord(15 * 10**11, "world", cells[:1], False),

@@ -2,25 +2,26 @@
 
 from __future__ import annotations
 
-import base64
-import errno
 import json
-import math
 import os
+import signal
+import subprocess
+import sys
+from collections.abc import Callable
 from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from trace_samples import FREE, PluginRecord, a_mission, a_run, write
+from trace_samples import FREE, PluginRecord, a_mission, a_run, same, write
 
 from codesign.errors import TraceError
-from codesign.frame import Frame
 from codesign.records import (
+    FieldRecord,
     MapRecord,
+    MessageRecord,
     ObstacleRecord,
-    PoseRecord,
     Record,
     StageRecord,
     SummaryRecord,
@@ -28,10 +29,16 @@ from codesign.records import (
     VisitsRecord,
 )
 from codesign.trace import McapListener, MemoryListener, open_trace
-from codesign.trace.encoding import MAX_ELEMENTS, MAX_MESSAGE_BYTES, RECORD_TYPES, encode, schema_of
-from codesign.trace.foxglove import Floor
+from codesign.trace.messages import (
+    RECORD_TYPES,
+    decode,
+    descriptor_set,
+    encode,
+    message_class,
+    schema_name,
+)
 from codesign.trace.scan import MAX_RECORD_BYTES
-from codesign.trace.views import SCENE_SCHEMA
+from codesign.trace.values import MAX_ELEMENTS, MAX_MESSAGE_BYTES
 
 
 def test_every_class_of_record_is_written_here() -> None:
@@ -51,70 +58,58 @@ def test_the_mcap_library_reads_it_with_its_checksums(tmp_path: Path) -> None:
         metadata = {item.name: item.metadata for item in reader.iter_metadata()}
     with path.open("rb") as stream:
         plain = list(NonSeekingReader(stream, validate_crcs=True).iter_messages(log_time_order=False))
-    assert (header.profile, header.library) == ("", "hwsw-codesign")
-    assert metadata == {"run": {"format": "1", "platform": "virtex4-pci"}}
-    assert json.loads(attachments["run.json"].data) == metadata["run"]
-    assert json.loads(attachments["result.json"].data) == {
-        "time_ps": 10_000_000,
-        "quality": {"share": 0.5, "note": "è"},
+    assert header.profile == ""
+    assert metadata == {
+        "run": {"format": "2", "library": "hwsw-codesign", "level": "blocks", "platform": "virtex4-pci"}
     }
-    assert {channel.topic for channel in summary.channels.values()} == {
+    assert json.loads(attachments["run.json"].data) == metadata["run"]
+    records = [each for each in plain if "record" in each[1].metadata]
+    assert {channel.topic for _, channel, _ in records} == {
         "/map", "/pci/message", "/fpga/visits", "/fpga/stage", "/host/task", "/trajectory",
-        "/fpga/utilisation", "/pci/utilisation", "/scene", "/summary",
+        "/fpga/utilisation", "/pci/utilisation", "/summary", "/fpga/sample",
     }  # fmt: skip
-    told = [message.sequence for _, channel, message in plain if channel.topic != "/scene"]
-    assert told == list(range(1, 12))
-    assert len(messages) == summary.statistics.message_count == 12
+    assert [channel.metadata["record"] for _, channel, _ in records] == [
+        type(record).__name__ for record in a_run()
+    ]
+    assert len(messages) == summary.statistics.message_count
     assert (summary.statistics.message_start_time, summary.statistics.message_end_time) == (0, 10_000)
-    for schema, channel, message in messages:
-        assert (channel.message_encoding, schema.encoding) == ("json", "jsonschema")
-        data = json.loads(message.data)
-        assert message.log_time == message.publish_time == data["time"] // 1000
-        assert data["source"] == channel.metadata["source"]
-        declared = json.loads(schema.data)
-        assert set(declared["required"]) <= set(data) <= set(declared["properties"])
+    assert [message.log_time for _, _, message in records] == [record.time // 1000 for record in a_run()]
+    for schema, channel, _ in messages:
+        assert (channel.message_encoding, schema.encoding) == ("protobuf", "protobuf")
 
 
-def test_the_map_and_the_potential_are_foxglove_grids() -> None:
-    map_record, stage = a_run()[0], a_run()[3]
-    data = json.loads(encode(map_record, Floor(Frame(2, 0.05))))
-    assert data["frame_id"] == "map"
-    assert data["cell_size"] == {"x": 0.05, "y": 0.05}
-    assert (data["column_count"], data["row_stride"], data["cell_stride"]) == (3, 3, 1)
-    assert data["fields"] == [{"name": "occupied", "offset": 0, "type": 1}]
-    # The y axis points up: the last row of the map comes first.
-    assert base64.b64decode(data["data"]) == bytes([0, 0, 0, 0, 1, 0])
-    data = json.loads(encode(stage))
-    assert data["timestamp"] == {"sec": 0, "nsec": 8000}
-    assert data["time"] == 8_000_001
-    assert (data["column_count"], data["row_stride"], data["cell_stride"]) == (3, 24, 8)
-    assert data["fields"] == [{"name": "potential", "offset": 0, "type": 8}]
-    assert isinstance(stage, StageRecord)
-    values = np.frombuffer(base64.b64decode(data["data"]), "<f8").reshape(2, 3)
-    assert np.array_equal(values[::-1], stage.potential)
+@pytest.mark.parametrize("record", a_run() + a_mission(), ids=lambda record: type(record).__name__)
+def test_the_embedded_schema_is_all_that_a_decoder_needs(record: Record) -> None:
+    from google.protobuf.descriptor_pb2 import FileDescriptorSet
+    from google.protobuf.descriptor_pool import DescriptorPool
+    from google.protobuf.message_factory import GetMessageClass
+
+    kind, pool = type(record), DescriptorPool()
+    for file in FileDescriptorSet.FromString(descriptor_set(kind)).file:
+        pool.Add(file)
+    message = GetMessageClass(pool.FindMessageTypeByName(schema_name(kind))).FromString(encode(record))
+    assert (message.time, message.source) == (record.time, record.source)
+    assert [field.name for field in message.DESCRIPTOR.fields] == [item.name for item in fields(kind)]
+    assert [field.number for field in message.DESCRIPTOR.fields] == list(range(1, len(fields(kind)) + 1))
 
 
-@pytest.mark.parametrize("record_type", RECORD_TYPES.values())
-def test_foxglove_can_read_the_schema(record_type: type[Record]) -> None:
-    """The rules of Foxglove's JSON schema reader, which gives up a whole channel where one is broken."""
+def test_arrays_are_stored_in_few_bytes_without_loss() -> None:
+    """0/1 as bits; float64 as float32 where that holds it exactly, NaN and infinities included."""
+    grid = np.array([[0.0, np.inf], [np.nan, 3.0]])
+    for values, dtype in ((grid, "float32"), (grid + 0.1, "float64"), (np.full((2, 2), 1e300), "float64")):
+        record = FieldRecord(0, "fpga", "distance", "cells", values)
+        message = message_class(FieldRecord).FromString(encode(record))
+        assert (list(message.values.shape), message.values.dtype) == ([2, 2], dtype)
+        assert same(decode(FieldRecord, encode(record)), record)
+    free = np.random.default_rng(1).random((5, 7)) < 0.5
+    record = MapRecord(0, "map", free, np.zeros((0, 2), np.int32), None)
+    assert len(message_class(MapRecord).FromString(encode(record)).free.data) == 5
+    assert same(decode(MapRecord, encode(record)), record)
 
-    def walk(schema: dict[str, Any]) -> None:
-        assert schema["type"] in {"boolean", "string", "number", "integer", "object", "array"}
-        assert schema.get("contentEncoding", "base64") == "base64"
-        if schema["type"] == "object":
-            for inner in schema["properties"].values():
-                walk(inner)
-        if schema["type"] == "array":
-            assert schema["items"]["type"] != "array"
-            assert "contentEncoding" not in schema["items"]
-            walk(schema["items"])
 
-    schema = json.loads(schema_of(record_type))
-    walk(json.loads(SCENE_SCHEMA))
-    assert schema["type"] == "object"
-    walk(schema)
-    names = {item.name for item in fields(record_type)}
-    assert names - {"free", "potential", "values"} <= set(schema["properties"])
+def test_a_missing_field_has_its_default() -> None:
+    message = message_class(MessageRecord)(time=1, source="pci", sender="host", end=2).SerializeToString()
+    assert decode(MessageRecord, message) == MessageRecord(1, "pci", "host", "", "", 0, 0, 2)
 
 
 def test_the_same_records_give_the_same_bytes(tmp_path: Path) -> None:
@@ -186,29 +181,56 @@ def test_a_place_that_cannot_be_written_is_an_error(tmp_path: Path) -> None:
         McapListener(tmp_path / "file" / "run.mcap")
 
 
-def test_a_full_disk_is_an_error_and_leaves_nothing(tmp_path: Path) -> None:
-    class Full:
-        def __init__(self, stream: Any) -> None:
-            self.stream, self.room = stream, 4000
-
-        def write(self, data: bytes) -> int:
-            self.room -= len(data)
-            if self.room < 0:
-                raise OSError(errno.ENOSPC, "No space left on device")
-            return int(self.stream.write(data))
-
-        def __getattr__(self, name: str) -> Any:
-            return getattr(self.stream, name)
-
+def test_a_full_disk_is_an_error_and_leaves_nothing(tmp_path: Path, capfd: Any) -> None:
+    """The limit of the size of files gives the operating system's own error, as a full disk does."""
+    resource = pytest.importorskip("resource")
     listener = McapListener(tmp_path / "run.mcap")
-    listener._writer._Writer__stream = Full(listener._stream)  # type: ignore[attr-defined]
     rng = np.random.default_rng(1)
-    noise = MapRecord(0, "host", rng.random((3000, 512)) < 0.5, np.zeros((1, 2), np.int32), None)
-    with pytest.raises(TraceError, match="No space left on device"):
-        listener(noise)
+    noise = MapRecord(0, "host", rng.random((3000, 5120)) < 0.5, np.zeros((1, 2), np.int32), None)
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (4000, before[1]))
+    try:
+        with pytest.raises(TraceError, match="cannot be written: File too large"):
+            listener(noise)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
     assert list(tmp_path.iterdir()) == []
     with pytest.raises(TraceError, match="is closed"):
         listener(a_run()[0])
+    assert capfd.readouterr() == ("", "")
+
+
+KILLED = """
+import os, signal, sys
+import numpy as np
+from codesign.records import MapRecord, TaskRecord
+from codesign.trace import McapListener
+listener = McapListener(sys.argv[1])
+listener(MapRecord(0, "map", np.ones((8, 8), bool), np.zeros((0, 2), np.int32), None))
+for number in range(200_000):
+    listener(TaskRecord(number, "host", f"task {number}", number + 1, 1))
+os.kill(os.getpid(), signal.SIGKILL)
+"""
+
+
+def test_a_killed_run_leaves_a_file_whose_complete_chunks_are_read(
+    tmp_path: Path, hwsw: Callable[..., Any]
+) -> None:
+    killed = subprocess.run([sys.executable, "-c", KILLED, tmp_path / "run.mcap"], check=False)
+    assert killed.returncode == -signal.SIGKILL
+    (part,) = tmp_path.iterdir()
+    assert part.name.endswith(".part")
+    trace = open_trace(part)
+    assert not trace.complete
+    tasks = list(trace.records(kinds=[TaskRecord]))
+    assert 100_000 < len(tasks) < 200_000
+    assert tasks == [TaskRecord(n, "host", f"task {n}", n + 1, 1) for n in range(len(tasks))]
+    info = hwsw("trace", "info", part)
+    assert info.exit_code == 0
+    assert "no, only the part before: the file is cut short" in info.output
+    # What was written ends at the end of a chunk, as each chunk is written whole.
+    assert part.stat().st_size > 500_000
 
 
 @dataclass(frozen=True)
@@ -221,13 +243,13 @@ class StrangeRecord(Record):
     [
         (SummaryRecord(0, "system", {"power": float("nan")}), "cannot be written as JSON"),
         (SummaryRecord(0, "system", {"power": object()}), "cannot be written as JSON"),
-        (TaskRecord(np.int64(3), "host", "a", 4, 1), "cannot be written as JSON"),  # type: ignore[arg-type]
+        (TaskRecord(3, "host", "a", "4", 1), "a TaskRecord cannot be written"),  # type: ignore[arg-type]
+        (TaskRecord(3, "host", None, 4, 1), "a field without a value"),  # type: ignore[arg-type]
         (MapRecord(0, "host", FREE, np.zeros((1, 2), np.int64), None), "goals is int64 in place of int32"),  # type: ignore[arg-type]
-        (MapRecord(0, "host", FREE.astype(np.uint8), np.zeros((1, 2), np.int32), None), "no grid"),  # type: ignore[arg-type]
+        (MapRecord(0, "host", FREE.astype(np.uint8), np.zeros((1, 2), np.int32), None), "free is uint8"),  # type: ignore[arg-type]
         (VisitsRecord(0, "fpga", 0, 0, 7, *[np.zeros(2**24 + 1, np.int32)] * 2), r"more than 2\^24"),
         (ObstacleRecord(0, "world", np.zeros(2, np.int32), True), "cells has shape"),
-        (PoseRecord(0, "robot", float("nan"), 0.0, 0.0, 0.0), "cannot be written as JSON"),
-        (StrangeRecord(0, "host", [1]), r"cannot hold StrangeRecord.what, a list\[int\]"),
+        (StrangeRecord(0, "host", [1]), r"what has the type list\[int\]"),
     ],
 )
 def test_what_a_trace_cannot_hold_is_refused(tmp_path: Path, record: Record, why: str) -> None:
@@ -237,9 +259,9 @@ def test_what_a_trace_cannot_hold_is_refused(tmp_path: Path, record: Record, why
 
 
 def test_a_message_that_no_reader_would_take_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("codesign.trace.encoding.MAX_MESSAGE_BYTES", 100)
+    monkeypatch.setattr("codesign.trace.messages.MAX_MESSAGE_BYTES", 100)
     with pytest.raises(TraceError, match="more than a reader accepts"):
-        encode(a_run()[3])
+        encode(StageRecord(9, "fpga", 0, 0, 7, 1, 1, 1, 1, 0, np.zeros((9, 9))))
 
 
 def test_records_of_a_plug_in_are_written_and_left_out_by_the_reader(tmp_path: Path) -> None:
@@ -276,10 +298,8 @@ def test_a_trace_follows_links_and_replaces_no_fifo(tmp_path: Path) -> None:
 
 
 def test_messages_and_records_may_hold_the_potential_of_the_largest_map() -> None:
-    """2^24 float64 cells, as base64 in JSON above the 2^27 bytes that once were the bound."""
-    base64_bytes = 4 * math.ceil(MAX_ELEMENTS * 8 / 3)
-    assert base64_bytes > 2**27
-    assert base64_bytes + 2**20 < MAX_MESSAGE_BYTES < MAX_RECORD_BYTES
+    """2^24 float64 cells."""
+    assert MAX_ELEMENTS * 8 + 2**20 < MAX_MESSAGE_BYTES < MAX_RECORD_BYTES
 
 
 @pytest.mark.parametrize("side", [512, pytest.param(4096, marks=pytest.mark.slow)])

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import io
 import json
+from collections.abc import Callable
 from dataclasses import fields
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -31,7 +33,9 @@ from codesign.trace import (
     timeline,
     trace_thumbnail,
 )
-from codesign.trace.encoding import decode, encode
+from codesign.trace.json_messages import decode_json
+from codesign.trace.messages import RECORD_TYPES, decode, encode
+from codesign.trace.scan import scan
 
 
 def exercise(trace: Trace) -> None:
@@ -88,10 +92,27 @@ def without_checksums(path: Path) -> None:
         writer.add_metadata("run", {"format": "1"})
         for record in a_run() + a_mission():
             names = {"record": type(record).__name__, "source": record.source}
-            channel = writer.register_channel("/any", "json", 0, names)
+            channel = writer.register_channel("/any", "protobuf", 0, names)
             writer.add_message(channel, record.time // 1000, encode(record), 0)
         writer.finish()  # type: ignore[no-untyped-call]
 
+
+@given(st.sampled_from(a_run() + a_mission()), st.data())
+@settings(max_examples=250)
+def test_only_trace_errors_come_out_of_mutated_messages(record: Record, data: st.DataObject) -> None:
+    """A message with some bytes replaced is a good record or an error."""
+    message = bytearray(encode(record))
+    for _ in range(data.draw(st.integers(1, 3))):
+        place = data.draw(st.integers(0, len(message)))
+        new = data.draw(st.binary(max_size=6))
+        message[place : place + data.draw(st.integers(0, 6))] = new
+    check(record, lambda: decode(type(record), bytes(message)))
+
+
+OLD = {
+    name: [item for item in scan(Path(__file__).parent / "old" / f"{name}.mcap")]
+    for name in ("records", "mission")
+}
 
 values = st.recursive(
     st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=8),
@@ -100,19 +121,41 @@ values = st.recursive(
 )  # fmt: skip
 
 
-@given(st.sampled_from(a_run() + a_mission()), st.data())
+def old_messages() -> list[tuple[type[Record], bytes]]:
+    """The messages of records of the files of the first format."""
+    messages = []
+    for items in OLD.values():
+        kinds = {item.id: item.metadata.get("record", "") for item in items if hasattr(item, "topic")}
+        messages += [
+            (RECORD_TYPES[kinds[item.channel_id]], item.data)
+            for item in items
+            if kinds.get(getattr(item, "channel_id", None)) in RECORD_TYPES
+        ]
+    return messages
+
+
+@given(st.sampled_from(old_messages()), st.data())
 @settings(max_examples=250)
-def test_only_trace_errors_come_out_of_mutated_messages(record: Record, data: st.DataObject) -> None:
+def test_only_trace_errors_come_out_of_mutated_messages_in_json(
+    old: tuple[type[Record], bytes], data: st.DataObject
+) -> None:
     """A message with one value replaced, one level down in arrays too, is a good record or an error."""
-    message = json.loads(encode(record))
+    record_type, text = old
+    message = json.loads(text)
     key = data.draw(st.sampled_from(sorted(message)))
     if isinstance(message[key], dict) and message[key] and data.draw(st.booleans()):
         message[key][data.draw(st.sampled_from(sorted(message[key])))] = data.draw(values)
     else:
         message[key] = data.draw(values)
+    check(decode_json(record_type, text), lambda: decode_json(record_type, json.dumps(message).encode()))
+
+
+def check(record: Record, make: Callable[[], Record]) -> None:
+    """What ``make`` gives is an error of traces, or has fields of the types of ``record``."""
     try:
-        back = decode(type(record), json.dumps(message).encode())
+        back = make()
     except TraceError:
         return
     for item in fields(back):
-        assert isinstance(getattr(back, item.name), type(getattr(record, item.name)) | type(None))
+        either = type(getattr(record, item.name)) | type(None) | np.ndarray
+        assert isinstance(getattr(back, item.name), either | float)

@@ -16,7 +16,7 @@ from trace_samples import PluginRecord, a_run, write
 from codesign.errors import TraceError, printable
 from codesign.records import MapRecord, MessageRecord, StageRecord, TrajectoryRecord
 from codesign.trace import open_trace, thumbnail, timeline, trace_thumbnail
-from codesign.trace.encoding import RECORD_TYPES, schema_name, topic_of
+from codesign.trace.messages import RECORD_TYPES, schema_name, topic_of
 from codesign.trace.show import SHADES, WALL, row_of
 
 TIMELINE = """
@@ -28,6 +28,7 @@ TIMELINE = """
 8 us|1 us|fpga|stage 1|p = 15: 1 sweep; 0 local maxima
 9 us|100 ns|host|task decide|99 cycles
 9.1 us||host|trajectory|(1, 0.25) to (0, 2), 2.016 cells long, arrives
+9.5 us||fpga|sample|busy 0.25
 10 us||fpga|utilisation|busy 7 us, 70.0% of 10 us
 10 us||pci|utilisation|busy 0 ps, no time
 10 us||system|result|2 figures
@@ -77,15 +78,16 @@ def test_the_facts_of_a_trace(tmp_path: Path) -> None:
         "size": f"{path.stat().st_size:,} bytes",
         "complete": "yes",
         "written by": "hwsw-codesign",
-        "messages": "12",
+        "messages": str(info.messages),
         "simulated time": "0 ps to 10 us",
-        "run.format": "1",
+        "run.format": "2",
+        "run.library": "hwsw-codesign",
+        "run.level": "blocks",
         "run.platform": "virtex4-pci",
-        "attachment run.json": "47 bytes",
-        "attachment result.json": f"{len(info.attachments['result.json'].data)} bytes",
+        "attachment run.json": f"{len(info.attachments['run.json'].data)} bytes",
     }
-    assert info.channel_rows()[0] == ("/map", "foxglove.Grid", 1)
-    assert sum(count for _, _, count in info.channel_rows()) == 12
+    assert info.channel_rows()[0] == ("/map", "codesign.MapRecord", 1)
+    assert sum(count for _, _, count in info.channel_rows()) == info.messages
 
 
 def test_the_docs_name_every_record_and_topic() -> None:
@@ -100,6 +102,8 @@ def test_the_docs_name_every_record_and_topic() -> None:
         "CommandRecord": "robot",
         "PositionsRecord": "fleet",
         "ObstacleRecord": "map",
+        "ScanRecord": "robot",
+        "SampleRecord": "uart",
     }
     for name, record_type in RECORD_TYPES.items():
         topic = topic_of(record_type, sources.get(name, "fpga"))

@@ -199,7 +199,7 @@ class Pilot:
 
     def _tell_command(self, command: Command, plan: ActivePlan, look: Look, composed: int) -> None:
         machine = self.machine
-        if machine.listening:
+        if machine.wants(CommandRecord):
             name, sent = self.scene.robot.name, (plan.number, look.at, composed)
             machine.tell(CommandRecord(machine.now, name, *sent, command.path.points, command.end))
 

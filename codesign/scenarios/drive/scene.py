@@ -120,7 +120,7 @@ class Scene:
         self.clearance = Clearance()
         self.clearance.stand(self.world.free_now, self.robot.position)
         machine.by_name[name] = self.robot
-        tell_map(machine, self.world.free_now.copy(), self.resolution)
+        tell_map(machine, self.world.free_now.copy(), self.resolution, self.robot.radius_cells)
         self._tell_robot(spec)
         self._tell_waiting(0)
 

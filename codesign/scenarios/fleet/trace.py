@@ -42,7 +42,7 @@ class FleetTrace:
         if not self._machine.listening:
             return
         problem = self._machine.system.problem
-        tell_map(self._machine, problem.free, problem.resolution)
+        tell_map(self._machine, problem.free, problem.resolution, self._work.radius)
         self._positions()
 
     def began(self) -> None:
@@ -61,7 +61,8 @@ class FleetTrace:
         slowest, task = self._work.slowest, self._machine.system.planner.planning_task
         clock = fpgas[0].clock
         first = clock.cycle_at_or_after(begin)
-        for robot in range(len(fpgas)) if len(fpgas) <= TASK_OF_EACH else (slowest,):
+        several = range(len(fpgas)) if len(fpgas) <= TASK_OF_EACH else (slowest,)
+        for robot in several if self._machine.wants(TaskRecord) else ():
             cycles = int(self._work.cycles[robot])
             times = clock.edge(first), clock.edge(first + cycles)
             self._machine.tell(TaskRecord(times[0], fpgas[robot].name, task, times[1], cycles))

@@ -150,7 +150,7 @@ def _each_visit(run: _Run, costs: Costs, detect: bool) -> _StageSteps:
             field, fault = item.field, item.fault
             if stage_end := costs.stage_end(item.stage.precision):
                 yield replace(one_step(STAGE_END, stage_end, costs.ram_addresses), phase=RELAX)
-            yield Step(RELAX, np.zeros(0, np.int64), _stage_record(item, clock))
+            yield Step(RELAX, np.zeros(0, np.int64), _stage_record(item, clock), makes=StageRecord)
     assert field is not None, "a schedule has at least one stage"
     return stages, field, fault
 
@@ -174,7 +174,7 @@ def _each_sweep(run: _Run, batch: VisitBatch, costs: Costs, clock: _StageClock) 
 
 def _visits_step(run: _Run, batch: VisitBatch, costs: Costs, clock: _StageClock) -> Step:
     cycles = costs.visits(batch.precision, single_visits(run.parameters, batch))
-    return Step(RELAX, cycles, _visits_record(batch, clock), costs.ram_addresses)
+    return Step(RELAX, cycles, _visits_record(batch, clock), costs.ram_addresses, makes=VisitsRecord)
 
 
 def single_visits(parameters: RelaxParameters, batch: VisitBatch) -> Visits:

@@ -111,8 +111,9 @@ class Host(HostStyle):
         *earlier, last = self._relaxation(plan.solution, problem.shape, BATCHES if job.detail else 1)
         if job.detail:
             clock = _StageClock()
-            earlier = [replace(step, record=clock.note) for step in earlier]
-            last = replace(last, record=_stage_record(plan.solution, int(search.flat().sum()), clock))
+            earlier = [replace(step, record=clock.note, makes=StageRecord) for step in earlier]
+            record = _stage_record(plan.solution, int(search.flat().sum()), clock)
+            last = replace(last, record=record, makes=StageRecord)
         yield from (*earlier, last)
         if job.does(SEARCH):
             # Without a start the answer is a single step.

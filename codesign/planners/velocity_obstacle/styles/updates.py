@@ -41,6 +41,11 @@ class Updates(FleetUpdates):
         return None if self.loop.departure is None else str(self.loop.departure)
 
     @property
+    def radius(self) -> float:
+        """The radius of each robot's body, cells."""
+        return self._radius
+
+    @property
     def done(self) -> int:
         """How many updates are done."""
         return self.loop.updates
