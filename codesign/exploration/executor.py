@@ -210,15 +210,18 @@ class _Processes:
         future.add_done_callback(lambda future: self._events.put((seat, future)))
 
     def _hand_out(self, queue: WorkQueue) -> None:
-        """Give each worker a batch, and then each a second one; until a plan was computed, one work to the first."""
-        for depth in range(BATCHES_AHEAD):
+        """Give each worker a batch, and then each a second one; until a plan was computed, one work to the first.
+
+        Until all workers run, each has one work at a time: the first one would take those of the others.
+        """
+        full = queue.compiled and len(self._ready) == self._workers
+        for depth in range(BATCHES_AHEAD if full else 1):
             for seat in [*self._ready]:
                 if not queue.compiled and self._under_way:
                     return
                 if len(seat.batches) <= depth:
-                    count = self._size.works if queue.compiled else 1
-                    batch = drawn(queue, seat.number, seat.works, count)
-                    if batch:
+                    count = self._size.works if full else 1
+                    if batch := drawn(queue, seat.number, seat.works, count):
                         self._send(seat, batch, queue)
 
     def _send(self, seat: _Seat, batch: list[Work], queue: WorkQueue) -> None:

@@ -10,6 +10,7 @@ import numpy as np
 import codesign
 from codesign.exploration.budget import Budget
 from codesign.exploration.dealing import MOST_WAITING, Dealer
+from codesign.exploration.evaluation import Pricer
 from codesign.exploration.executor import ProcessExecutor
 from codesign.exploration.explored import Explored
 from codesign.exploration.partition import Kin, Together, Work, parted
@@ -127,12 +128,10 @@ def test_the_kins_of_the_labyrinth_are_its_blocks_and_iterations() -> None:
     assert sorted(kins_of("labyrinth").values()) == [18] * 49
 
 
-def test_two_processes_compute_each_kin_in_one_of_them_but_what_one_took_over() -> None:
+def test_two_processes_compute_works_of_several_kins_once_each() -> None:
     explored = Explored.of(codesign.load_platform("virtex4-pci"), codesign.load_workload(STAGES))
     space = Space(explored.section.every_axis, "")
     whole = list(parted(explored, space, np.arange(len(space))))
-    from codesign.exploration.evaluation import Pricer
-
     came = list(ProcessExecutor(2).run(whole, Pricer(explored, space)))
     assert sorted(index for done in came for index in done.work.indices) == list(range(len(space)))
     assert all(done.together for done in came)

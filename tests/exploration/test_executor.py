@@ -169,6 +169,7 @@ def start(tmp_path: Path) -> tuple[subprocess.Popen[str], list[int]]:
     until = time.monotonic() + 60
     while len(computed(log)) < 3 and time.monotonic() < until:
         time.sleep(0.05)
+    assert len(computed(log)) == 3, "each worker has one work in hand"
     return process, sorted({int(line.split()[1]) for line in log.read_text().splitlines()})
 
 
@@ -221,7 +222,7 @@ if __name__ == "__main__":
 def test_ctrl_c_while_work_is_handed_over_leaves_no_worker_and_nothing_to_wait_for(
     tmp_path: Path, submission: int
 ) -> None:
-    """At 1 and 4 a worker has just been started; the end of the process waits for all of them."""
+    """At 1 and 2 a worker has just been started; the end of the process waits for all of them."""
     script = tmp_path / "script.py"
     script.write_text(STRUCK)
     process = subprocess.run(
