@@ -54,10 +54,16 @@ class Memo:
             return kept_answer
         self.misses += 1
         answer = compute()
-        self._keep(key, answer)
+        self.keep(key, answer)
         return answer
 
-    def _keep(self, key: tuple[Any, ...], answer: Any) -> None:
+    def held(self, key: tuple[Any, ...]) -> Any:
+        """The answer kept under ``key``; None where none is."""
+        entry = self._kept.get(key)
+        return None if entry is None else entry[0]
+
+    def keep(self, key: tuple[Any, ...], answer: Any) -> None:
+        """Keep an answer that is there already, in the place of an earlier one."""
         size = approximate_bytes(key) + approximate_bytes(answer)
         if size > self.max_bytes:
             return

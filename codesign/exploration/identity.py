@@ -11,6 +11,7 @@ import contextlib
 import hashlib
 import os
 from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field
 from functools import cache, lru_cache
 from importlib.machinery import EXTENSION_SUFFIXES, SOURCE_SUFFIXES
 from importlib.resources import files
@@ -155,7 +156,12 @@ def files_read(explored: Explored) -> dict[Path, str]:
 
 def digests_of(files: Iterable[Path]) -> dict[Path, str]:
     """SHA-256 over what each file holds; one that cannot be read counts as empty."""
-    return {file: _digest_by_status(file) for file in files}
+    statuses = {file: _status(file) for file in files}
+    # Asked after each work, and hardly ever anything has changed.
+    if statuses != _last.statuses:
+        digests = {file: _digest_at(file, status) for file, status in statuses.items()}
+        _last.statuses, _last.digests = statuses, digests
+    return _last.digests
 
 
 def _listed(folder: Path) -> tuple[Path, ...]:
@@ -172,19 +178,31 @@ def _paths(folder: Path, names: tuple[str, ...]) -> tuple[Path, ...]:
     return tuple(folder / name for name in names)
 
 
-def _digest_by_status(file: Path) -> str:
-    """The digest of a file; it is read again if its status has changed since."""
+_Status = tuple[int, int, int, int, int] | None
+"""What tells that a file was changed; None of one that cannot be read."""
+
+
+@dataclass
+class _Last:
+    """The files that digests were asked of last: their statuses, and the digests."""
+
+    statuses: dict[Path, _Status] = field(default_factory=dict)
+    digests: dict[Path, str] = field(default_factory=dict)
+
+
+_last = _Last()
+
+
+def _status(file: Path) -> _Status:
     try:
         status = os.stat(file)
     except OSError:
-        return _digest_of_files((file,))
-    return _digest_at(
-        file, status.st_dev, status.st_ino, status.st_size, status.st_mtime_ns, status.st_ctime_ns
-    )
+        return None
+    return status.st_dev, status.st_ino, status.st_size, status.st_mtime_ns, status.st_ctime_ns
 
 
 @lru_cache(maxsize=4096)
-def _digest_at(file: Path, *_status: int) -> str:
+def _digest_at(file: Path, _status: _Status) -> str:
     return _digest_of_files((file,))
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+import gc
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
@@ -29,6 +31,7 @@ from codesign.results.provenance import Provenance
 from codesign.results.result import Result
 
 _SECONDS_BETWEEN = 0.5
+_OBJECTS_UNTIL_COLLECTED = 50_000
 
 
 @dataclass(frozen=True)
@@ -54,6 +57,17 @@ class Progress:
     elapsed_s: float
     left_s: float | None
     doing: str = ""
+
+
+@contextlib.contextmanager
+def _seldom_collected() -> Iterator[None]:
+    """Search for cycles of objects seldom: work makes many objects, few cycles, and what it keeps only grows."""
+    before = gc.get_threshold()
+    gc.set_threshold(_OBJECTS_UNTIL_COLLECTED, *before[1:])
+    try:
+        yield
+    finally:
+        gc.set_threshold(*before)
 
 
 class Tally:
@@ -107,7 +121,8 @@ class Tally:
     ) -> Iterator[Done]:
         """What comes in of works, timed: ``left_s`` is known from now on."""
         self._pace, self._budget = ExplorationPace(works, len(self.space), workers), budget
-        return self._pace.watched(coming)
+        with _seldom_collected():
+            yield from self._pace.watched(coming)
 
     def take(self, done: Done) -> None:
         """Take what was computed."""

@@ -9,7 +9,11 @@ from typing import Any, TypedDict
 import numpy as np
 from numpy.typing import NDArray
 
+from codesign.memo import Memo
 from codesign.planners.interface import Cell, Problem
+
+_of_maps = Memo(max_bytes=64 * 2**20)
+"""What all plans on one map share. Larger maps are computed each time."""
 
 
 class PathsQuality(TypedDict):
@@ -33,15 +37,13 @@ def judge_paths(problem: Problem, paths: Iterable[tuple[Cell, NDArray[Any] | Non
     A length is compared with the shortest 8-connected path without corner cutting. A start on a goal has no ratio. The
     mean clearance weights every piece of a path by its length.
     """
-    from codesign.maps.reach import clearance, distance_octile
-
     tried = list(paths)
     arrived = [(start, points) for start, points in tried if points is not None]
     ratios: list[float] = []
     along = length = 0.0
     least: list[float] = []
     if arrived:
-        shortest, room = distance_octile(problem.free, problem.goals), clearance(problem.free)
+        shortest, room = _of_maps.get(("paths", problem.map_digest), lambda: _lengths_and_room(problem))
         for start, points in arrived:
             pieces = np.sqrt((np.diff(points, axis=0) ** 2).sum(axis=1))
             cells = np.floor(points + 0.5).astype(np.int64)
@@ -61,11 +63,19 @@ def judge_paths(problem: Problem, paths: Iterable[tuple[Cell, NDArray[Any] | Non
     )
 
 
+def _lengths_and_room(problem: Problem) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Of each cell, the length of the shortest path to a goal, and the distance to the nearest obstacle."""
+    from codesign.maps.reach import clearance, distance_octile
+
+    return distance_octile(problem.free, problem.goals), clearance(problem.free)
+
+
 def by_sides(problem: Problem) -> NDArray[np.bool_]:
     """``Planner.reachable`` of planners that move across the sides of cells, or diagonally without cutting a corner."""
     from codesign.maps.reach import reachable
 
-    return reachable(problem.free, problem.goals)
+    key = "by sides", problem.map_digest
+    return _of_maps.get(key, lambda: reachable(problem.free, problem.goals)).copy()
 
 
 class ArrivalQuality(TypedDict):

@@ -78,26 +78,25 @@ class TaskGraph:
 # Every machine has a graph, and there are few shapes.
 @lru_cache(maxsize=256)
 def _cycle(tasks: tuple[str, ...], edges: tuple[tuple[str, str], ...]) -> tuple[str, ...]:
-    import networkx
-
-    try:
-        return tuple(edge[0] for edge in networkx.find_cycle(_graph(tasks, edges)))
-    except networkx.NetworkXNoCycle:
+    if len(_order(tasks, edges)) == len(tasks):
         return ()
-
-
-@lru_cache(maxsize=256)
-def _order(tasks: tuple[str, ...], edges: tuple[tuple[str, str], ...]) -> tuple[str, ...]:
-    import networkx
-
-    place = {task: index for index, task in enumerate(tasks)}
-    return tuple(networkx.lexicographical_topological_sort(_graph(tasks, edges), key=place.__getitem__))
-
-
-def _graph(tasks: tuple[str, ...], edges: tuple[tuple[str, str], ...]) -> networkx.MultiDiGraph[str]:
+    # Imported for a mistake only: it takes longer than a thousand orders.
     import networkx
 
     graph: networkx.MultiDiGraph[str] = networkx.MultiDiGraph()
     graph.add_nodes_from(tasks)
     graph.add_edges_from(edges)
-    return graph
+    return tuple(edge[0] for edge in networkx.find_cycle(graph))
+
+
+@lru_cache(maxsize=256)
+def _order(tasks: tuple[str, ...], edges: tuple[tuple[str, str], ...]) -> tuple[str, ...]:
+    """The tasks in order; without those of a circle, and those after it."""
+    order: list[str] = []
+    while ready := [
+        task
+        for task in tasks
+        if task not in order and all(sender in order for sender, receiver in edges if receiver == task)
+    ]:
+        order.append(ready[0])
+    return tuple(order)

@@ -78,7 +78,8 @@ def intervals_of(
     ledgers = [_of_some(each.ledger, chosen) for each in played]
     replans = played[0].first is not played[0].ledger
     first = _of_some(played[0].first, chosen) if replans else ledgers[0]
-    terms = plan_terms(_Ran(system, specs), first, [ledgers[number] for number in of_starts], powers)
+    requests = [ledgers[number] for number in of_starts]
+    terms = plan_terms(_Ran(system, specs), first, requests, powers, ends_only=True)
     return dict(terms.intervals((*TIMES, "energy_j")))
 
 

@@ -181,8 +181,12 @@ class _Ends:
         key = tuple(map(_key, plan))
         held = self._sums.get(key)
         if held is None:
-            bounds = list(map(self.of, plan, key))
-            held = sum((low for low, _ in bounds), 0.0), sum((high for _, high in bounds), 0.0)
+            low: Any = 0.0
+            high: Any = 0.0
+            for monomial, own in zip(plan, key, strict=True):
+                least, most = self.of(monomial, own)
+                low, high = low + least, high + most
+            held = low, high
             if None not in key:
                 self._sums[key] = held
         return held
@@ -218,7 +222,7 @@ class _Ends:
 
 def _key(monomial: Monomial) -> Any:
     """What its bounds depend on besides the inputs; None where its amount is an array."""
-    if np.ndim(monomial.amount):
+    if isinstance(monomial.amount, np.ndarray):
         return None
     return monomial.amount, tuple(monomial.powers.items()), monomial.divide, monomial.by
 
@@ -242,7 +246,7 @@ def _drawn(plan: Plan, draws: Sequence[Draw]) -> tuple[Monomial, ...]:
     return tuple(
         Monomial(amount, dict(powers), divide, by)
         for amount, (powers, divide, by) in zip(sums, products, strict=True)
-        if np.any(amount)
+        if (amount.any() if isinstance(amount, np.ndarray) else amount)
     )
 
 

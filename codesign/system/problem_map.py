@@ -18,7 +18,7 @@ from codesign.inputs.map_spec import FileMap
 from codesign.inputs.places import Point, ScenarioLine, cell_text, point_text
 from codesign.inputs.problem import ProblemSpec
 from codesign.maps import Crop, MovingAiScenario, OccupancyGrid, Steps
-from codesign.memo import Memo
+from codesign.memo import Memo, Same
 from codesign.planners.interface import Problem
 
 Cell = tuple[int, int]
@@ -119,7 +119,11 @@ class Places:
             self.starts = _grids.get(key, lambda: _drawn(grid, self.goals, starts.count, starts.seed))
 
     def problem(self) -> Problem:
-        """The cropped problem."""
+        """The cropped problem: one object for all points of a study that ask the same of one map."""
+        key = "problem", Same(self._grid), self._problem.map.crop, self.goals, self.starts, self.lengths
+        return _grids.get(key, self._cropped)
+
+    def _cropped(self) -> Problem:
         grid, wanted = self._grid, self._problem.map
         named = () if wanted.crop is Crop.NONE else (*self.goals, *self.starts)
         window = maps.window(grid, wanted.crop, named)

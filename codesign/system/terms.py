@@ -66,7 +66,14 @@ class Ran(Protocol):
         """Picoseconds after which a link sends a message again."""
 
 
-def plan_terms(machine: Ran, first: Ledger, requests: Sequence[Ledger], boards: Mapping[str, Power]) -> Terms:
+def plan_terms(
+    machine: Ran,
+    first: Ledger,
+    requests: Sequence[Ledger],
+    boards: Mapping[str, Power],
+    *,
+    ends_only: bool = False,
+) -> Terms:
     """The terms of a task's times, and of the energy of a request.
 
     Args:
@@ -74,12 +81,13 @@ def plan_terms(machine: Ran, first: Ledger, requests: Sequence[Ledger], boards: 
         first: of the chain of the first plan.
         requests: of the chain of each request; those that are alike are one object.
         boards: the power of each FPGA; see ``energy.board_powers``.
+        ends_only: the terms are made for ``Terms.intervals`` alone: their seconds and watts stay 0.
     """
     distinct = tuple({id(ledger): ledger for ledger in requests}.values())
     open_ = next(filter(None, (_open(machine, ledger) for ledger in (first, *distinct))), "")
     if open_:
         return Terms(inputs={}, times={}, draws=(), open=dict.fromkeys((*TIMES, "energy_j"), open_))
-    pricing = _Pricing(machine)
+    pricing = _Pricing(machine, ends_only)
     ledgers = {id(ledger): ledger for ledger in (first, *distinct)}
     plans = {key: pricing.plan(ledger) for key, ledger in ledgers.items()}
     times = {
@@ -144,10 +152,10 @@ def _open_energy(system: System) -> str:
 
 
 class _Pricing:
-    """Collects the inputs that terms rest on."""
+    """Collects the inputs that terms rest on. ``ends_only``: see ``plan_terms``."""
 
-    def __init__(self, machine: Ran) -> None:
-        self.machine, self.system = machine, machine.system
+    def __init__(self, machine: Ran, ends_only: bool) -> None:
+        self.machine, self.system, self.ends_only = machine, machine.system, ends_only
         self.inputs: dict[str, Figure] = {}
         self.values: dict[str, Any] = {}
         self._waits: Counter[str] = Counter()
@@ -172,8 +180,12 @@ class _Pricing:
         self, work: Work, amount: float, powers: dict[str, int], divide: int = 0, by: tuple[str, ...] = ()
     ) -> Term:
         """A term with its seconds; ``Work.unit`` is no matter."""
-        seconds = Monomial(amount, powers, divide, by).at(self.values)
+        seconds = self._at(Monomial(amount, powers, divide, by))
         return Term(amount, powers, divide, by, work.where, work.what, seconds, work.what not in WAITS)
+
+    def _at(self, monomial: Monomial) -> Any:
+        """The value of a term or draw at the values of its inputs."""
+        return 0.0 if self.ends_only else monomial.at(self.values)
 
     def plan(self, ledger: Ledger) -> Plan:
         """The terms of a chain."""
@@ -280,7 +292,7 @@ class _Pricing:
                 yield from self._busy_or_waiting(name)
 
     def _draw(self, where: str, when: When, amount: float, powers: dict[str, int], beside: str = "") -> Draw:
-        watts = Monomial(amount, powers).at(self.values)
+        watts = self._at(Monomial(amount, powers))
         return Draw(amount, powers, 0, (), where, when, watts, beside)
 
     def _busy_or_waiting(self, name: str) -> Iterator[Draw]:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codesign.errors import RunError
-from codesign.planners.harmonic.plan import kernels, limbs
+from codesign.planners.harmonic.plan import kernels
 from codesign.planners.harmonic.plan.arguments import Arguments
 from codesign.planners.harmonic.plan.fixed_point import Field, limbs_needed
 from codesign.planners.harmonic.plan.layout import (
@@ -18,6 +18,13 @@ from codesign.planners.harmonic.plan.layout import (
     make_layout,
     make_state,
     segmented,
+)
+from codesign.planners.harmonic.plan.limbs import (
+    count_local_maxima,
+    fill_mask,
+    fill_residual,
+    raise_field,
+    residual_bits,
 )
 from codesign.planners.harmonic.plan.stages import Stage, StageEnd, VisitBatch
 
@@ -45,7 +52,6 @@ class Engine:
         budget: int = BUDGET,
         transposed: bool | None = None,
     ) -> None:
-        # The arguments are not kept: their start would take as much memory again as the values.
         self._iterations = arguments.iterations
         self.published = arguments.termination == "published"
         self._budget = budget
@@ -55,19 +61,19 @@ class Engine:
         self._transposed = better_transposed(block) if transposed is None else transposed
         if self._transposed:
             shape, block = shape[::-1], block[::-1]
-        self._precision = arguments.start.precision
-        self._limbs = self._turned(arguments.start.limbs)
+        self._field = arguments.start
+        limbs = self._turned(self._field.limbs)
         self._movable = self._turned(arguments.movable)
         self._candidates = self._movable
-        bits, negative = limbs.residual_bits(self._limbs, self._movable)
+        bits, negative = residual_bits(limbs, self._movable)
         self._signed = bool(negative)
         # r always has its two low planes, and a sign in two's complement.
         # At the start of a stage r = N + E + S + W - 4H of its first values, and d = 0.
         count = max(bits, 2) + self._signed
         self._layout = make_layout(shape, block, count + self._spare, self._transposed)
         self._state = make_state(self._layout, self._signed)
-        limbs.fill_mask(self._layout, self._movable, self._state.mask)
-        limbs.fill_residual(self._layout, self._limbs, self._movable, self._state.residual, count)
+        fill_mask(self._layout, self._movable, self._state.mask)
+        fill_residual(self._layout, limbs, self._movable, self._state.residual, count)
         self._state.width[:] = self._state.active[:] = count - 2
 
     def _turned(self, array: NDArray[Any]) -> NDArray[Any]:
@@ -85,13 +91,16 @@ class Engine:
         precision: int,
         most_sweeps: int | None = None,
         promote_after: int | None = None,
+        converged: StageEnd | None = None,
     ) -> Iterator[VisitBatch | StageEnd]:
         """One stage at ``precision``, not below that of the stage before.
 
         Raises RunError if it would never end. With ``most_sweeps`` it ends with a fault at that number of sweeps, or at
         the sweep that shows that the values repeat. With ``promote_after`` it ends without a fault at that number.
+        ``converged``: the end of another stage at this precision with the same field, should this one settle: the
+        values need not be read from the planes again.
         """
-        self._lift(precision - self._precision)
+        self._lift(precision - self._field.precision)
         layout = self._layout
         control = np.zeros(kernels.CONTROL_SIZE, np.int64)
         control[kernels.POWER] = 1
@@ -136,11 +145,16 @@ class Engine:
             if status == kernels.RUNNING and most_sweeps is not None and visits == most_sweeps * blocks:
                 fault = f"at {precision} bits the values have not settled after {most_sweeps:,} sweeps"
                 break
-        self._settle(precision)
-        maxima = int(limbs.count_local_maxima(self._limbs, self._candidates))
+        self._forget("ring", "visit", "snapshot")
+        if converged is not None and self.settled:
+            maxima, self._field = converged.stage.local_maxima, converged.field
+        else:
+            limbs = self._raised(precision)
+            maxima = int(count_local_maxima(limbs, self._candidates))
+            self._field = Field(self._turned(limbs), precision)
         promoted &= status != kernels.CONVERGED and not fault
         stage = Stage(precision, int(control[kernels.SWEEPS]), visits, iterations, maxima, promoted)
-        yield StageEnd(stage_index, stage, Field(self._turned(self._limbs), precision), fault)
+        yield StageEnd(stage_index, stage, self._field, fault)
 
     def _grow(self) -> None:
         """Allocate more planes in the middle of a stage."""
@@ -198,17 +212,17 @@ class Engine:
         """Free the planes that the stage no longer needs: most of the memory where blocks are large."""
         self._state = self._state._replace(**dict.fromkeys(names, np.empty(0, np.uint64)))
 
-    def _settle(self, precision: int) -> None:
-        """h = (h << shift) + d: the values at the end of the stage."""
-        self._forget("ring", "visit", "snapshot")
+    def _raised(self, precision: int) -> NDArray[np.uint64]:
+        """h = (h << shift) + d: the values at the end of the stage, as limbs of the layout."""
+        before = self._field
         raised = np.empty((*self._movable.shape, limbs_needed(precision)), np.uint64)
-        limbs.raise_field(
+        raise_field(
             self._layout,
-            self._limbs,
-            precision - self._precision,
+            self._turned(before.limbs),
+            precision - before.precision,
             self._state.odometer,
             self._state.odometer_width,
             self._signed,
             raised,
         )
-        self._limbs, self._precision = raised, precision
+        return raised

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from codesign.errors import InputError
+from codesign.memo import Memo
 from codesign.planners.harmonic.plan.decision import Rule
 from codesign.planners.harmonic.plan.fixed_point import Field
 from codesign.planners.harmonic.plan.trajectory import DEFAULT_STEP, Ascent
 from codesign.planners.interface import Problem
-from codesign.planners.paths import judge_arrival, judge_paths
+from codesign.planners.paths import by_sides, judge_arrival, judge_paths
 from codesign.planners.quality import Quality
 
 _CONSECUTIVE_ITERATIONS = 64
+_converged = Memo(max_bytes=64 * 2**20)
 
 
 def quality(
@@ -33,10 +35,8 @@ def quality(
     Raises:
         MapError: a goal is unusable. InputError: a start is not in a free cell, or another argument is unusable.
     """
-    from codesign.maps.reach import reachable
-
     ascent = Ascent(field, problem.free, problem.goals, rule=rule, step=step)
-    cells = reachable(problem.free, problem.goals) & ~ascent.goal
+    cells = by_sides(problem) & ~ascent.goal
     trajectories = ((start, ascent.follow(start)) for start in problem.starts)
     paths = ((start, trajectory.points if trajectory.arrived else None) for start, trajectory in trajectories)
     return Quality(
@@ -52,23 +52,32 @@ def wrong_cells(problem: Problem, field: Field, *, from_below: bool = True) -> i
 
     A run from below that ended early is still below that fixed point. So relaxing it further leads there (monotone
     from below), with a single sweep where nothing is wrong. A run from above may have settled at another fixed point.
-    So the least one is computed anew from a lower bound; None where the map is too large for that.
+    So the least one is computed anew from a lower bound; None where the map is too large for that. It is one field for
+    all runs on a map at one precision, so it is kept.
     """
+    key = problem.map_digest, field.precision
+    try:
+        settled = _converged.get(key, lambda: _least_fixed_point(problem, field, from_below))
+    except InputError:
+        if from_below:
+            raise
+        return None
+    return int((settled.limbs != field.limbs).any(axis=2).sum())
+
+
+def _least_fixed_point(problem: Problem, field: Field, from_below: bool) -> Field:
+    """Raises InputError: a run that began above, on a map that is too large for bounds."""
     from codesign.planners.harmonic.plan.precision import converged_field
     from codesign.planners.harmonic.plan.relax import stage_cost
 
-    if from_below:
-        _, settled = stage_cost(
-            problem.free,
-            problem.goals,
-            field,
-            field.precision,
-            block=problem.shape,
-            iterations=_CONSECUTIVE_ITERATIONS,
-        )
-    else:
-        try:
-            settled = converged_field(problem.free, problem.goals, field.precision)
-        except InputError:
-            return None
-    return int((settled.limbs != field.limbs).any(axis=2).sum())
+    if not from_below:
+        return converged_field(problem.free, problem.goals, field.precision)
+    _, settled = stage_cost(
+        problem.free,
+        problem.goals,
+        field,
+        field.precision,
+        block=problem.shape,
+        iterations=_CONSECUTIVE_ITERATIONS,
+    )
+    return settled

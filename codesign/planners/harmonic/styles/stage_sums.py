@@ -9,6 +9,9 @@ Three facts let designs on one map share what they compute:
 - A stage with the published termination makes the first sweeps of the one with the sound termination. If no visit of
   its last sweep changed a bit, the sound stage ends there too. If all blocks are settled, the sound stage makes one
   more sweep, in which each visit is the one iteration that sees that nothing changes. Else it goes on from there.
+
+A fourth fact spares the values: from below, a stage that settles leads to the least fixed point at its precision,
+whatever its start, blocks and iterations are. So its field is read from the bit planes once for each precision.
 """
 
 from __future__ import annotations
@@ -164,8 +167,14 @@ class StageRuns:
         visits = Visits.none(blocks)
         last: NDArray[np.int32] = np.zeros(0, np.int32)
         most = None if self.below else MOST_SWEEPS
-        for item in engine.run(0, precision, most, self.parameters.promote_after.get(precision)):
+        key = "harmonic converged", self.problem.map_digest, self.parameters.pockets, precision
+        memo = self.memo if self.below else None
+        converged = None if memo is None else memo.held(key)
+        promoted = self.parameters.promote_after.get(precision)
+        for item in engine.run(0, precision, most, promoted, converged):
             if isinstance(item, StageEnd):
+                if memo is not None and converged is None and engine.settled:
+                    memo.keep(key, item)
                 # A visit of more than one iteration changed a bit.
                 return StageSums(item.stage, item.field, visits, item.fault, bool((last == 1).all()))
             visits.add(item, self.parameters.iterations)
