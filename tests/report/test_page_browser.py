@@ -98,6 +98,7 @@ def test_a_printed_page_keeps_its_figure_and_its_columns(browser: Any, page: Pat
         wide = "Math.max(...[...document.querySelectorAll('table')].map((t) => t.getBoundingClientRect().right))"
         assert tab.evaluate(wide) <= 700
         assert len(tab.pdf(format="A4")) > 20_000
+        tab.set_viewport_size({"width": 1600, "height": 900})
         tab.emulate_media(media="screen")
         shown(tab)
         assert tab.evaluate("document.querySelector('#plot canvas').getBoundingClientRect().width") > 660
@@ -125,7 +126,7 @@ def test_filters_sliders_and_levels_show_what_they_keep(browser: Any, page: Path
         tab.uncheck("#filter-axes fieldset:nth-child(1) label:nth-of-type(1) input")
         kept = [i for i in STUDY.feasible if STUDY.designs[i].axes["relax.block"] != [12, 22]]
         assert shown(tab).startswith(f"{len(kept)} of ")
-        tab.click(f"[aria-label='only iterations {iterations[2]}']", force=True)
+        tab.click(f"[aria-label='only iterations {iterations[2]}']")
         kept = [i for i in kept if STUDY.designs[i].axes["relax.iterations"] == iterations[2]]
         assert shown(tab).startswith(f"{len(kept)} of ")
         tab.click("#clear-filters")

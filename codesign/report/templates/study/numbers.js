@@ -37,7 +37,7 @@ const makeNumbers = (scales) => {
     const [front, rest] = Math.abs(value).toFixed(90).split(".");
     const kept = `${front}.${rest.slice(0, digits)}`;
     const text = isTie(rest.slice(digits)) && isEven(kept) ? kept : Math.abs(value).toFixed(digits);
-    return (value < 0 ? "-" : "") + text;
+    return (value < 0 || Object.is(value, -0) ? "-" : "") + text;
   };
   const significant = (value) => {
     const text = general(value, 4);
