@@ -77,7 +77,9 @@ def test_a_page_is_drawn_at_any_width_and_in_both_colours(
         assert light == (scheme == "light")
         filtered = tab.evaluate("getComputedStyle(document.querySelector('figure img')).filter")
         assert (filtered == "none") == (scheme == "light")
-        is_card = tab.evaluate("getComputedStyle(document.querySelector('#points tbody td')).display") == "flex"
+        is_card = (
+            tab.evaluate("getComputedStyle(document.querySelector('#points tbody td')).display") == "flex"
+        )
         assert is_card == (width == 400)
         if is_card:
             before = "getComputedStyle(document.querySelectorAll('#points tbody td')[1], '::before').content"
@@ -95,7 +97,9 @@ def test_a_printed_page_keeps_its_figure_and_its_columns(browser: Any, page: Pat
         assert tab.evaluate("getComputedStyle(document.querySelector('.wide')).overflowX") == "visible"
         assert tab.evaluate("getComputedStyle(document.body).color") == "rgb(0, 0, 0)"
         tab.set_viewport_size({"width": 700, "height": 900})
-        wide = "Math.max(...[...document.querySelectorAll('table')].map((t) => t.getBoundingClientRect().right))"
+        wide = (
+            "Math.max(...[...document.querySelectorAll('table')].map((t) => t.getBoundingClientRect().right))"
+        )
         assert tab.evaluate(wide) <= 700
         assert len(tab.pdf(format="A4")) > 20_000
         tab.set_viewport_size({"width": 1600, "height": 900})
@@ -158,7 +162,9 @@ def test_infeasible_points_are_shown_on_demand_with_what_they_lack(browser: Any,
 def test_any_axis_or_figure_can_be_placed_coloured_and_shaped_by(browser: Any, page: Path) -> None:
     with opened(browser, page) as tab:
         for select in ("#choose-x", "#choose-y", "#choose-colour", "#choose-shape"):
-            for value in tab.eval_on_selector_all(f"{select} option", "(all) => all.map((each) => each.value)"):
+            for value in tab.eval_on_selector_all(
+                f"{select} option", "(all) => all.map((each) => each.value)"
+            ):
                 tab.select_option(select, value)
                 assert shown(tab)
                 assert tab.locator("#plot canvas").count() == 1
@@ -268,7 +274,9 @@ def test_hostile_names_are_shown_as_they_are(browser: Any, tmp_path: Path) -> No
 
 def figures_and_values() -> list[tuple[ResultFigure, float]]:
     drawn, pairs = random.Random(5), []
-    kinds = [ResultFigure("x", "", "", unit=unit) for unit in ("s", "Hz", "W", "J", "1", "cells", "m/s", "bits")]
+    kinds = [
+        ResultFigure("x", "", "", unit=unit) for unit in ("s", "Hz", "W", "J", "1", "cells", "m/s", "bits")
+    ]
     kinds += [FIGURES["slices"], FIGURES["share_reaching_goal"], FIGURES["precision"]]
     for figure in kinds:
         values = [0.0, 1.0, 0.5, 2.5, 0.125, 1234.5, 12345.0, 9999.5, 0.00012345, 1e15, 3.3e22, 999.95, 1e-13]
@@ -294,7 +302,7 @@ def test_numbers_are_written_as_the_tables_write_them(browser: Any) -> None:
         for unit, dimension in dimensions.items()
     }
     tab = browser.new_page()
-    script = "([told, scales]) => { %s; const numbers = makeNumbers(scales); return told.map(([v, f]) => numbers.text(v, f)); }"
+    script = "([told, scales]) => { %s; return told.map(([v, f]) => makeNumbers(scales).text(v, f)); }"
     texts = tab.evaluate(script % template_text("study/numbers.js"), [told, scales])
     wrong = [(pair, text, own) for pair, text, own in zip(told, expected, texts, strict=True) if text != own]
     assert wrong == []
