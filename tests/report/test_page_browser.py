@@ -9,6 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from browser import chromium, needs_browser, opened
 from report_samples import a_hopeless_study, a_study
@@ -320,9 +321,50 @@ def test_the_line_of_the_plot_is_the_front_of_its_two_figures(browser: Any) -> N
       const x = { key: "x", values: xs, maximise: maximiseX }, y = { key: "y", values: ys, maximise: maximiseY };
       return points.staircase([...xs.keys()], x, y, xs.map(() => 1)); }"""
     for maximise in ([False, False], [True, False], [False, True], [True, True]):
-        import numpy as np
-
         front = np.flatnonzero(non_dominated(np.column_stack([xs, ys]).astype(float), maximise))
         line = tab.evaluate(script % template_text("study/points.js"), [xs, ys, *maximise])
         assert {(xs[i], ys[i]) for i in line} == {(xs[i], ys[i]) for i in front}
         assert [xs[i] for i in line] == sorted(xs[i] for i in line)
+
+
+@pytest.fixture(scope="module")
+def conditions_page(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    iterations = STUDY.axes["relax.iterations"]
+    axes = {name: values for name, values in STUDY.axes.items() if name != "relax.iterations"}
+    # The last axis of the points becomes a condition.
+    order = np.arange(len(STUDY.outcomes)).reshape(4, len(iterations), 2).transpose(0, 2, 1).reshape(-1)
+    study = replace(
+        STUDY, axes=axes, conditions={"relax.iterations": iterations}, outcomes=STUDY.outcomes.chosen(order)
+    )
+    path = tmp_path_factory.mktemp("pages") / "conditions.html"
+    study_page(study, path)
+    return path
+
+
+def test_conditions_are_aggregated_shown_by_themselves_or_side_by_side(
+    browser: Any, conditions_page: Path
+) -> None:
+    with opened(browser, conditions_page) as tab:
+        assert shown(tab) == "6 of 8 designs shown"
+        tab.select_option("#choose-view", "2")
+        assert shown(tab).endswith("designs shown")
+        assert "view=2" in tab.url
+        tab.select_option("#choose-view", "facets")
+        assert shown(tab) == "6 of 8 designs shown"
+        assert tab.locator("#plot canvas").count() == 12
+        tab.focus("#plot")
+        tab.keyboard.press("End")
+        assert tab.locator("#details tbody tr").count() == 12
+        tab.select_option("#choose-view", "0")
+        assert shown(tab)
+        assert tab.locator("#plot canvas").count() == 1
+
+
+def test_many_points_are_drawn_in_squares(browser: Any, page: Path, tmp_path: Path) -> None:
+    binned = tmp_path / "binned.html"
+    html = page.read_text(encoding="utf-8")
+    assert "const BINNED = 25000;" in html
+    binned.write_text(html.replace("const BINNED = 25000;", "const BINNED = 10;"), encoding="utf-8")
+    with opened(browser, binned) as tab:
+        assert painted(tab) > 100
+        assert "Squares stand for all points in them" in tab.inner_text("#filtered")
