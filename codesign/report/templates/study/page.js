@@ -1,5 +1,5 @@
 // The page of a study: what the reader chooses is kept in the state, and everything is drawn from it.
-const PAPER = 660;
+const PAPER = 900;
 const begin = async () => {
   performance.mark("page begins");
   const head = JSON.parse(byId("study-data").textContent);
@@ -69,7 +69,8 @@ const begin = async () => {
       dot.style.background = colour;
       parts.push(entry(text, dot));
     }
-    if (colours.ends) {
+    if (colours.ends && colours.ends[0] === colours.ends[1]) parts.push(made("span", colours.ends[0]));
+    else if (colours.ends) {
       const strip = made("span", "", { class: "ramp" });
       strip.style.background = `linear-gradient(to right, ${RAMP.join(", ")})`;
       parts.push(made("span", colours.ends[0]), strip, made("span", colours.ends[1]));

@@ -18,6 +18,7 @@ const tracePath = (context, shape, x, y, r) => {
   else lines([-1.2, -0.4], [-0.4, -0.4], [-0.4, -1.2], [0.4, -1.2], [0.4, -0.4], [1.2, -0.4], [1.2, 0.4], [0.4, 0.4], [0.4, 1.2], [-0.4, 1.2], [-0.4, 0.4], [-1.2, 0.4]);
 };
 
+const isRound = (value) => Number.isInteger(Number((value / 10 ** Math.floor(Math.log10(value))).toPrecision(6)));
 const tone = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 
 const makeScatter = (holder, events) => {
@@ -199,7 +200,8 @@ const makeScatter = (holder, events) => {
     stroke: () => tone("--ink"), grid: { stroke: () => tone("--line"), width: 1 }, ticks: { stroke: () => tone("--line"), width: 1 },
     ...(axis.levels ? { splits: (u, _, low, high) => axis.levels.map((__, level) => level).filter((level) => level >= low && level <= high) } : {}),
     space: scale === "x" ? 80 : 34,
-    values: (_, splits) => splits.map((split) => (split === null ? "" : axis.tick(split))),
+    // A logarithmic axis begins with a tick at its end, whatever number this is.
+    values: (_, splits) => splits.map((split, k) => (split === null || (axis.log && k === 0 && splits.length > 3 && !isRound(split)) ? "" : axis.tick(split))),
     ...(scale === "y" ? { size: (_, values) => Math.min(150, Math.max(44, 18 + 6.6 * Math.max(0, ...(values ?? []).map((text) => text.length)))) } : { size: 40 }),
   });
 
