@@ -12,6 +12,7 @@ import pytest
 from page_data import column, data_of
 from report_samples import SampleReproduction, SampleRow, a_hopeless_study, a_result, a_study
 
+from codesign.errors import RunError
 from codesign.exploration.outcomes import Outcomes
 from codesign.exploration.study import Study
 from codesign.figures import FIGURES, ResultFigure
@@ -20,7 +21,7 @@ from codesign.report import Picture, study_page
 from codesign.report import chart as chart_module
 from codesign.report.chart import chart_data
 from codesign.report.columns import Columns
-from codesign.report.page import reproduction_html, result_html
+from codesign.report.page import reproduction_html, result_html, template_text
 from codesign.report.study_page import study_html
 
 EVIL = "<script>alert(1)</script>\"'&</style>]]><!--"
@@ -251,3 +252,19 @@ def test_an_infeasible_result_says_why_before_all_else() -> None:
     text = Page(result_html(a_result(slices=40_000))).text
     assert "not feasible" in text
     assert text.index("what would close the gap") < text.index("platform")
+
+
+def test_a_page_that_cannot_be_written_says_so_and_leaves_nothing(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("kept")
+    with pytest.raises(RunError, match=r"page\.html"):
+        study_page(a_study(), tmp_path / "file" / "page.html")
+    assert [path.name for path in tmp_path.iterdir()] == ["file"]
+
+
+def test_what_is_kept_of_others_stands_with_its_version_and_licence() -> None:
+    plotter, licence = (template_text(f"vendor/uPlot.{end}") for end in ("iife.min.js", "LICENSE"))
+    assert plotter.startswith("/*! https://github.com/leeoniya/uPlot (v1.6.32) */")
+    assert "MIT License" in licence
+    for text in (plotter, template_text("vendor/uPlot.min.css")):
+        assert "</" not in text.replace("</g", "")
+        assert not re.search(r"\beval\(|new Function|https?://(?!github)", text)

@@ -368,3 +368,12 @@ def test_many_points_are_drawn_in_squares(browser: Any, page: Path, tmp_path: Pa
     with opened(browser, binned) as tab:
         assert painted(tab) > 100
         assert "Squares stand for all points in them" in tab.inner_text("#filtered")
+
+
+def test_without_scripts_the_tables_stand(browser: Any, page: Path) -> None:
+    context = browser.new_context(java_script_enabled=False)
+    tab = context.new_page()
+    tab.goto(page.as_uri())
+    assert "need JavaScript" in tab.inner_text("main")
+    assert "Best in each objective" in tab.inner_text("main")
+    context.close()
