@@ -297,15 +297,19 @@ def format_quantity(value: float | Fraction, dimension: Dimension, digits: int =
     >>> format_quantity(0.000123456, Dimension.ENERGY)
     '123.5 uJ'
     """
-    scale = SCALES[dimension]
-    units = [(unit, size) for unit, size in _printed_units(scale) if "i" not in unit]
+    units = shown_units(dimension)
     if not value:
-        return f"0 {scale.base}"
+        return f"0 {SCALES[dimension].base}"
     chosen = units[0]
     for unit, size in units:
         if abs(Fraction(f"{float(value / size):.{digits - 1}e}")) >= 1:
             chosen = unit, size
     return f"{_significant(float(value / chosen[1]), digits)} {chosen[0]}"
+
+
+def shown_units(dimension: Dimension) -> list[tuple[str, Fraction]]:
+    """The units that ``format_quantity`` chooses from, smallest first, and their sizes in the base unit."""
+    return [(unit, size) for unit, size in _printed_units(SCALES[dimension]) if "i" not in unit]
 
 
 def _significant(value: float, digits: int) -> str:

@@ -137,6 +137,15 @@ def _held_against(study: Study) -> dict[tuple[str, str], list[int]]:
 
 def nearest_designs(study: Study, count: int) -> tuple[int, ...]:
     """Indices of the distinct designs that pass their limits by least: by the largest relative gap of each."""
+    designs = np.flatnonzero(study.judged.out & study.distinct_designs)
+    return tuple(designs[np.lexsort((designs, relative_gaps(study)[designs]))[:count]].tolist())
+
+
+def relative_gaps(study: Study) -> Floats:
+    """By how much each distinct design that is out passes its limits: the largest gap as a share of its limit.
+
+    Infinite where a limit is 0; minus infinity for a design that passes none.
+    """
     judged = study.judged
     largest_gap = np.full(judged.count, -math.inf)
     out = judged.out & study.distinct_designs
@@ -148,8 +157,7 @@ def nearest_designs(study: Study, count: int) -> tuple[int, ...]:
         with np.errstate(divide="ignore", invalid="ignore"):
             gaps = np.where(broken.limit == 0, math.inf, broken.gap / np.abs(broken.limit))
         largest_gap[broken.which] = np.maximum(largest_gap[broken.which], gaps)
-    designs = np.flatnonzero(out)
-    return tuple(designs[np.lexsort((designs, largest_gap[designs]))[:count]].tolist())
+    return largest_gap
 
 
 def relative_gap(reason: Reason) -> float:

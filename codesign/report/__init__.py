@@ -6,7 +6,7 @@ A table is made first (``front_table(study)``, ``result_tables(result)``, ...) a
 All figures are worked out here, in Python; templates and the command line only place them. A page asks for
 nothing from the network: script, style, data and pictures stand in the file, and a content security policy
 holds it to that.
-matplotlib, Bokeh, Jinja2 and rich are imported when something is drawn or printed.
+matplotlib, Jinja2 and rich are imported when something is drawn or printed.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from codesign.report.explain_tables import (
 )
 from codesign.report.front_picture import front_picture
 from codesign.report.map_pictures import drive_picture, map_picture, moment_picture
-from codesign.report.page import reproduction_page, result_page, study_page
+from codesign.report.page import reproduction_page, result_page
 from codesign.report.pictures import run_pictures
 from codesign.report.planner_tables import planner_tables
 from codesign.report.render import render_csv, render_markdown, render_text, write_csv
@@ -35,6 +35,7 @@ from codesign.report.reproduction_tables import (
 )
 from codesign.report.result_tables import result_reasons_table, result_tables
 from codesign.report.study_answer import study_sentence, study_tables
+from codesign.report.study_page import study_page
 from codesign.report.study_tables import (
     best_table,
     front_table,

@@ -1,35 +1,47 @@
-"""What the interactive part of a study's page works on: the points as data, and empty plots for it to fill.
+"""What the interactive part of a study's page works on: the points as columns, each text once.
 
-The data stands in the page once; the script of the page hands it to the plot and to the table.
+The script of the page hands them to the plot, the filters and the table, and writes every number with the same digits
+and units as the tables do (``templates/study/numbers.js`` does what ``wording.figure_cell`` does).
 """
 
 from __future__ import annotations
 
 import math
-from itertools import permutations
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
+from codesign.exploration.reasons import relative_gaps
 from codesign.figures import FIGURES, ResultFigure
-from codesign.report.aggregated import aggregated_cell, figure_column, figure_label
+from codesign.inputs.aggregate import Share
+from codesign.report.aggregated import condition_text, figure_column, figure_label, kind_of_row, rules_text
 from codesign.report.axes import level_texts, short_names, varying_axes
+from codesign.report.columns import Columns
 from codesign.report.study_tables import why_out
-from codesign.report.wording import labelled, prefix, wants_logarithm
+from codesign.units import Dimension, shown_units
 
 if TYPE_CHECKING:
     from codesign.exploration import Study
 
-MOST_POINTS = 20_000
+MOST_POINTS = 100_000
 """A page shows no more points than this, so that a browser can hold it; the front is kept first."""
 
-Scale = Literal["linear", "log"]
-_LOGARITHMIC_TICKS = [float(f"{digit}e{power}") for power in range(-12, 13) for digit in (1, 2, 5)]
-SCALES: tuple[Scale, ...] = ("linear", "log")
+MOST_CONDITIONS = 24
+"""A page shows no more conditions by themselves than this."""
+
+_DIMENSIONS = {
+    "s": Dimension.TIME,
+    "Hz": Dimension.FREQUENCY,
+    "W": Dimension.POWER,
+    "J": Dimension.ENERGY,
+}
+_MISSES = {"name": "misses a limit by", "key": "misses", "unit": "1", "counted": "part", "maximise": False}
+_Indices = NDArray[np.intp]
 
 
 def chart_figures(study: Study) -> tuple[ResultFigure, ...]:
-    """The figures that the page offers as axes and columns: objectives, then those that constraints speak of.
+    """The figures that the page shows first: objectives, then those that constraints speak of.
 
     Where these are fewer than two, time and slices are added: a plot has two axes.
     """
@@ -39,142 +51,106 @@ def chart_figures(study: Study) -> tuple[ResultFigure, ...]:
     return tuple(dict.fromkeys(named))
 
 
-def chart_data(study: Study, most: int | None = None) -> dict[str, Any]:
-    """The distinct designs as columns, ready for JSON; at most so many, by default ``MOST_POINTS``.
+def offered_figures(study: Study) -> tuple[ResultFigure, ...]:
+    """The figures that the page offers: those of ``chart_figures``, then all others that differ between designs."""
+    first, distinct = chart_figures(study), np.array(study.distinct, np.intp)
+
+    def differs(figure: ResultFigure) -> bool:
+        column = study.judged.figure(figure)[distinct]
+        held = column[np.isfinite(column)]
+        return bool(len(held)) and held.min() < held.max()
+
+    others = dict.fromkeys((*study.figures.values(), *FIGURES.values()))
+    return (*first, *(figure for figure in others if figure not in first and differs(figure)))
+
+
+def chart_data(study: Study) -> dict[str, Any]:
+    """The distinct designs as columns, ready for JSON; at most ``MOST_POINTS`` in all conditions together.
 
     - ``axes``: names, texts of their levels, and the level of each point;
-    - ``figures``: label, and of each point the value (scaled to the unit in the label, six digits, None where
-      there is none) and the text;
-    - ``fronts``: for each ordered pair of figures ("0,1") the points that bound them, by rising first figure,
-      as places among the points kept here.
+    - ``frames``: all conditions together, then each of the first ones by itself; each with the figures and why a
+      point is not on the front, as the number of a text in ``whys``; ``main``: how many figures are shown first;
+    - ``columns``: the columns, packed; all else names its place there (``Columns``).
     """
-    kept = _kept(study, MOST_POINTS if most is None else most)
-    points = [study.designs[position] for position in kept]
-    feasible, front = study.judged.feasible[kept], study.on_front[kept]
-    whys = [why_out(study, design) for design in points]
-    distinct = list(dict.fromkeys(whys))
-    numbers = {why: number for number, why in enumerate(distinct)}
-    axes, figures = varying_axes(study), chart_figures(study)
+    conditions = study.world.each[:MOST_CONDITIONS] if study.conditions else []
+    kept = _kept(study, MOST_POINTS // (len(conditions) + 1))
+    columns, numbers = Columns(), dict[str, int]()
+    axes, figures = varying_axes(study), offered_figures(study)
+    names = [
+        rules_text(study) if conditions else "",
+        *map(lambda n: condition_text(study, n), range(len(conditions))),
+    ]
+    frames = [
+        {"name": name, **_frame(each, kept, figures, columns, numbers)}
+        for name, each in zip(names, (study, *map(study.at, conditions)), strict=True)
+    ]
     return {
-        "points": [point.index for point in points],
-        "feasible": feasible.astype(int).tolist(),
-        "front": front.astype(int).tolist(),
-        "why": [numbers[why] for why in whys],
-        "whys": distinct,
+        "kind": kind_of_row(study),
+        "points": columns.add(kept),
         "axes": [
-            _axis_data(study, name, short, kept) for name, short in zip(axes, short_names(axes), strict=True)
+            {"key": name, "name": short, **_axis(study, name, kept, columns)}
+            for name, short in zip(axes, short_names(axes), strict=True)
         ],
-        "figures": [_figure_data(study, figure, kept) for figure in figures],
-        "fronts": _fronts(study, figures, kept),
+        "frames": frames,
+        "main": len(chart_figures(study)),
+        "whys": columns.texts(list(numbers)),
         "left_out": len(study.distinct) - len(kept),
+        "scales": {unit: _scale(dimension) for unit, dimension in _DIMENSIONS.items()},
+        "columns": columns.packed,
     }
 
 
-def chart_plots(study: Study) -> dict[str, Any]:
-    """An empty Bokeh plot as JSON for each pair of scales of its axes ("linear,log"), with like names."""
-    return {f"{x},{y}": _plot(study, x, y) for x in SCALES for y in SCALES}
+def _scale(dimension: Dimension) -> dict[str, Any]:
+    units = [(unit, float(size)) for unit, size in shown_units(dimension)]
+    # A time is a whole number of picoseconds, and 0 of it is written in seconds.
+    return {"base": next(unit for unit, size in units if size == 1), "units": units}
 
 
-def bokeh_script() -> str:
-    """Bokeh's own script, to stand in the page."""
-    from bokeh.resources import Resources
-
-    scripts = Resources(mode="inline", components=["bokeh"], log_level="error").js_raw
-    # A closing tag in a text of the script would end it early, an opened comment would hide its end.
-    return "\n".join(scripts).replace("</script", "<\\/script").replace("<!--", "<\\!--")
-
-
-def _kept(study: Study, most: int) -> list[int]:
+def _kept(study: Study, most: int) -> _Indices:
     total = len(study.distinct)
     if total <= most:
-        return list(study.distinct)
+        return np.array(study.distinct, np.intp)
     front = study.front[:most]
     room = most - len(front)
     spread = {study.distinct[number * total // room] for number in range(room)} if room else set()
-    return sorted(spread | set(front))
+    return np.array(sorted(spread | set(front)), np.intp)
 
 
-def _axis_data(study: Study, name: str, short: str, kept: list[int]) -> dict[str, Any]:
-    places = study.decisions.levels(np.array(kept, np.intp))[name]
+def _axis(study: Study, name: str, kept: _Indices, columns: Columns) -> dict[str, Any]:
+    places = study.decisions.levels(kept)[name]
     values = [*study.axes[name], *([None] if (places < 0).any() else [])]
     texts_of = list(map(level_texts(study, name), values))
     levels = list(dict.fromkeys(texts_of))
-    numbers = [levels.index(text) for text in texts_of]
-    return {"name": short, "levels": levels, "level": [numbers[place] for place in places.tolist()]}
+    numbers = np.array([levels.index(text) for text in texts_of], np.intp)
+    return {"levels": levels, "level": columns.add(numbers[places])}
 
 
-def _figure_data(study: Study, figure: ResultFigure, kept: list[int]) -> dict[str, Any]:
-    column = study.judged.figure(figure)[kept]
-    values = [None if math.isnan(value) else value for value in column.tolist()]
-    # Points that are not feasible have figures too, but are not plotted.
-    finite = column[study.judged.feasible[kept] & np.isfinite(column)].tolist()
-    size, unit = prefix(finite, figure_column(study, figure).unit)
+def _frame(
+    study: Study,
+    kept: _Indices,
+    figures: tuple[ResultFigure, ...],
+    columns: Columns,
+    numbers: dict[str, int],
+) -> dict[str, Any]:
+    whys = (why_out(study, study.designs[index], gaps=True) for index in kept.tolist())
+    gaps = relative_gaps(study)[study.first_of_same[kept]]
+    gaps[gaps == -math.inf] = math.nan
+    misses = [] if np.isnan(gaps).all() else [{**_MISSES, "column": columns.add(gaps)}]
     return {
-        "name": figure_label(study, figure),
-        "label": labelled(figure_label(study, figure), unit),
-        "maximise": study.world.maximise(figure),
-        "logarithm": bool(finite) and wants_logarithm(min(finite), max(finite)),
-        "values": [_rounded(value, size) for value in values],
-        "texts": [aggregated_cell(study, study.designs[position], figure).text for position in kept],
+        "feasible": columns.add(study.judged.feasible[kept]),
+        "front": columns.add(study.on_front[kept]),
+        "why": columns.add(np.array([numbers.setdefault(why, len(numbers)) for why in whys], np.intp)),
+        "figures": [*(_figure(study, figure, kept, columns) for figure in figures), *misses],
     }
 
 
-def _rounded(value: float | None, size: float) -> float | None:
-    return None if value is None or not math.isfinite(value) else float(f"{value / size:.6g}")
-
-
-def _fronts(study: Study, figures: tuple[ResultFigure, ...], kept: list[int]) -> dict[str, list[int]]:
-    from codesign.exploration.front import non_dominated
-
-    feasible = study.judged.feasible[kept]
-    rows = [np.where(feasible, study.judged.figure(figure)[kept], math.nan) for figure in figures]
-    fronts = {}
-    for x, y in permutations(range(len(figures)), 2):
-        chosen = non_dominated(
-            np.column_stack([rows[x], rows[y]]), [study.world.maximise(figures[axis]) for axis in (x, y)]
-        )
-        places = np.flatnonzero(chosen)
-        fronts[f"{x},{y}"] = places[np.argsort(rows[x][places], kind="stable")].tolist()
-    return fronts
-
-
-def _plot(study: Study, x_scale: Scale, y_scale: Scale) -> Any:
-    from bokeh.embed import json_item
-    from bokeh.models import BasicTickFormatter, ColumnDataSource, FixedTicker, HoverTool
-    from bokeh.plotting import figure
-
-    names = ["x", "y", "colour", "size", "edge", "alpha", "point"]
-    lines = [("point", "@point")]
-    for number, axis in enumerate(short_names(varying_axes(study))):
-        names.append(f"axis{number}")
-        lines.append((axis, f"@axis{number}"))
-    for number, chosen in enumerate(chart_figures(study)):
-        names.append(f"figure{number}")
-        lines.append((chosen.label, f"@figure{number}"))
-    source = ColumnDataSource({name: [] for name in names}, name="points")
-    bound = ColumnDataSource({"x": [], "y": []}, name="bound")
-    plot: Any = figure(
-        name="plot",
-        height=480,
-        sizing_mode="stretch_width",
-        x_axis_type=x_scale,
-        y_axis_type=y_scale,
-        tools="pan,box_zoom,wheel_zoom,box_select,tap,reset,save",
-        active_drag="box_select",
-        toolbar_location="above",
-        background_fill_alpha=0,
-        border_fill_alpha=0,
-    )
-    plot.toolbar.logo = None
-    plot.step(x="x", y="y", source=bound, line_width=1.5, line_dash="dashed", name="bound_line")
-    for line, scale in ((plot.xaxis, x_scale), (plot.yaxis, y_scale)):
-        line.formatter = BasicTickFormatter(power_limit_high=7)
-        if scale == "log":
-            # Bokeh's own ticks bunch at the far end of an axis of less than two decades.
-            line.ticker = FixedTicker(ticks=_LOGARITHMIC_TICKS)
-    scatter = plot.scatter(
-        x="x", y="y", size="size", fill_color="colour", fill_alpha="alpha", line_color="edge", line_width=1.4,
-        source=source, name="scatter",
-    )  # fmt: skip
-    plot.add_tools(HoverTool(tooltips=lines, renderers=[scatter], attachment="horizontal"))
-    return json_item(plot)
+def _figure(study: Study, figure: ResultFigure, kept: _Indices, columns: Columns) -> dict[str, Any]:
+    by_share = isinstance(study.world.rule(figure), Share)
+    return {
+        "key": figure.name,
+        "name": figure_label(study, figure),
+        "unit": figure_column(study, figure).unit,
+        "counted": "share" if by_share else figure.counted,
+        "maximise": study.world.maximise(figure),
+        "column": columns.add(study.judged.figure(figure)[kept]),
+    }

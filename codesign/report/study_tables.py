@@ -317,21 +317,21 @@ def reasons_table(study: Study) -> Table:
     return Table(f"Why {kind}s were left out", columns, tuple(rows))
 
 
-def why_not(point: StudyPoint) -> str:
-    """Why a point by itself is not feasible, or did not reach its goals, in one line; else ""."""
+def why_not(point: StudyPoint, *, gaps: bool = False) -> str:
+    """Why a point by itself is not feasible, or did not reach its goals, in one line; else "". See ``reason_text``."""
     if point.state != "done":
         return "not computed" if point.failure is None else f"failed: {point.failure}"
     if point.unreached is not None:
         return f"goals not reached: {point.unreached}"
-    return "; ".join(reason_text(reason) for reason in point.reasons)
+    return "; ".join(reason_text(reason, gap=gaps) for reason in point.reasons)
 
 
-def why_out(study: Study, design: Design) -> str:
+def why_out(study: Study, design: Design, *, gaps: bool = False) -> str:
     """Why a design is not on the front, in one line; "" where only better designs are the reason.
 
-    A reason of one condition names this condition.
+    A reason of one condition names this condition. See ``reason_text`` for ``gaps``.
     """
-    if not study.conditions and (why := why_not(design.points[0])):
+    if not study.conditions and (why := why_not(design.points[0], gaps=gaps)):
         return why
     if design.state != "done":
         return "not computed" if design.failure is None else f"failed: {design.failure}"
@@ -341,7 +341,7 @@ def why_out(study: Study, design: Design) -> str:
     if lacking := study.lacking(design):
         return f"has no {', no '.join(_lack(design, figure) for figure in lacking)}"
     return "; ".join(
-        reason_text(out.reason)
+        reason_text(out.reason, gap=gaps)
         + ("" if out.condition is None else f" (at {condition_text(study, out.condition)})")
         for out in design.out
     )
@@ -360,8 +360,8 @@ def _value(point: StudyPoint, name: str) -> float | None:
     return point.figure(FIGURES[name])
 
 
-def reason_text(reason: Reason) -> str:
-    """A reason in a line, without its levers.
+def reason_text(reason: Reason, *, gap: bool = False) -> str:
+    """A reason in a line, without its levers; with its ``gap`` where it has one and this is asked for.
 
     >>> reason_text(Reason(kind="resource", name="slices", demand=40000, limit=33792, gap=6208, unit=""))
     'slices 40,000 against 33,792'
@@ -369,7 +369,8 @@ def reason_text(reason: Reason) -> str:
     if reason.words:
         return reason.words
     demand, limit = (quantity_text(value, reason.unit) for value in (reason.demand, reason.limit))
-    return f"{label(reason.name)} {demand} against {limit}"
+    text = f"{label(reason.name)} {demand} against {limit}"
+    return f"{text} (gap {quantity_text(reason.gap, reason.unit)})" if gap else text
 
 
 def _figure_columns(figures: Sequence[ResultFigure]) -> tuple[Column, ...]:

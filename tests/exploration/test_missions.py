@@ -10,6 +10,7 @@ from pathlib import Path
 import click.testing
 import pytest
 from explore_fakes import mission, result
+from page_data import column
 
 from codesign.exploration.constraints import figure_of, with_constraints
 from codesign.exploration.outcomes import Outcomes
@@ -105,7 +106,8 @@ def test_tables_and_json_say_why_it_is_left_out() -> None:
     text = render_text(reasons_table(made))
     assert "no way for 30 s" in text
     assert "mission time" in text
-    assert chart_data(made)["whys"][0] == whys[0]
+    data = chart_data(made)
+    assert column(data, data["whys"])[0] == whys[0]
     document = json.loads(made.to_json())
     assert [point["unreached"] for point in document["points"]] == ["no way for 30 s", None, None, None]
     assert (document["counts"]["unreached"], document["counts"]["feasible"]) == (1, 3)

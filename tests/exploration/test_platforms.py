@@ -18,7 +18,7 @@ from codesign.inputs import design_point, load_platforms
 from codesign.memo import Memo
 from codesign.pricing.computation import Computation, record
 from codesign.report import front_table, reasons_table, render_text
-from codesign.report.page import study_html
+from codesign.report.study_page import study_html
 from codesign.scenarios import simulate
 from codesign.system.bind import System
 

@@ -21,7 +21,7 @@ from codesign.figures import FIGURES
 from codesign.inputs.derived import DerivedFigure, read_figures
 from codesign.models import RefusalError
 from codesign.report import reasons_table, render_text, study_csv, study_sentence
-from codesign.report.page import study_html
+from codesign.report.study_page import study_html
 
 TEXT = """\
 kind: workload

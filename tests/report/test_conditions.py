@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import json
 import re
 from dataclasses import replace
 from typing import Any
 
 import pytest
 from explore_fakes import result
+from page_data import column, data_of
 
 from codesign.exploration.outcomes import Outcomes
 from codesign.exploration.study import Study
@@ -26,7 +26,7 @@ from codesign.report import (
     study_table,
     winners_table,
 )
-from codesign.report.page import study_html
+from codesign.report.study_page import study_html
 from codesign.report.study_tables import infeasible_table, summary
 from codesign.results.result import Result
 
@@ -116,11 +116,11 @@ def test_seeds_have_their_interval_in_the_table_of_spreads() -> None:
 
 def test_the_page_shows_each_condition_by_itself() -> None:
     html = study_html(study())
-    data = re.search(r'id="study-data">(.*?)</script>', html, re.DOTALL)
-    assert data is not None
-    views = json.loads(data[1])["views"]
-    assert [view["name"] for view in views] == ["all, by the worst over the conditions", "rows 20", "rows 40"]
-    assert [view["front"] for view in views] == [[0, 1, 0], [1, 1, 1], [0, 1, 0]]
+    data = data_of(html)
+    frames = data["frames"]
+    assert [frame["name"] for frame in frames] == ["by the worst over the conditions", "rows 20", "rows 40"]
+    fronts = [column(data, frame["front"]).tolist() for frame in frames]
+    assert fronts == [[0, 1, 0], [1, 1, 1], [0, 1, 0]]
     assert html.count("<details>") == 2
     assert "3 designs × 2 conditions = 6 points" in html
     plain = study(conditions={}, outcomes=study().at({"workload.problem.map.rows": 20}).outcomes)

@@ -15,7 +15,7 @@ from codesign.figures import FIGURES, ResultFigure
 from codesign.report import render_text, study_csv, study_table, winners_table
 from codesign.report.axes import axis_levels
 from codesign.report.chart import chart_data
-from codesign.report.page import study_html
+from codesign.report.study_page import study_html
 from codesign.results.result import Result
 
 F = FIGURES
