@@ -54,7 +54,7 @@ from codesign.planners.harmonic.plan.layout import LANES
 from codesign.planners.harmonic.plan.visits import trim, visit_block
 
 CALLED = ("borders", "lanes", "layout", "planes", "visits")
-CALLED_DIGEST = "15a42e2c2eda3e66"
+CALLED_DIGEST = "08d15176e332166b"
 
 RUNNING, CONVERGED, GROW, CYCLE = range(4)
 POSITION, DONE_ITERATIONS, UNSETTLED, SWEEPS, POWER, SINCE = range(6)
