@@ -25,7 +25,7 @@ from codesign.planners.harmonic.plan.planes import add_gains, add_signed_gains, 
 from codesign.planners.harmonic.plan.visits import trim
 
 
-@njit(nogil=True)
+@njit(forceinline=True, nogil=True)
 def add_visit(layout, state, block, signed):
     """Add the sums of the visit to d of its block."""
     step, none = layout.plane, zeros()
@@ -65,7 +65,7 @@ def _widen(layout, state, block, total):
         put(state.width, own, total - 2)
 
 
-@njit(inline="always", nogil=True)
+@njit(forceinline=True, nogil=True)
 def _push(layout, state, block, segment, first, last, away, shift, side, count, signed):
     """Add ``count`` planes of gains of border nodes of the visited block to r of their neighbours beyond ``side``.
 
@@ -77,7 +77,8 @@ def _push(layout, state, block, segment, first, last, away, shift, side, count, 
     planes = state.residual + block * layout.planes * step * WORD_BYTES
     mask, sides = state.mask + block * step * WORD_BYTES, state.sides + side * step * WORD_BYTES
     begin, end = get(state.begin, segment), get(state.end, segment)
-    have = get(state.width, own) + 2
+    wide = get(state.width, own)
+    have = wide + 2
     if signed:
         # The sum of two signed numbers takes one bit more than the longer; all segments of the block widen with it.
         # The two planes of a settled block have no sign, so it takes one bit more in any case.
@@ -100,12 +101,14 @@ def _push(layout, state, block, segment, first, last, away, shift, side, count, 
         clear_planes(planes, begin, first, step, have, have + 1)
         clear_planes(planes, last, end, step, have, have + 1)
         have += 1
-    width = needed_planes(planes, begin, end, step, have, 2, signed) - 2
-    put(state.width, own, width)
-    put(state.active, block, max(get(state.active, block), width))
+    elif wide == 0 or have > wide + 2:
+        have = needed_planes(planes, begin, end, step, have, 2, signed)
+    # Else no plane is redundant: some r has the highest, as before.
+    put(state.width, own, have - 2)
+    put(state.active, block, max(get(state.active, block), have - 2))
 
 
-@njit(nogil=True)
+@njit(forceinline=True, nogil=True)
 def _level(layout, state):
     """The most planes of the sums of the visit; all segments have as many then."""
     most, least = 0, get(state.visit_width, 0)
@@ -119,7 +122,7 @@ def _level(layout, state):
     return most
 
 
-@njit(nogil=True)
+@njit(forceinline=True, nogil=True)
 def push_all(layout, state, block, signed):
     """Add the gains of the border nodes to r in the four neighbouring blocks."""
     #                  block - across

@@ -62,18 +62,20 @@ class Engine:
         if self._transposed:
             shape, block = shape[::-1], block[::-1]
         self._field = arguments.start
-        limbs = self._turned(self._field.limbs)
-        self._movable = self._turned(arguments.movable)
-        self._candidates = self._movable
-        bits, negative = residual_bits(limbs, self._movable)
+        # Rows and columns of values are those of the map.
+        self._limbs = np.array(arguments.start.limbs, order="C")
+        self._candidates = np.array(arguments.movable, order="C")
+        values, movable = self._turned(self._limbs), self._turned(self._candidates)
+        bits, negative = residual_bits(values, movable)
         self._signed = bool(negative)
         # r always has its two low planes, and a sign in two's complement.
         # At the start of a stage r = N + E + S + W - 4H of its first values, and d = 0.
         count = max(bits, 2) + self._signed
         self._layout = make_layout(shape, block, count + self._spare, self._transposed)
         self._state = make_state(self._layout, self._signed)
-        fill_mask(self._layout, self._movable, self._state.mask)
-        fill_residual(self._layout, limbs, self._movable, self._state.residual, count)
+        self._addresses = addresses(self._state)
+        fill_mask(self._layout, movable, self._state.mask)
+        fill_residual(self._layout, values, movable, self._state.residual, count)
         self._state.width[:] = self._state.active[:] = count - 2
 
     def _turned(self, array: NDArray[Any]) -> NDArray[Any]:
@@ -115,7 +117,7 @@ class Engine:
         while status != kernels.CONVERGED:
             status, written = kernels.advance(
                 self._layout,
-                addresses(self._state),
+                self._addresses,
                 control,
                 counts[: min(ends) - visits] if ends else counts,
                 self._iterations,
@@ -132,7 +134,7 @@ class Engine:
             if status == kernels.GROW:
                 self._grow()
             if written:
-                block = ((visits + np.arange(written)) % blocks).astype(np.int32)
+                block = _in_turns(blocks, visits % blocks, written)
                 yield VisitBatch(stage_index, precision, block, counts[:written].copy())
                 visits += written
                 iterations += int(counts[:written].sum(dtype=np.int64))
@@ -148,10 +150,11 @@ class Engine:
         self._forget("ring", "visit", "snapshot")
         if converged is not None and self.settled:
             maxima, self._field = converged.stage.local_maxima, converged.field
+            self._limbs = np.array(self._field.limbs, order="C")
         else:
-            limbs = self._raised(precision)
-            maxima = int(count_local_maxima(limbs, self._candidates))
-            self._field = Field(self._turned(limbs), precision)
+            self._limbs = self._raised(precision)
+            maxima = int(count_local_maxima(self._limbs, self._candidates))
+            self._field = Field(self._limbs.view(), precision)
         promoted &= status != kernels.CONVERGED and not fault
         stage = Stage(precision, int(control[kernels.SWEEPS]), visits, iterations, maxima, promoted)
         yield StageEnd(stage_index, stage, self._field, fault)
@@ -172,6 +175,7 @@ class Engine:
                 ]
             elif name != "ring":
                 target[:] = source
+        self._addresses = addresses(new)
 
     def _by_plane(self, words: NDArray[np.uint64], planes: int) -> NDArray[np.uint64]:
         return words.reshape(-1, planes, self._layout.plane)
@@ -179,50 +183,42 @@ class Engine:
     def _lift(self, shift: int) -> None:
         """r << shift, d = 0: the start of the next stage."""
         self._forget("ring", "visit", "odometer", "snapshot")
-        old, old_planes = self._state, self._layout.planes
+        old, old_layout, old_addresses = self._state, self._layout, self._addresses
         # A sign is needed only where a negative r is left. A settled block has none.
         # With h = H << D the new residual is r << D, as N, E, S, W and h all shift alike. A converged stage leaves
         # 0 <= r < 4. A stage that the published test ended early leaves more, and one that cycles may leave r < 0.
-        self._signed &= bool(old.active.any())
-        count = int(old.active.max()) + 2
+        most = int(old.active.max())
+        self._signed &= most > 0
+        count = most + 2
         layout = segmented(self._layout, shift + count)
         self._layout = layout._replace(planes=shift + count + self._signed + self._spare)
         new = self._state = make_state(self._layout, self._signed)
+        self._addresses = addresses(new)
         new.mask[:] = old.mask
-        source = self._by_plane(old.residual, old_planes)
-        target = self._by_plane(new.residual, self._layout.planes)
-        words = np.zeros((len(old.active), self._layout.plane), np.int64)
-        for segment, (begin, end) in enumerate(zip(old.begin, old.end, strict=True)):
-            words[:, begin:end] = old.width.reshape(len(old.active), -1)[:, segment, None]
-        # plane   0 .. shift - 1   shift   shift + 1  ..
-        #         0    0           r_0     r_1        ..         new memory is 0 already
-        for plane in range(count):
-            np.copyto(target[:, shift + plane], source[:, plane], where=plane < words + 2)
-        # r of 2 planes, its steps 0, is now t = r >> 2 with ``shift`` planes: the stage begins unsettled.
-        # A segment of this layout may lie in one of the last, or be made of several.
-        widest = np.stack(
-            [words[:, begin:end].max(axis=1) for begin, end in zip(new.begin, new.end, strict=True)], 1
-        )
-        new.width[:] = widest.ravel() + shift
-        if self._signed:
-            new.width[widest.ravel() == 0] += 1
-        kernels.trim_all(self._layout, addresses(new), self._signed)
+        kernels.lift(old_layout, old_addresses, self._layout, self._addresses, shift, self._signed)
 
     def _forget(self, *names: str) -> None:
         """Free the planes that the stage no longer needs: most of the memory where blocks are large."""
         self._state = self._state._replace(**dict.fromkeys(names, np.empty(0, np.uint64)))
 
     def _raised(self, precision: int) -> NDArray[np.uint64]:
-        """h = (h << shift) + d: the values at the end of the stage, as limbs of the layout."""
-        before = self._field
-        raised = np.empty((*self._movable.shape, limbs_needed(precision)), np.uint64)
+        """h = (h << shift) + d: the values at the end of the stage."""
+        raised = np.empty((*self._candidates.shape, limbs_needed(precision)), np.uint64)
         raise_field(
             self._layout,
-            self._turned(before.limbs),
-            precision - before.precision,
+            self._limbs,
+            precision - self._field.precision,
             self._state.odometer,
             self._state.odometer_width,
             self._signed,
             raised,
         )
         return raised
+
+
+def _in_turns(blocks: int, first: int, count: int) -> NDArray[np.int32]:
+    """``count`` blocks in turns, from the block ``first`` on."""
+    # A division a visit would take longer than many a visit.
+    turns = -(-(first + count) // blocks)
+    every = np.broadcast_to(np.arange(blocks, dtype=np.int32), (turns, blocks)).ravel()
+    return every[first : first + count]

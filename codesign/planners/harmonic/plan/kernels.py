@@ -33,10 +33,12 @@ Tried and left: one width a block (up to 1.8 times slower, where steps of many b
 code for each small width without a loop over planes (no faster, and twice the time to compile); north and south
 by shuffles of three vectors instead of loads across cache lines (no faster); shorter turns, so that the ring fits the
 first cache (slower); planes of all blocks side by side (they fell on each other in the cache); numba's arrays inside
-the kernel (reference counts at every use, 5 times slower), hence addresses.
+the kernel (reference counts at every use, 5 times slower), hence addresses; calls within a visit (34 words of layout
+and state on the stack each, a fifth of a visit), hence ``forceinline``, which takes less time to compile than
+``inline="always"``; smaller segments (up to 1.4 times slower).
 
 ``planes`` does the arithmetic of a group, ``visits`` that of a block, ``borders`` that between blocks; here are the
-sweeps. Numba keeps the compiled ``advance`` and ``trim_all`` until *this* file changes, and sees no edit in the
+sweeps. Numba keeps the compiled ``advance`` and ``lift`` until *this* file changes, and sees no edit in the
 functions that they call. So
 CALLED_DIGEST is here, and a test compares it with those files. After an edit there, the new digest here makes numba
 compile anew.
@@ -47,11 +49,12 @@ from __future__ import annotations
 from numba import njit
 
 from codesign.planners.harmonic.plan.borders import add_visit, push_all
-from codesign.planners.harmonic.plan.lanes import get, put
+from codesign.planners.harmonic.plan.lanes import get, load, put, store
+from codesign.planners.harmonic.plan.layout import LANES
 from codesign.planners.harmonic.plan.visits import trim, visit_block
 
 CALLED = ("borders", "lanes", "layout", "planes", "visits")
-CALLED_DIGEST = "15a42e2c2eda3e66"
+CALLED_DIGEST = "08d15176e332166b"
 
 RUNNING, CONVERGED, GROW, CYCLE = range(4)
 POSITION, DONE_ITERATIONS, UNSETTLED, SWEEPS, POWER, SINCE = range(6)
@@ -59,13 +62,31 @@ CONTROL_SIZE = 6
 
 
 @njit(cache=True, nogil=True)
-def trim_all(layout, state, signed):
-    """Lower all widths to what r needs."""
+def lift(old_layout, old, layout, new, shift, signed):
+    """Set r to the r of ``old`` << ``shift``, in planes and widths that are zero before."""
+    #   plane   0 .. shift - 1   shift   shift + 1  ..
+    #           0    0           r_0     r_1        ..
+    from_block, to_block = old_layout.planes * old_layout.plane, layout.planes * layout.plane
     for block in range(layout.down * layout.across):
-        trim(layout, state, block, signed)
+        for segment in range(old_layout.segments):
+            planes = get(old.width, block * old_layout.segments + segment) + 2
+            begin, end = get(old.begin, segment), get(old.end, segment)
+            for plane in range(planes):
+                source = block * from_block + plane * layout.plane
+                target = block * to_block + (plane + shift) * layout.plane
+                for word in range(begin, end, LANES):
+                    store(new.residual, target + word, load(old.residual, source + word))
+            # r of 2 planes, its steps 0, is now t = r >> 2 with ``shift`` planes: the stage begins unsettled.
+            # A segment of this layout may lie in one of the last, or be made of several.
+            width = planes + shift if signed and planes == 2 else planes + shift - 2
+            for place in range(layout.segments):
+                if begin < get(new.end, place) and get(new.begin, place) < end:
+                    own = block * layout.segments + place
+                    put(new.width, own, max(get(new.width, own), width))
+        trim(layout, new, block, signed)
 
 
-@njit(nogil=True)
+@njit(forceinline=True, nogil=True)
 def _has_room(layout, state, block, iterations):
     """Whether a visit cannot need more planes than there is room for, here or in a neighbouring block."""
     # d of a visit adds up at most I steps, each below 2^active: active + bit_length(I) planes hold it. The 8 more are

@@ -38,7 +38,7 @@ LANES = 8
 # The steps of this many iterations, a *turn*, are summed at once. The ring holds a slot less, and one that stays zero.
 SLOTS = 6
 # Most groups that are counted as one, at the start of a stage of few bits.
-SEGMENT_GROUPS, NARROW = 4, 12
+SEGMENT_GROUPS, NARROW = 6, 12
 # Where gains come from, as seen by the visited block: from inside, or across one of its borders.
 WEST, EAST, NORTH, SOUTH, INSIDE = range(5)
 

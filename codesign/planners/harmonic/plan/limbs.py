@@ -192,35 +192,50 @@ def _gather(planes, word, step, first, width, signed, low, together, digits):
 
 @njit(cache=True, nogil=True)
 def raise_field(layout, limbs, shift, planes, widths, signed, raised):
-    """Put (limbs << shift) + d into ``raised``; d is given by its planes and the width of each segment."""
+    """Put (limbs << shift) + d into ``raised``; d is given by its planes and the width of each segment.
+
+    ``limbs`` and ``raised`` have the rows and columns of the map, also where the layout is transposed.
+    """
     # h = (H << shift) + d, a limb at a time with its carry, where
     # (H << shift)[k] = H[k - words] << bits | H[k - words - 1] >> (64 - bits).
     words, bits = shift // 64, np.uint64(shift % 64)
-    digits, carries = np.empty(64, np.uint64), np.empty(64, np.uint64)
-    for row in range(raised.shape[0]):
+    rows, columns, below, beside = raised.shape[0], raised.shape[1], raised.shape[1], 1
+    if layout.transposed:
+        rows, columns, below, beside = columns, rows, beside, below
+    have, need = limbs.shape[2], raised.shape[2]
+    old, new = limbs.ravel(), raised.ravel()
+    digits = np.empty((need, 64), np.uint64)
+    for row in range(rows):
         column = 0
-        while column < raised.shape[1]:
+        while column < columns:
             block, word, low = _place(layout, row, column)
             width = widths[block * layout.segments + _segment(layout, word)]
             word += block * layout.planes * layout.plane
             # As many columns as share the word.
             inner = column % layout.block_columns
-            together = min(64 - np.int64(low), layout.block_columns - inner, raised.shape[1] - column)
-            carries[:] = 0
-            for limb in range(raised.shape[2]):
-                _gather(planes, word, layout.plane, limb * 64, width, signed, low, together, digits)
-                source = limb - words
-                for index in range(together):
-                    value = np.uint64(0)
-                    if 0 <= source < limbs.shape[2]:
-                        value = limbs[row, column + index, source] << bits
-                    if bits and 0 <= source - 1 < limbs.shape[2]:
-                        value |= limbs[row, column + index, source - 1] >> (np.uint64(64) - bits)
-                    partial = value + digits[index]
-                    total = partial + carries[index]
+            together = min(64 - np.int64(low), layout.block_columns - inner, columns - column)
+            # d has few limbs, and zeros or its sign above.
+            least = need if signed else min(need, (width + 63) // 64)
+            for limb in range(least):
+                _gather(planes, word, layout.plane, limb * 64, width, signed, low, together, digits[limb])
+            for index in range(together):
+                cell = row * below + (column + index) * beside
+                source, target = cell * have, cell * need
+                carry = before = np.uint64(0)
+                for limb in range(words):
+                    total = (digits[limb, index] if limb < least else np.uint64(0)) + carry
+                    carry = np.uint64(total < carry)
+                    new[target + limb] = total
+                for limb in range(words, need):
+                    here = old[source + limb - words] if limb < have + words else np.uint64(0)
+                    # Not by 64 bits at once, which is undefined, where ``bits`` is 0.
+                    value = here << bits | before >> np.uint64(1) >> (np.uint64(63) - bits)
+                    before = here
+                    partial = value + (digits[limb, index] if limb < least else np.uint64(0))
+                    total = partial + carry
                     # An unsigned sum that wrapped is less than either term. Of the two additions at most one wraps.
-                    carries[index] = np.uint64(partial < value) | np.uint64(total < partial)
-                    raised[row, column + index, limb] = total
+                    carry = np.uint64(partial < value) | np.uint64(total < partial)
+                    new[target + limb] = total
             column += together
 
 

@@ -25,8 +25,8 @@ from codesign.planners.harmonic.plan.layout import EAST, INSIDE, LANES, WEST
 
 
 @njit(inline="always", nogil=True)
-def _around(layout, ring, at, joined):
-    """North, south, east and west of eight words of a plane."""
+def _around(at, pitch, beside):
+    """North, south, east and west of the eight words at an address. ``beside``: in bytes."""
     # Rows follow each other after ``pitch`` bytes, so north and south are the same plane ``pitch`` bytes off; columns
     # are bits. One bit up puts each node's western neighbour into its own bit:
     #
@@ -36,14 +36,14 @@ def _around(layout, ring, at, joined):
     #
     # Bit 0 has it in bit 63 of the word before, or of the word column to the west. Where rows fill whole words, the
     # zeros that a shift brings in are right: outside of the block every step is 0 (``layout``).
-    centre = load(ring, at)
-    if joined:
-        west = shift_up(centre, load(ring, at - layout.beside))
-        east = shift_down(load(ring, at + layout.beside), centre)
+    centre = load(at, 0)
+    if beside > 0:
+        west = shift_up(centre, load(at - beside, 0))
+        east = shift_down(load(at + beside, 0), centre)
     else:
         one_bit = spread(np.uint64(1))
         west, east = centre << one_bit, centre >> one_bit
-    return load(ring - layout.pitch, at), load(ring + layout.pitch, at), east, west
+    return load(at - pitch, 0), load(at + pitch, 0), east, west
 
 
 @njit(inline="always", nogil=True)
@@ -62,9 +62,8 @@ def _add_seven(n, s, e, w, a, b, c):
 
 
 @njit(inline="always", nogil=True)
-def iterate_group(layout, source, target, word, free, width, joined, signed):
-    """One iteration of eight words of a block. ``joined``: some row goes on in another word."""
-    step = layout.plane
+def iterate_group(source, target, free, step, width, pitch, beside, signed):
+    """One iteration of the eight words at ``source``. In bytes: ``step`` to the next plane, ``pitch``, ``beside``."""
     # r' = (r mod 4) + t_N + t_E + t_S + t_W with t = r >> 2. The shift is free: plane i of t is plane i + 2 of r.
     #
     #   weight       2^(w-1)  ..   2    1
@@ -74,30 +73,32 @@ def iterate_group(layout, source, target, word, free, width, joined, signed):
     #   t_W          w        ..   w    w
     #   r mod 4                    c    low      plane 0 takes no carries, so only two leave it: a and b.
     #   carries      a b c    ..   a b           Plane 1 of r fills the place of the third, c.
-    at, out = word + 2 * step, word
-    n, s, e, w = _around(layout, source, at, joined)
-    low, c = load(source, word), load(source, word + step)
+    at = source + 2 * step
+    n, s, e, w = _around(at, pitch, beside)
+    low, c = load(source, 0), load(source + step, 0)
     around = n ^ s ^ e
     # ``free`` keeps r of obstacles, of goals and of cells outside of the map at 0, so that they never step.
-    store(target, out, (around ^ w ^ low) & free)
+    store(target, 0, (around ^ w ^ low) & free)
     a, b = majority(n, s, e), majority(around, w, low)
-    for _ in range(1, width):
+    # A loop over addresses: the compiler unrolls a loop over a range, and then lacks registers for the addresses.
+    last = at + (width - 1) * step
+    while at != last:
         at += step
-        out += step
-        n, s, e, w = _around(layout, source, at, joined)
+        target += step
+        n, s, e, w = _around(at, pitch, beside)
         total, a, b, c = _add_seven(n, s, e, w, a, b, c)
-        store(target, out, total & free)
-    out += step
+        store(target, 0, total & free)
+    target += step
     # The carries that are left, of weight 2^w, fill two planes more: r' has w + 2, as r had. With a sign, copies of
     # the top planes of the steps are added as well, and carries beyond plane w + 1 are dropped (modulo 2^(w+2)).
     if signed:
         total, a, b, c = _add_seven(n, s, e, w, a, b, c)
-        store(target, out, total & free)
+        store(target, 0, total & free)
         total, a, b, c = _add_seven(n, s, e, w, a, b, c)
-        store(target, out + step, total & free)
+        store(target + step, 0, total & free)
     else:
-        store(target, out, (a ^ b ^ c) & free)
-        store(target, out + step, majority(a, b, c) & free)
+        store(target, 0, (a ^ b ^ c) & free)
+        store(target + step, 0, majority(a, b, c) & free)
 
 
 @njit(inline="always", nogil=True)
@@ -292,10 +293,10 @@ def add_gains(planes, at, have, gains, source, count, shift, side, select, step)
         carry &= x
         at += step
         source += step
-    # A carry seldom gets far. So after some planes it is worth a look whether one of the 512 nodes still carries.
+    # About half of 512 carries end at each plane, so some are left after a few. A look costs as much as a plane.
     top = at + max(have - count, 0) * step
     for plane in range(count, have):
-        if plane >= count + 4 and not any_bit(carry):
+        if plane >= count + 8 and not any_bit(carry):
             break
         y = load(planes, at)
         store(planes, at, y ^ carry)

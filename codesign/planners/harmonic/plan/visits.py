@@ -26,25 +26,30 @@ from codesign.planners.harmonic.plan.planes import (
 )
 
 
-@njit(nogil=True)
+@njit(forceinline=True, nogil=True)
 def iterate(layout, state, block, source, target, signed):
     """One iteration of a block, from the planes at one address to those at another."""
     # h(t + 1) = floor((N + E + S + W) / 4), section 5.2, in terms of r (``kernels``), for all nodes of the block at
     # once. Two copies of r, because a group is read again as the neighbour of those that follow.
-    step, mask = layout.plane, state.mask + block * layout.plane * WORD_BYTES
+    step, mask = layout.plane * WORD_BYTES, state.mask + block * layout.plane * WORD_BYTES
     for segment in range(layout.segments):
         width, read = get(state.turn_width, segment), get(state.read_width, segment)
         begin, end = get(state.begin, segment), get(state.end, segment)
+        at, last = begin * WORD_BYTES, end * WORD_BYTES
         if width > 0 and layout.beside > 0:
-            for word in range(begin, end, LANES):
-                iterate_group(layout, source, target, word, load(mask, word), width, True, signed)
+            while at < last:
+                free, beside = load(mask + at, 0), layout.beside * WORD_BYTES
+                iterate_group(source + at, target + at, free, step, width, layout.pitch, beside, signed)
+                at += LANES * WORD_BYTES
         elif width > 0:
-            for word in range(begin, end, LANES):
-                iterate_group(layout, source, target, word, load(mask, word), width, False, signed)
+            while at < last:
+                free = load(mask + at, 0)
+                iterate_group(source + at, target + at, free, step, width, layout.pitch, 0, signed)
+                at += LANES * WORD_BYTES
         # Wider segments nearby read more planes than this one has. A segment that does not step in this turn keeps
         # r = r mod 4: its two low planes stay where they are, and no other segment reads them.
         if read > width:
-            clear_planes(target, begin, end, step, width + 2, read + 2)
+            clear_planes(target, begin, end, layout.plane, width + 2, read + 2)
 
 
 @njit(nogil=True)
@@ -63,7 +68,7 @@ def _widest_around(layout, widths, spread_widths):
             put(spread_widths, column * each + row, widest)
 
 
-@njit(nogil=True)
+@njit(forceinline=True, nogil=True)
 def _begin_turn(layout, state, block, own):
     """Settle the widths of a turn: ``turn_width``, and ``read_width`` that nearby segments read."""
     # In a turn of at most ``SLOTS`` iterations nothing gets further than the next group, whichever side of it.
@@ -104,7 +109,7 @@ def _widest_step(slots, begin, end, step, width):
     return least
 
 
-@njit(nogil=True)
+@njit(forceinline=True, nogil=True)
 def _sum(slots, visit, begin, end, step, width, have, count, signed):
     """Add the steps of a turn of ``count`` iterations to the sums of a segment; the planes that they may have then."""
     if signed:
@@ -124,7 +129,7 @@ def _sum(slots, visit, begin, end, step, width, have, count, signed):
     return width + 3
 
 
-@njit(nogil=True)
+@njit(forceinline=True, nogil=True)
 def _accumulate(layout, state, block, own, count, signed):
     """Add the steps of a turn of ``count`` iterations to the sums of the visit."""
     step, slot = layout.plane, layout.planes * layout.plane * WORD_BYTES
@@ -189,7 +194,7 @@ def _steps_made(layout, state, count):
     return count
 
 
-@njit(nogil=True)
+@njit(forceinline=True, nogil=True)
 def visit_block(layout, state, block, done, iterations, budget, signed):
     """Iterate a block until it settles, ``iterations`` are done or the budget is spent.
 
@@ -211,14 +216,16 @@ def visit_block(layout, state, block, done, iterations, budget, signed):
         count = (iterations - done + turns - 1) // turns
         _begin_turn(layout, state, block, own)
         source = own
-        for made in range(count - 1):
-            iterate(layout, state, block, source, state.ring + made * slot, signed)
-            source = state.ring + made * slot
-        _accumulate(layout, state, block, own, count, signed)
-        if count == 1:
-            _copy(layout, state, own, state.ring)
-            source = state.ring
-        iterate(layout, state, block, source, own, signed)
+        for made in range(count):
+            target = state.ring + made * slot
+            if made == count - 1:
+                _accumulate(layout, state, block, own, count, signed)
+                if count == 1:
+                    _copy(layout, state, own, target)
+                    source = target
+                target = own
+            iterate(layout, state, block, source, target, signed)
+            source = target
         for segment in range(layout.segments):
             put(state.width, block * layout.segments + segment, get(state.turn_width, segment))
         trim(layout, state, block, signed)
