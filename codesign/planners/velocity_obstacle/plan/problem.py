@@ -142,6 +142,11 @@ class RobotsProblem:
         return
 
     @property
+    def unknown(self) -> None:
+        """The cells that the source of the map calls unknown: there are none."""
+        return
+
+    @property
     def optimal_lengths(self) -> tuple[float, ...]:
         """Lengths by a ``.scen`` file: there is none."""
         return ()
