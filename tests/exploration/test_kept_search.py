@@ -20,9 +20,9 @@ from codesign.exploration.file_store import FileStore
 from codesign.exploration.search_run import CUT_OFF
 from codesign.exploration.study import Study
 from codesign.inputs import Platform, Workload
-from codesign.report.page import study_html
 from codesign.report.search_tables import search_table
 from codesign.report.study_answer import study_tables
+from codesign.report.study_page import study_html
 
 
 @pytest.fixture(scope="module")

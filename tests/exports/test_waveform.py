@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 from trace_samples import a_mission, a_run, write
-from vcdvcd import VCDVCD
+from waveform_reader import VCDVCD
 
 from codesign.cli import main
 from codesign.exports.waveform import waveform_of, write_waveform

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from rtl_tools import NEEDS, needs
 from toy_circuit import ToyCircuit, ToyParameters
-from vcdvcd import VCDVCD
+from waveform_reader import VCDVCD
 
 from codesign.errors import RunError
 from codesign.planners.circuits import Circuit, Expected, Image
