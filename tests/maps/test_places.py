@@ -204,8 +204,7 @@ def test_cropping_keeps_the_frame(folder: Path, crop: str) -> None:
 
 
 def test_a_trace_puts_the_cropped_map_at_its_metres(folder: Path) -> None:
-    import json
-
+    from google.protobuf import descriptor_pb2, descriptor_pool, message_factory
     from mcap.reader import make_reader
 
     problem = {"map": {"file": "floor.yaml", "crop": "free"}, "goals": [[4, 10]], "starts": [[2, 5]]}
@@ -214,13 +213,18 @@ def test_a_trace_puts_the_cropped_map_at_its_metres(folder: Path) -> None:
         codesign.simulate(codesign.load_platform("virtex2pro"), loaded, listeners=(mcap,))
     messages: dict[str, list[Any]] = {}
     with (folder / "run.mcap").open("rb") as stream:
-        for _, channel, message in make_reader(stream).iter_messages():
-            messages.setdefault(channel.topic, []).append(json.loads(message.data))
-    position = messages["/map"][0]["pose"]["position"]
-    assert (position["x"], position["y"]) == (1.5, 2.5)
-    (line,) = messages["/scene"][0]["entities"][0]["lines"]
-    first, last = line["points"][0], line["points"][-1]
-    assert ((first["x"], first["y"]), (last["x"], last["y"])) == ((1.75, 3.75), (4.25, 2.75))
+        for schema, channel, message in make_reader(stream).iter_messages():
+            assert schema is not None
+            pool = descriptor_pool.DescriptorPool()
+            for file in descriptor_pb2.FileDescriptorSet.FromString(schema.data).file:
+                pool.Add(file)
+            kind = message_factory.GetMessageClass(pool.FindMessageTypeByName(schema.name))
+            messages.setdefault(channel.topic, []).append(kind.FromString(message.data))
+    position = messages["/map/grid"][0].pose.position
+    assert (position.x, position.y) == (1.5, 2.5)
+    line = messages["/path"][-1].entities[0].lines[0]
+    first, last = line.points[0], line.points[-1]
+    assert ((first.x, first.y), (last.x, last.y)) == ((1.75, 3.75), (4.25, 2.75))
 
 
 SCEN = """\
