@@ -18,7 +18,7 @@ from codesign.records import Record
 from codesign.trace.encoding import RECORD_TYPES, decode, parse_json
 from codesign.trace.listeners import RESULT_ATTACHMENT
 from codesign.trace.scan import DamagedError, scan
-from codesign.units import format_count, format_time
+from codesign.units import counted, format_count, format_time
 
 MAX_ATTACHED_BYTES = 2**26
 """Most bytes of all attachments and metadata together."""
@@ -49,7 +49,7 @@ class Attachment:
     data: bytes
 
 
-@dataclass
+@dataclass(repr=False)
 class Trace:
     """An opened trace.
 
@@ -72,6 +72,11 @@ class Trace:
     attachments: dict[str, Attachment] = field(default_factory=dict)
     fault: str | None = None
     show: Show = field(default=silent, repr=False, compare=False)
+
+    def __repr__(self) -> str:
+        fate = "" if self.complete else ", not complete"
+        counts = f"{counted(len(self.channels), 'channel')}, {counted(self.messages, 'message')}"
+        return f"Trace({printable(str(self.path))}: {counts}{fate})"
 
     @property
     def complete(self) -> bool:

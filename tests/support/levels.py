@@ -13,7 +13,7 @@ LEVELS: list[list[str]] = [
     ["units"],
     ["figures"],
     ["memo", "progress"],
-    ["files", "data_frames"],
+    ["files", "data_frames", "notebooks"],
     ["interrupts"],
     ["kernel_cache"],
     ["node"],
