@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from base64 import b64encode
 from functools import singledispatch
 from html import escape
 
@@ -9,6 +10,7 @@ from codesign.errors import clip
 from codesign.exploration import Study
 from codesign.planners.reproduction import Reproduction
 from codesign.report.answer import answer
+from codesign.report.canvas import Picture, picture_bytes
 from codesign.report.render import printable
 from codesign.report.reproduction_tables import findings_table
 from codesign.report.result_tables import result_reasons_table
@@ -89,3 +91,11 @@ def _(result: Result) -> str:
 def _(reproduction: Reproduction) -> str:
     head = f"{reproduction.paper}: {format_count(len(reproduction.rows))} rows"
     return f"<p>{_escaped(head)}</p>\n{table_html(findings_table(reproduction))}"
+
+
+@notebook_html.register
+def _(picture: Picture) -> str:
+    # A notebook may have no room for PDF, and SVG in it could carry a script.
+    assert picture.figure is not None, "drawn here"
+    data = b64encode(picture_bytes(picture.figure, "png")).decode()
+    return f'<img alt="{_escaped(picture.alt)}" src="data:image/png;base64,{data}">'
