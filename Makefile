@@ -35,6 +35,7 @@ bench: $(READY)
 
 docs: $(READY)
 	$(BIN)/python -m docs.make_reference
+	$(BIN)/python -m docs.make_tour
 
 lint: $(READY)
 	$(BIN)/ruff check .

@@ -42,11 +42,11 @@ def front_picture(
     Raises:
         InputError: fewer than two objectives and no figures given, or no feasible point has both figures.
     """
-    chosen = [figure for figure in (x, y) if figure is not None]
-    chosen += [figure for figure in study.objectives if figure not in chosen]
-    if len(chosen) < 2:
+    others = iter([figure for figure in study.objectives if figure not in (x, y)])
+    x = x or next(others, None)
+    y = y or next(others, None)
+    if x is None or y is None:
         raise InputError("a front needs two figures", "x, y", "name two objectives, or give x and y")
-    x, y = x or chosen[0], y or chosen[1]
     positions, values = _figures(study, (x, y))
     if not len(positions):
         raise InputError(

@@ -54,6 +54,11 @@ def test_other_figures_and_markers_can_be_chosen() -> None:
         study, x=FIGURES["slices"], y=FIGURES["energy_j"], colour=None, marker="relax.block", format="svg"
     )
     assert picture.title == "energy against slices"
+    first, second = study.objectives[:2]
+    assert front_picture(study, y=first).title == f"{first.label} against {second.label}"
+    assert front_picture(study, x=second).title == f"{first.label} against {second.label}"
+    with pytest.raises(InputError, match="needs two figures"):
+        front_picture(replace(study, objectives=(first,)), y=first)
     assert picture.data != front_picture(study, format="svg").data
 
 
