@@ -46,6 +46,7 @@ bench: $(READY)
 
 docs: $(READY)
 	$(BIN)/python -m docs.make_reference
+	$(BIN)/python -m docs.make_tour
 
 lint: $(READY)
 	$(BIN)/ruff check .

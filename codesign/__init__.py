@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, cast
 
 from codesign.errors import InputError, choose_hint
 from codesign.kernel_cache import provide_kernel_cache
+from codesign.notebooks import show_with
 from codesign.progress import silent
 
 if TYPE_CHECKING:
@@ -40,6 +41,15 @@ __version__ = "0.1.0"
 __all__ = ["explain", "explore", "load_platform", "load_workload", "open_trace", "simulate"]
 
 provide_kernel_cache()
+
+
+def _notebook_html(shown: object) -> str:
+    from codesign.report.notebooks import notebook_html
+
+    return notebook_html(shown)
+
+
+show_with(_notebook_html)
 
 
 def load_platform(source: Source) -> Platform:

@@ -15,11 +15,12 @@ from codesign.calibrate.reports import ClockReading, Reading, Report, Stage, rea
 from codesign.errors import InputError, choose_hint
 from codesign.figures import label
 from codesign.inputs.calibration_file import CLOCK, DYNAMIC, STATIC, CalibrationFile
+from codesign.units import counted
 
 MOST_REPORTS = 1000
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Comparison:
     """What reports say of the laws of one style.
 
@@ -33,6 +34,10 @@ class Comparison:
     errors: Mapping[str, Errors]
     calibration: CalibrationFile | None
     notes: tuple[str, ...]
+
+    def __repr__(self) -> str:
+        fitted = counted(len(self.errors), "fitted term")
+        return f"Comparison({counted(len(self.rows), 'number')} compared, {fitted})"
 
 
 @dataclass(frozen=True)

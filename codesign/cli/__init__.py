@@ -52,6 +52,10 @@ COMMANDS = {
         "Compare designs of any planner on one map.",
     ),
     "report": ("codesign.cli.explore:report", "Write the tables and the HTML page of a stored exploration."),
+    "plot": (
+        "codesign.cli.plot:plot",
+        "Draw a front, a map, a time line or a schedule as PDF, SVG or PNG.",
+    ),
     "verify-front": (
         "codesign.cli.verify_front:verify_front",
         "Check the certificate of a front. Nothing is simulated.",

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codesign.data_frames import data_frame
-from codesign.errors import Fault, SpecError, show
+from codesign.errors import Fault, SpecError, clip, show
 from codesign.exploration.aggregation import Floats, told_apart
 from codesign.exploration.constraints import Flags
 from codesign.exploration.designs import Conditions, Design, Rows, StudyPoint, checked_index
@@ -37,6 +37,7 @@ from codesign.inputs.boxes import When
 from codesign.inputs.constraint import Constraint, needs_of
 from codesign.inputs.derived import DerivedFigure
 from codesign.inputs.exploration import not_kept
+from codesign.notebooks import InNotebooks
 from codesign.progress import Show, silent
 from codesign.results.provenance import Provenance
 from codesign.results.result import Result
@@ -50,7 +51,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, repr=False)
-class Study:
+class Study(InNotebooks):
     """Every design of an exploration, and every point: a design in one condition.
 
     Attributes:
@@ -89,9 +90,7 @@ class Study:
     excluded: tuple[ExcludedBox, ...] = field(default=(), compare=False)
 
     def __post_init__(self) -> None:
-        assert len(self.space) == len(self.outcomes), (
-            "a point for each combination of decisions and conditions"
-        )
+        assert len(self.space) == len(self.outcomes), "a point for each combination of all axes"
 
     def __getstate__(self) -> dict[str, Any]:
         return {each.name: getattr(self, each.name) for each in fields(self)}
@@ -165,10 +164,10 @@ class Study:
         return np.asarray(chosen[self.first_of_same])
 
     def __repr__(self) -> str:
-        counts = f"{format_count(len(self.feasible))} feasible, {format_count(len(self.front))} on the front"
+        fates = f"{format_count(len(self.feasible))} feasible, {format_count(len(self.front))} on the front"
         over = f" in {counted(len(self.world.each), 'condition')}" if self.conditions else ""
-        designs = f"{counted(len(self.designs), 'design')}{over}"
-        return f"Study({self.platform} × {self.workload}: {designs}, {counts})"
+        name, designs = f"{clip(self.platform)} × {clip(self.workload)}", counted(len(self.designs), "design")
+        return f"Study({name}: {designs}{over}, {fates})"
 
     @cached_property
     def feasible(self) -> tuple[int, ...]:

@@ -16,6 +16,7 @@ from codesign.fidelity.points import Point, points
 from codesign.fidelity.reasons import Reason, reason_of
 from codesign.rtl.campaign import Asked, Checked, StyleChecked, samples, verify_all
 from codesign.system import catalog
+from codesign.units import counted
 
 __all__ = ["Claim", "Fidelity", "Mismatch", "Point", "Reason", "Spread", "asked", "measure", "reason_of"]
 
@@ -23,13 +24,17 @@ SAMPLES, QUICK_SAMPLES = 10, 2
 """Random design points of each circuit that are simulated."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Fidelity:
     """All that was compared: ``cycles`` by simulation, ``points`` of the rows, ``claims`` of the papers."""
 
     cycles: tuple[StyleChecked, ...]
     points: tuple[Point, ...]
     claims: tuple[Claim, ...]
+
+    def __repr__(self) -> str:
+        points, claims = counted(len(self.points), "point"), counted(len(self.claims), "claim")
+        return f"Fidelity({counted(len(self.cycles), 'style')}, {points}, {claims})"
 
     @cached_property
     def mismatches(self) -> tuple[Mismatch, ...]:

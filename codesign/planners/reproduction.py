@@ -10,9 +10,12 @@ from enum import StrEnum
 from typing import Any, Literal
 
 from codesign import __version__
+from codesign.errors import clip
 from codesign.figures import Status
 from codesign.files import date_of_writing
 from codesign.models import SpecModel
+from codesign.notebooks import InNotebooks
+from codesign.units import counted
 
 SCHEMA_VERSION = 1
 
@@ -145,8 +148,8 @@ class Finding:
     holds: bool = True
 
 
-@dataclass(frozen=True)
-class Reproduction:
+@dataclass(frozen=True, repr=False)
+class Reproduction(InNotebooks):
     """A paper beside the model: rows in the order of the paper, plots, and statements that the run checks.
 
     ``note`` names the parts that a quick run leaves out. ``settings`` names those that are not the published ones.
@@ -158,6 +161,10 @@ class Reproduction:
     findings: tuple[Finding, ...]
     note: str = ""
     settings: str = ""
+
+    def __repr__(self) -> str:
+        rows, findings = counted(len(self.rows), "row"), counted(len(self.findings), "finding")
+        return f"Reproduction({clip(self.paper)!r}: {rows}, {findings})"
 
     def with_settings(self, settings: Settings) -> Reproduction:
         """The same, where head and rows say which settings are not the published ones."""

@@ -24,7 +24,12 @@ from codesign.report.explain_tables import (
 from codesign.report.front_picture import front_picture
 from codesign.report.map_pictures import drive_picture, map_picture, moment_picture
 from codesign.report.page import reproduction_page, result_page
-from codesign.report.pictures import run_pictures
+from codesign.report.pictures import (
+    run_map_picture,
+    run_pictures,
+    run_timeline_picture,
+    workload_map_picture,
+)
 from codesign.report.planner_tables import planner_tables
 from codesign.report.render import render_csv, render_markdown, render_text, write_csv
 from codesign.report.reproduction_tables import (
@@ -34,6 +39,7 @@ from codesign.report.reproduction_tables import (
     reproduction_table,
 )
 from codesign.report.result_tables import result_reasons_table, result_tables
+from codesign.report.schedule_picture import schedule_picture
 from codesign.report.study_answer import study_sentence, study_tables
 from codesign.report.study_page import study_page
 from codesign.report.study_tables import (
@@ -84,7 +90,10 @@ __all__ = [
     "result_page",
     "result_reasons_table",
     "result_tables",
+    "run_map_picture",
     "run_pictures",
+    "run_timeline_picture",
+    "schedule_picture",
     "spread_table",
     "study_csv",
     "study_page",
@@ -94,6 +103,7 @@ __all__ = [
     "timeline_picture",
     "winners_certainty_table",
     "winners_table",
+    "workload_map_picture",
     "write_csv",
     "write_study_csv",
 ]

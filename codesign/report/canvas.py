@@ -1,4 +1,4 @@
-"""A picture for a page, the canvas that it is drawn on, and the marks of a mission's events.
+"""A picture for a page or a paper, the canvas that it is drawn on, and the marks of a mission's events.
 
 No picture goes through pyplot, so nothing global is touched; the same input gives the same bytes.
 matplotlib is imported when the first picture is made.
@@ -7,10 +7,20 @@ matplotlib is imported when the first picture is made.
 from __future__ import annotations
 
 import io
-from dataclasses import dataclass
-from typing import Any, Literal
+import itertools
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal, get_args
 
-Format = Literal["png", "svg"]
+from codesign.errors import InputError
+from codesign.files import write_atomically
+from codesign.notebooks import InNotebooks
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+Format = Literal["png", "svg", "pdf"]
+"""PNG for screens, SVG and PDF for papers. PDF embeds its fonts as outlines that stay text (Type 42)."""
 
 MARKS: dict[str, tuple[str, str, str]] = {
     "plan_requested": ("new plan asked for", "o", "#7b3294"),
@@ -25,14 +35,50 @@ MARKS: dict[str, tuple[str, str, str]] = {
 
 
 @dataclass(frozen=True)
-class Picture:
-    """A picture for a page: its title, what it shows in words (``alt``), its bytes, and a caption."""
+class Picture(InNotebooks):
+    """A picture for a page: its title, what it shows in words (``alt``), its bytes, and a caption.
+
+    ``figure`` is that of matplotlib, to be restyled: ``write`` draws it as it is at that time. None where a picture was
+    not drawn here.
+    """
 
     title: str
     alt: str
     format: Format
-    data: bytes
+    data: bytes = field(repr=False)
     caption: str = ""
+    figure: Figure | None = field(default=None, repr=False, compare=False)
+
+    def write(self, path: Path | str, width_mm: float | None = None) -> None:
+        """Write the figure as PDF, SVG or PNG, by the end of the name.
+
+        ``width_mm``: of the figure, to a few mm, as margins without ink are cut off. Its letters keep their size.
+
+        Raises:
+            InputError: the name ends otherwise. RunError: the file cannot be written.
+        """
+        format = format_of(Path(path))
+        assert self.figure is not None, "drawn here"
+        if width_mm is not None:
+            set_width(self.figure, width_mm)
+        write_atomically(Path(path), picture_bytes(self.figure, format))
+
+
+def format_of(path: Path, where: str | None = None) -> Format:
+    """The format that the end of a name asks for.
+
+    ``where``: the option that names the file, for errors.
+
+    Raises:
+        InputError: it is neither PDF, SVG nor PNG.
+    """
+    suffix = path.suffix.lower().removeprefix(".")
+    for format in get_args(Format):
+        if suffix == format:
+            return format  # type: ignore[no-any-return]
+    raise InputError(
+        f"{path} is neither PDF, SVG nor PNG", where, "name a file that ends in .pdf, .svg or .png"
+    )
 
 
 def style() -> Any:
@@ -42,6 +88,8 @@ def style() -> Any:
     return matplotlib.rc_context(
         {
             "svg.hashsalt": "codesign",
+            # Letters of a PDF stay letters that publishers accept, in place of Type 3 fonts.
+            "pdf.fonttype": 42,
             "font.size": 9,
             "axes.spines.top": False,
             "axes.spines.right": False,
@@ -61,12 +109,46 @@ def canvas(size: tuple[float, float]) -> tuple[Any, Any]:
     return picture, picture.add_subplot()
 
 
-def picture_bytes(picture: Any, format: Format) -> bytes:
-    """The figure as the content of a file, with no date in it."""
+def drawn(figure: Any, format: Format, title: str, alt: str, caption: str = "") -> Picture:
+    """The figure as a picture."""
+    return Picture(title, alt, format, picture_bytes(figure, format), caption, figure)
+
+
+_NO_DATE: dict[Format, dict[str, Any]] = {
+    "svg": {"Date": None},
+    "png": {"Software": None},
+    "pdf": {"CreationDate": None, "Producer": None, "Creator": None},
+}
+
+
+def picture_bytes(figure: Any, format: Format) -> bytes:
+    """The figure as the content of a file, with no date in it; margins without ink are cut off."""
     out = io.BytesIO()
-    metadata: dict[str, Any] = {"Date": None} if format == "svg" else {"Software": None}
-    picture.savefig(out, format=format, dpi=130, metadata=metadata, bbox_inches="tight", pad_inches=0.08)
+    with style():
+        figure.savefig(
+            out, format=format, dpi=130, metadata=_NO_DATE[format], bbox_inches="tight", pad_inches=_MARGIN
+        )
     return out.getvalue()
+
+
+_MARGIN = 0.08
+_MM_AN_INCH = 25.4
+_LEAST_HEIGHT = 2.8
+"""Inches: a picture of this height gets no lower with its width, as its letters do not get smaller."""
+
+_ENTRY = 1.8
+"""Inches for an entry of a legend."""
+
+
+def set_width(figure: Any, width_mm: float) -> None:
+    """Make a figure so wide, its height in proportion but for low ones; letters keep their size."""
+    size, width = figure.get_size_inches(), width_mm / _MM_AN_INCH - 2 * _MARGIN
+    figure.set_size_inches(width, max(size[1] * width / size[0], min(size[1], _LEAST_HEIGHT)))
+    for before in figure.legends:
+        # A legend cannot change its columns.
+        labels = [text.get_text() for text in before.get_texts()]
+        before.remove()
+        _legend(figure, before.legend_handles, labels, max(1, int(width / _ENTRY)))
 
 
 def marker_size(marker: str) -> int:
@@ -76,5 +158,11 @@ def marker_size(marker: str) -> int:
 
 def legend(picture: Any) -> None:
     """A legend below the axes; none where there is nothing to name."""
-    if any(axes.get_legend_handles_labels()[1] for axes in picture.axes):
-        picture.legend(loc="outside lower center", ncols=4, frameon=False, fontsize=8)
+    entries = [axes.get_legend_handles_labels() for axes in picture.axes]
+    handles, labels = (list(itertools.chain.from_iterable(each)) for each in zip(*entries, strict=True))
+    if labels:
+        _legend(picture, handles, labels, 4)
+
+
+def _legend(figure: Any, handles: list[Any], labels: list[str], columns: int) -> None:
+    figure.legend(handles, labels, loc="outside lower center", ncols=columns, frameon=False, fontsize=8)

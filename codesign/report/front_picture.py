@@ -12,7 +12,7 @@ from codesign.errors import InputError
 from codesign.figures import FIGURES, ResultFigure
 from codesign.report.aggregated import figure_column, figure_label, kind_of_row
 from codesign.report.axes import axis_levels, varying_axes
-from codesign.report.canvas import Format, Picture, canvas, picture_bytes, style
+from codesign.report.canvas import Format, Picture, canvas, drawn, style
 from codesign.report.table import Column
 from codesign.report.wording import axis_text, labelled, prefix, wants_logarithm
 from codesign.units import counted
@@ -36,17 +36,17 @@ def front_picture(
     """The feasible designs by two figures, those of the front outlined, the front in these two joined.
 
     - ``x`` and ``y``: the first two objectives unless given.
-    - ``colour``: a third figure; one colour for all where it is None or no point has it.
+    - ``colour``: a third figure; one colour for all where it is None, or no two points differ in it.
     - ``marker``: the axis that the shape of a marker tells; unless given the part, where it varies.
 
     Raises:
         InputError: fewer than two objectives and no figures given, or no feasible point has both figures.
     """
-    chosen = [figure for figure in (x, y) if figure is not None]
-    chosen += [figure for figure in study.objectives if figure not in chosen]
-    if len(chosen) < 2:
+    others = iter([figure for figure in study.objectives if figure not in (x, y)])
+    x = x or next(others, None)
+    y = y or next(others, None)
+    if x is None or y is None:
         raise InputError("a front needs two figures", "x, y", "name two objectives, or give x and y")
-    x, y = x or chosen[0], y or chosen[1]
     positions, values = _figures(study, (x, y))
     if not len(positions):
         raise InputError(
@@ -66,7 +66,7 @@ def front_picture(
         axes.plot(*_staircase(scaled, maximise), color="0.35", linewidth=1.0, zorder=1.5, label=_FRONT_LINE)
         if norm is not None and colour is not None:
             bar = picture.colorbar(_mappable(norm), ax=axes, pad=0.02)
-            bar.set_label(figure_label(study, colour))
+            bar.set_label(labelled(figure_label(study, colour), figure_column(study, colour).unit))
             if colour.counted == "share":
                 bar.formatter = PercentFormatter(1)
         legend = picture.legend(loc="outside lower center", ncols=3, frameon=False, fontsize=8)
@@ -74,13 +74,12 @@ def front_picture(
             _in_grey(legend)
         title = f"{figure_label(study, y)} against {figure_label(study, x)}"
         shown = counted(len(positions), f"feasible {kind_of_row(study)}")
-        axes.set_title(f"{study.workload} on {study.platform}: {shown}")
-        data = picture_bytes(picture, format)
-    return Picture(
+        axes.set_title(f"{study.workload} on {study.platform}: {shown}", wrap=True)
+    return drawn(
+        picture,
+        format,
         title=title,
         alt=f"Scatter plot of {title}, {shown}, front outlined and joined",
-        format=format,
-        data=data,
     )
 
 
@@ -122,7 +121,7 @@ def _number(value: float, _place: int | None = None) -> str:
 
 
 def _shades(study: Study, positions: NDArray[np.intp], colour: ResultFigure | None) -> tuple[Any, Any]:
-    """The colouring figure of each point (NaN: none) and its norm; None, None where no point has it."""
+    """The colouring figure of each point (NaN: none) and its norm; None, None where no two differ."""
     from matplotlib.colors import Normalize
 
     if colour is None:
@@ -131,7 +130,8 @@ def _shades(study: Study, positions: NDArray[np.intp], colour: ResultFigure | No
     if not np.isfinite(values).any():
         return None, None
     least, most = np.nanmin(values), np.nanmax(values)
-    return values, Normalize(least, most if most > least else least + 1e-9)
+    # One value in all points is no colour, and a scale of it would have one number at every tick.
+    return (values, Normalize(least, most)) if most > least else (None, None)
 
 
 def _mappable(norm: Any) -> Any:

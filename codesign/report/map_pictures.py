@@ -21,7 +21,7 @@ from codesign.records import (
     StageRecord,
     TrajectoryRecord,
 )
-from codesign.report.canvas import MARKS, Format, Picture, canvas, legend, marker_size, picture_bytes, style
+from codesign.report.canvas import MARKS, Format, Picture, canvas, drawn, legend, marker_size, style
 from codesign.report.wording import labelled, quantity_text
 from codesign.units import counted, format_time
 
@@ -158,12 +158,11 @@ def _drawn(layers: _Layers, title: str, facts: Sequence[str], format: Format) ->
         top, left, bottom, right = _extent(layers)
         axes.set(xlabel="column", ylabel="row", xlim=(left, right), ylim=(bottom, top))
         legend(picture)
-        data = picture_bytes(picture, format)
-    return Picture(
+    return drawn(
+        picture,
+        format,
         title=title,
         alt=f"Map of {rows} by {columns} cells: {', '.join(facts)}",
-        format=format,
-        data=data,
         caption=f"{title}: {', '.join(facts)}",
     )
 
@@ -217,7 +216,7 @@ def _draw_marks(axes: Any, layers: _Layers) -> None:
         )  # fmt: skip
 
 
-def plan_picture(start: MapRecord, records: Sequence[Record]) -> Picture:
+def plan_picture(start: MapRecord, records: Sequence[Record], *, format: Format = "png") -> Picture:
     """The map of a plan, with the last field and the paths that the records hold."""
     stages = [record for record in records if isinstance(record, StageRecord)]
     paths = [record for record in records if isinstance(record, TrajectoryRecord)]
@@ -240,6 +239,7 @@ def plan_picture(start: MapRecord, records: Sequence[Record]) -> Picture:
         trajectories=[path.points for path in paths if len(path.points)],
         title=title,
         corner=start.corner,
+        format=format,
     )
 
 
@@ -250,6 +250,7 @@ def map_picture(
     potential: NDArray[np.floating[Any]] | None = None,
     shades: str = "",
     trajectories: Sequence[NDArray[np.float64]] = (),
+    starts: Sequence[tuple[int, int]] = (),
     title: str = "Map",
     corner: tuple[int, int] = (0, 0),
     format: Format = "png",
@@ -257,7 +258,7 @@ def map_picture(
     """The map, with the potential (by its logarithm) or another field, the paths to the goal and the goals where given.
 
     Args:
-        free: bool, rows × columns. goals: (row, column) pairs.
+        free: bool, rows × columns. goals, starts: (row, column) pairs.
         potential: rows × columns, values of 0 and above; cells at 0 stay white.
         shades: what the values are, where they are no potential: they are shown as they are, and finite ones only.
         corner: the first row and column of ``free``; goals and paths are counted in the whole map.
@@ -274,28 +275,32 @@ def map_picture(
             values = _logarithm(potential, free)
             if shades:
                 values = np.ma.masked_where(~(free & np.isfinite(potential)), potential)
-            drawn = axes.imshow(
+            coloured = axes.imshow(
                 values[::step, ::step],
                 extent=extent,
                 cmap="viridis",
                 interpolation="nearest",
             )
-            picture.colorbar(drawn, ax=axes, pad=0.02, shrink=0.8).set_label(shades or "potential, log₁₀")
+            picture.colorbar(coloured, ax=axes, pad=0.02, shrink=0.8).set_label(shades or "potential, log₁₀")
         axes.imshow(obstacles, extent=extent, cmap="gray", vmin=-0.35, vmax=4, interpolation="nearest")
         for path in trajectories:
             axes.plot(path[:, 1], path[:, 0], color="white", linewidth=2.2, alpha=0.8)
             axes.plot(path[:, 1], path[:, 0], color=_PATH, linewidth=1.2)
             axes.plot(path[:1, 1], path[:1, 0], "o", color=_PATH, markersize=3.5)
         axes.plot(
+            [column for _, column in starts], [row for row, _ in starts], "o", color=_PATH, markersize=3.5,
+            linestyle="none",
+        )  # fmt: skip
+        axes.plot(
             [column for _, column in goals], [row for row, _ in goals], "*", color=_GOAL, markersize=12,
             markeredgecolor="white", linestyle="none",
         )  # fmt: skip
         axes.set(xlabel="column", ylabel="row", xlim=extent[:2], ylim=extent[2:])
-        data = picture_bytes(picture, format)
     shown = [f"{rows} by {columns} cells", counted(len(goals), "goal")]
+    shown += [counted(len(starts), "start")] if starts else []
     shown += [f"the {shades or 'potential'} as colour"] if potential is not None else []
     shown += [f"{counted(len(trajectories), 'path')} drawn"] if trajectories else []
-    return Picture(title=title, alt=f"Map of {', '.join(shown)}", format=format, data=data)
+    return drawn(picture, format, title=title, alt=f"Map of {', '.join(shown)}")
 
 
 def _logarithm(potential: NDArray[np.floating[Any]], free: NDArray[np.bool_]) -> Any:

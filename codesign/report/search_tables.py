@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from codesign.exploration.hypervolume import REFERENCE, Curve, curves_of, scale_of
-from codesign.report.canvas import Picture, canvas, legend, picture_bytes, style
+from codesign.report.canvas import Picture, canvas, drawn, legend, style
 from codesign.report.table import Cell, Table, left, right, word
 from codesign.report.wording import ABSENT, count_cell, quantity_text
 from codesign.units import counted, format_count
@@ -96,4 +96,4 @@ def search_picture(study: Study) -> Picture | None:
         legend(picture)
         names = ", ".join(curve.trace.name for curve in curves)
         alt = f"Hypervolume over the number of evaluated designs, of {names}"
-        return Picture("Hypervolume over evaluations", alt, "svg", picture_bytes(picture, "svg"))
+        return drawn(picture, "svg", "Hypervolume over evaluations", alt)

@@ -199,14 +199,14 @@ def write_study_csv(study: Study, path: Path, show: Show = silent) -> None:
     write_columns_csv(blocks, path)
 
 
-def front_table(study: Study) -> Table:
+def front_table(study: Study, most: int | None = None) -> Table:
     """The designs that no other design beats in every objective, best first by the first objective.
 
     Over conditions, a figure has its spread beside it. Further columns, where any design has them: the axes whose other
-    values change nothing for it, and the designs that no objective tells apart from it.
+    values change nothing for it, and the designs that no objective tells apart from it. ``most``: rows; None: all.
     """
     designs = _Designs(study, study.objectives, spread=True)
-    ranked = _ranked(study, *study.objectives[:1])
+    ranked = _ranked(study, *study.objectives[:1])[:most]
     rows = [designs.cells(study.designs[index]) for index in ranked]
     # Conditions are other questions on purpose, and the figures are over all of them.
     asked = () if study.conditions else asked_notes(study.templates)

@@ -6,6 +6,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Literal
 
+from codesign.errors import clip
+from codesign.notebooks import InNotebooks
+from codesign.units import counted
+
 Align = Literal["left", "right"]
 Value = float | int | str | bool | None
 
@@ -27,8 +31,8 @@ class Cell:
     value: Value = None
 
 
-@dataclass(frozen=True)
-class Table:
+@dataclass(frozen=True, repr=False)
+class Table(InNotebooks):
     """A title, columns, rows of as many cells, and notes to be read below.
 
     ``strong`` holds the numbers of the rows that stand out: totals, points of the front.
@@ -39,6 +43,10 @@ class Table:
     rows: tuple[tuple[Cell, ...], ...]
     notes: tuple[str, ...] = ()
     strong: frozenset[int] = field(default_factory=frozenset)
+
+    def __repr__(self) -> str:
+        size = f"{counted(len(self.rows), 'row')}, {counted(len(self.columns), 'column')}"
+        return f"Table({clip(self.title)!r}: {size})"
 
     def __post_init__(self) -> None:
         for number, row in enumerate(self.rows):

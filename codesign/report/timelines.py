@@ -21,7 +21,7 @@ from codesign.records import (
     TaskRecord,
     VisitsRecord,
 )
-from codesign.report.canvas import MARKS, Format, Picture, canvas, legend, marker_size, picture_bytes, style
+from codesign.report.canvas import MARKS, Format, Picture, canvas, drawn, legend, marker_size, style
 from codesign.report.scenario_tables import busy_share
 from codesign.report.wording import prefix, share_text
 from codesign.results.mission import Account
@@ -78,12 +78,11 @@ def timeline_picture(bars: Iterable[Bar], *, format: Format = "png") -> Picture:
         axes.set_yticks(range(len(sources)), sources)
         axes.set(xlabel=f"time ({unit})", xlim=(0, last / scale), ylim=(len(sources) - 0.5, -0.5))
         axes.legend(loc="upper left", bbox_to_anchor=(1.01, 1), frameon=False, fontsize=8)
-        data = picture_bytes(picture, format)
-    return Picture(
+    return drawn(
+        picture,
+        format,
         title="When each component and link was busy",
         alt=f"Time line of {', '.join(sources)} over {format_time(last)}; utilisation stands in its table",
-        format=format,
-        data=data,
     )
 
 
@@ -152,15 +151,14 @@ def mission_timeline_picture(records: Iterable[Record], *, format: Format = "png
         axes.set_yticks([-1.0, *range(len(sources))], ["plans, events", *sources])
         axes.set(xlabel=f"time ({unit})", xlim=(0, last / scale), ylim=(len(sources) - 0.5, -1.6))
         legend(picture)
-        data = picture_bytes(picture, format)
     busiest = max(sources, key=lambda source: float(shares[sources.index(source)].mean()), default="nothing")
     title = "How busy each component and link was"
-    return Picture(
+    return drawn(
+        picture,
+        format,
         title=title,
         alt=f"Time line of {', '.join(sources)} over {format_time(last)}, {counted(len(events), 'event')};"
         f" the busiest is {busiest}",
-        format=format,
-        data=data,
         caption=f"{title}{_SPREAD_ROW if any(_ANY in source for source in sources) else ''}",
     )
 
@@ -272,10 +270,9 @@ def account_picture(accounts: Mapping[str, Account], *, format: Format = "png") 
         axes.set_xlim(left=0.0)
         axes.set(xlabel=f"time ({unit})", ylim=(len(names) - 0.5, -0.5))
         legend(picture)
-        data = picture_bytes(picture, format)
-    return Picture(
+    return drawn(
+        picture,
+        format,
         title="Where the time of each component and link went",
         alt=f"Stacked bars of compute, transfer and idle of {', '.join(names)}, waits below; figures stand in a table",
-        format=format,
-        data=data,
     )

@@ -16,6 +16,7 @@ from codesign.data_frames import data_frame
 from codesign.errors import clip
 from codesign.figures import FIGURES, Figure, ResultFigure, described, label
 from codesign.inputs.derived import DerivedFigure, derived_interval
+from codesign.notebooks import InNotebooks
 from codesign.planners.quality import Quality, RobotsQuality
 from codesign.results.fleet import FleetFigures
 from codesign.results.mission import LinkUse, Mission
@@ -164,7 +165,7 @@ class DisplayUse(ResultModel):
     )
 
 
-class Result(ResultModel):
+class Result(InNotebooks, ResultModel):
     """All the figures of one design point on one workload."""
 
     schema_version: Literal[2] = Field(default=2, description="version of this form")
@@ -254,7 +255,7 @@ class Result(ResultModel):
 
     def __repr__(self) -> str:
         fate = "feasible" if self.feasible else "; ".join(map(str, self.reasons)) or "infeasible"
-        return f"Result({self.platform} × {self.workload}: {self.planner} {self.style}, {clip(fate, 200)})"
+        return f"Result({clip(self.platform)} × {clip(self.workload)}: {self.planner} {self.style}, {clip(fate, 200)})"
 
     __str__ = __repr__
 

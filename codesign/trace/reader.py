@@ -20,7 +20,7 @@ from codesign.trace.listeners import RUN
 from codesign.trace.messages import RECORD_TYPES, decode
 from codesign.trace.scan import DamagedError, scan
 from codesign.trace.values import parse_json
-from codesign.units import format_count, format_time
+from codesign.units import counted, format_count, format_time
 
 MAX_ATTACHED_BYTES = 2**26
 """Most bytes of all attachments and metadata together."""
@@ -55,7 +55,7 @@ class Attachment:
     data: bytes
 
 
-@dataclass
+@dataclass(repr=False)
 class Trace:
     """An opened trace.
 
@@ -79,6 +79,11 @@ class Trace:
     fault: str | None = None
     show: Show = field(default=silent, repr=False, compare=False)
     last_summary: tuple[Channel, Any] | None = field(default=None, repr=False, compare=False)
+
+    def __repr__(self) -> str:
+        fate = "" if self.complete else ", not complete"
+        counts = f"{counted(len(self.channels), 'channel')}, {counted(self.messages, 'message')}"
+        return f"Trace({printable(str(self.path))}: {counts}{fate})"
 
     @property
     def complete(self) -> bool:

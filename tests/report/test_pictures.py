@@ -10,7 +10,7 @@ from report_samples import a_hopeless_study, a_study
 from codesign.errors import InputError
 from codesign.figures import FIGURES, ResultFigure
 from codesign.records import MapRecord, MessageRecord, Record, StageRecord, TaskRecord, TrajectoryRecord
-from codesign.report import front_picture, map_picture, run_pictures
+from codesign.report import front_picture, map_picture, run_pictures, schedule_picture
 from codesign.report.front_picture import _staircase
 
 FREE = np.ones((12, 30), dtype=bool)
@@ -54,6 +54,11 @@ def test_other_figures_and_markers_can_be_chosen() -> None:
         study, x=FIGURES["slices"], y=FIGURES["energy_j"], colour=None, marker="relax.block", format="svg"
     )
     assert picture.title == "energy against slices"
+    first, second = study.objectives[:2]
+    assert front_picture(study, y=first).title == f"{first.label} against {second.label}"
+    assert front_picture(study, x=second).title == f"{first.label} against {second.label}"
+    with pytest.raises(InputError, match="needs two figures"):
+        front_picture(replace(study, objectives=(first,)), y=first)
     assert picture.data != front_picture(study, format="svg").data
 
 
@@ -101,3 +106,17 @@ def test_a_map_without_a_field_and_a_large_map_are_drawn() -> None:
     assert map_picture(np.zeros((2, 2), bool), [], potential=nothing).data.startswith(b"\x89PNG")
     large = np.ones((3000, 40), dtype=bool)
     assert len(map_picture(large, [(5, 5)]).data) < 200_000
+
+
+def test_stages_are_bars_of_their_precision() -> None:
+    picture = schedule_picture(records())
+    assert picture is not None
+    assert picture.alt == "2 stages of at most 15 bits over 90 us, 0 local maxima after the last"
+    bars, line = picture.figure.axes
+    assert [bar.get_height() for bar in bars.patches] == [7, 15]
+    assert [bar.get_x() for bar in bars.patches] == pytest.approx([3, 40])
+    assert list(line.lines[0].get_ydata()) == [4, 0]
+    assert schedule_picture([]) is None
+    many = schedule_picture(records()[3:5] * 1500)
+    assert many is not None
+    assert "1,000 later stages are not drawn" in many.caption

@@ -13,7 +13,7 @@ LEVELS: list[list[str]] = [
     ["units"],
     ["figures"],
     ["memo", "progress"],
-    ["files", "data_frames", "gtkwave"],
+    ["files", "data_frames", "notebooks", "gtkwave"],
     ["interrupts"],
     ["kernel_cache"],
     ["node"],
