@@ -105,7 +105,7 @@ def run(
     from codesign.cli.progress import compiling_shown, progress_shown
     from codesign.exploration.constraints import with_constraints
     from codesign.inputs.constraint import needs_of
-    from codesign.progress import doing
+    from codesign.progress import doing, plans_shown
     from codesign.report import result_page, run_pictures
     from codesign.scenarios import outlook
     from codesign.system import point_of
@@ -132,6 +132,8 @@ def run(
     with ExitStack() as stack:
         show = stack.enter_context(progress_shown(after_s=_QUIET_SECONDS, quiet=quiet))
         stack.enter_context(compiling_shown(show))
+        if moved[1].scenario.type == "plan_once":
+            stack.enter_context(plans_shown(show))
         ros2 = None if bag is None else stack.enter_context(BagListener(bag))
         doing(show, "simulating")
         result = codesign.simulate(
