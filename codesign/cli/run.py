@@ -18,6 +18,7 @@ from codesign.cli.options import (
     memory_option,
     need_option,
     output_options,
+    ros2_option,
     set_option,
     settings_of,
 )
@@ -44,13 +45,7 @@ _QUIET_SECONDS = 5.0
 @click.option(
     "--trace", "trace_file", type=click.Path(dir_okay=False, path_type=Path), help="Write an MCAP trace."
 )
-@click.option(
-    "--ros2",
-    "bag",
-    type=click.Path(path_type=Path),
-    metavar="DIR",
-    help="Write a ROS 2 bag into the new folder DIR.",
-)
+@ros2_option
 @click.option(
     "--trace-level",
     type=click.Choice(["mission", "messages", "blocks", "iterations"]),
