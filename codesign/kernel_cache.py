@@ -2,9 +2,9 @@
 
 Where neither this package's folder nor the user's cache is writable, kernels get a private temporary folder.
 
-A worker of a cluster keeps its kernels in a folder of its node, as a home folder may be that of many nodes. The folder
-bears any number of readers and one writer. So of all processes of a node, one at a time compiles, and a process that
-waited finds the kernel there (``compiled_once``).
+A worker of a cluster keeps its kernels in a folder of its node, as a home folder may be that of many nodes. A folder of
+kernels bears any number of readers and one writer. So of all workers on a machine, one at a time compiles, and a worker
+that waited finds the kernel there (``compiled_once``).
 """
 
 from __future__ import annotations
@@ -118,12 +118,13 @@ def keep_kernels_on_node(digest: str) -> str:
 
 
 def compiled_once(compute: Callable[[], T]) -> T:
-    """What ``compute`` gives; of all processes with this cache, one at a time compiles the kernels that it needs.
+    """What ``compute`` gives; of all processes that call this, one at a time compiles the kernels that it needs.
 
-    ``compute`` begins again where a kernel is missing. For a process with one folder of kernels
-    (``keep_kernels_on_node``).
+    ``compute`` begins again where a kernel is missing. Processes with folders of kernels of their own
+    (``NUMBA_CACHE_DIR``) do not wait for each other.
     """
-    if fcntl is None:
+    folder = os.environ.get(VARIABLE) or _private_folder()
+    if fcntl is None or folder is None:
         return compute()
     from numba.core import event
 
@@ -140,7 +141,8 @@ def compiled_once(compute: Callable[[], T]) -> T:
         with event.install_listener("numba:compile", Refuse()):
             return compute()
     except _MissingKernel:
-        with open(Path(os.environ[VARIABLE], "lock"), "wb") as lock:
+        Path(folder).mkdir(parents=True, exist_ok=True)
+        with open(Path(folder, "lock"), "wb") as lock:
             fcntl.flock(lock, fcntl.LOCK_EX)
             return compute()
 

@@ -125,6 +125,19 @@ def test_of_the_processes_of_a_node_one_compiles(tmp_path: Path) -> None:
     assert not list((tmp_path / "cache").glob("*.nbi"))
 
 
+def test_of_two_workers_of_this_machine_one_compiles(tmp_path: Path) -> None:
+    """The same in the folder that a user has for kernels, or in the one beside the module."""
+    script = tmp_path / "script.py"
+    script.write_text(ON_NODE.replace('assert keep_kernels_on_node("digest") == ""', ""))
+    command = [sys.executable, str(script)]
+    environment = {name: value for name, value in os.environ.items() if name != "NUMBA_CACHE_DIR"}
+    environment["TMPDIR"] = str(tmp_path)
+    both = [subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=environment) for _ in range(2)]
+    found = [process.communicate(timeout=120)[0] for process in both]
+    assert [process.returncode for process in both] == [0, 0]
+    assert sorted(found) == ["0\n", "1\n"], "one compiled it, the other found it"
+
+
 def test_a_process_that_loaded_kernels_before_is_refused(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

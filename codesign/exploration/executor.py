@@ -39,6 +39,7 @@ from codesign.exploration.packing import Packing
 from codesign.exploration.partition import Work
 from codesign.exploration.work_queue import DEATH_HINT, WorkQueue
 from codesign.interrupts import held
+from codesign.kernel_cache import compiled_once
 from codesign.node import in_turn
 from codesign.system.memory import share_of_memory
 
@@ -89,8 +90,7 @@ class SerialExecutor:
 class ProcessExecutor:
     """Computes in worker processes, ``workers`` of them.
 
-    Until a plan was computed, one worker computes alone: it compiles the kernels into their cache on disk. Others would
-    compile them at the same time, and the cache bears only one that writes.
+    One worker at a time compiles kernels (``compiled_once``): their cache on disk bears only one that writes.
 
     A worker that dies is replaced. What it had under way is computed again, one work after another. Where a worker dies
     of it again, its points are computed one by one, and a point of which a worker dies has failed.
@@ -210,15 +210,13 @@ class _Processes:
         future.add_done_callback(lambda future: self._events.put((seat, future)))
 
     def _hand_out(self, queue: WorkQueue) -> None:
-        """Give each worker a batch, and then each a second one; until a plan was computed, one work to the first.
+        """Give each worker a batch, and then each a second one.
 
         Until all workers run, each has one work at a time: the first one would take those of the others.
         """
-        full = queue.compiled and len(self._ready) == self._workers
+        full = len(self._ready) == self._workers
         for depth in range(BATCHES_AHEAD if full else 1):
             for seat in [*self._ready]:
-                if not queue.compiled and self._under_way:
-                    return
                 if len(seat.batches) <= depth:
                     count = self._size.works if full else 1
                     if batch := drawn(queue, seat.number, seat.works, count):
@@ -276,7 +274,8 @@ def _started() -> None:
 
 def _batch(works: list[Work], seconds: float) -> tuple[list[Done], float]:
     assert _packing is not None
-    return in_turn(_packing, works, seconds)
+    packing = _packing
+    return in_turn(lambda work: compiled_once(lambda: packing(work)), works, seconds)
 
 
 def _cause(process: BaseProcess | None) -> str:

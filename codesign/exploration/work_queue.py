@@ -25,13 +25,11 @@ class WorkQueue:
 
     - ``workers``: how many compute; points that are simulated by themselves are dealt out to so many.
     - ``suspects``: works that were under way when a worker died.
-    - ``compiled``: a plan was computed before.
     """
 
     def __init__(self, works: Iterable[Work], evaluate: Evaluator, workers: int) -> None:
         self.workers = workers
         self.suspects: deque[Work] = deque()
-        self.compiled = False
         self._dealer = works if isinstance(works, Dealer) else Dealer(works)
         self._evaluate = evaluate
         self._trials: list[Work] = []
@@ -56,7 +54,6 @@ class WorkQueue:
     def take(self, done: Done) -> Iterator[Done]:
         """Give what came in, or put its points into the queue where they are to be computed apart."""
         self._ended(done.work)
-        self.compiled = self.compiled or done.ran
         if done.apart:
             self._dealer.add(self._evaluate.alone(done.work, self.workers))
         else:

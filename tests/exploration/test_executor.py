@@ -122,14 +122,13 @@ def test_a_script_that_explores_as_it_is_imported_ends_with_the_remedy(tmp_path:
     assert "explore below `if __name__ == '__main__':`" in last
 
 
-def test_one_worker_is_alone_until_a_point_is_run(tmp_path: Path) -> None:
+def test_all_workers_compute_from_the_first_work_on(tmp_path: Path) -> None:
     log = tmp_path / "log"
-    # The first 20 do not fit and are not run; the 21st is run alone; from the 25th on each waits for company.
-    axes = {"slices": [*range(101, 121), *range(20)]}
-    run(ProcessExecutor(2), axes, log, limit=2, at=dict.fromkeys(range(24, 40), "meet"))
+    # The first work waits for company.
+    run(ProcessExecutor(2), {"slices": [*range(20)]}, log, limit=2, at={0: "meet"})
     lines = [line.split() for line in log.read_text().splitlines()]
-    assert len({pid for _, pid in lines[:21]}) == 1
-    assert len({pid for _, pid in lines}) == 2
+    assert lines[0][0] == "0"
+    assert len({pid for _, pid in lines[:2]}) == 2
 
 
 SCRIPT = """
