@@ -98,15 +98,21 @@ def approximate_bytes(value: Any) -> int:
     total = 0
     while waiting:
         item = waiting.pop()
+        kind = type(item)
         if id(item) in seen or isinstance(item, type):
             continue
         seen.add(id(item))
         total += sys.getsizeof(item, 64)
+        if kind in _LEAVES:
+            continue
         waiting.extend(_parts(item))
         if getattr(item, "base", None) is not None:
             # A view counts with the buffer that it keeps alive.
             waiting.append(item.base)
     return total
+
+
+_LEAVES = frozenset((str, bytes, bytearray, int, float, complex, bool, type(None)))
 
 
 def _parts(item: Any) -> Iterable[Any]:
@@ -119,10 +125,9 @@ def _parts(item: Any) -> Iterable[Any]:
     if getattr(item, "dtype", None) is not None and getattr(item.dtype, "hasobject", False):
         flat: list[Any] = item.ravel().tolist()
         return flat
-    attributes = list(getattr(item, "__dict__", {}).values())
+    held: dict[str, Any] = getattr(item, "__dict__", {})
     kind: Any = type(item)
-    attributes += [getattr(item, name) for name in _slots(kind) if hasattr(item, name)]
-    return attributes
+    return [*held.values(), *(getattr(item, name) for name in _slots(kind) if hasattr(item, name))]
 
 
 @lru_cache(maxsize=1024)
