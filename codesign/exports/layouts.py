@@ -1,0 +1,197 @@
+"""The layout of a viewer for one trace: which topics it shows, where, and what it plots.
+
+Each trace gets the panels that it has something for: the true map with everything that moves on it; beside it what a
+robot knows of the map, and the field of the last plan; below them the events, and samples and speeds over time. Of the
+topics that show the same for two viewers (grids and voxels, scenes and points) each viewer gets its own.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+from codesign.records import MapRecord
+from codesign.trace import Trace
+from codesign.trace.floor import Floor, floor_of
+
+_GRID, _SCENE, _SCAN = "foxglove.Grid", "foxglove.SceneUpdate", "foxglove.LaserScan"
+_VOXELS, _POINTS = "foxglove.VoxelGrid", "foxglove.PointCloud"
+_SAMPLES, _POSES, _EVENTS, _LOG = "SampleRecord", "PoseRecord", "MissionRecord", "foxglove.Log"
+_TRUE = "/map/"
+_FIELD = "/plan_"
+_MOST_SERIES = 16
+"""Of a plot: as many as can be told apart."""
+
+_MARGIN = 1.08
+
+
+@dataclass(frozen=True)
+class View:
+    """A view of the map: its title, its grids, and all else that it shows."""
+
+    title: str
+    grids: tuple[str, ...]
+    others: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Shown:
+    """What a trace has to show. ``cells``: rows and columns of its map; None without one."""
+
+    trace: Trace
+    floor: Floor
+    cells: tuple[int, int] | None
+
+    @classmethod
+    def of(cls, trace: Trace) -> Shown:
+        """What a trace has to show.
+
+        Raises:
+            TraceError: it is damaged where its map is.
+        """
+        if not any(channel.record == MapRecord.__name__ for channel in trace.channels):
+            return cls(trace, Floor(), None)
+        record = next(trace.records(kinds=[MapRecord]), None)
+        if not isinstance(record, MapRecord):
+            return cls(trace, Floor(), None)
+        rows, columns = record.free.shape
+        return cls(trace, floor_of(record), (rows, columns))
+
+    def topics(self, *schemas: str) -> tuple[str, ...]:
+        """The topics with messages of one of these schemas, in the order of the trace."""
+        return tuple(channel.topic for channel in self.trace.channels if channel.schema in schemas)
+
+    def sources(self, record: str) -> tuple[str, ...]:
+        """The topics with records of a class."""
+        return tuple(channel.topic for channel in self.trace.channels if channel.record == record)
+
+    def views(self, grids: str, *others: str) -> list[View]:
+        """The views of the map by the schemas of grids and of all else."""
+        every, above = self.topics(grids), self.topics(*others)
+        true = tuple(topic for topic in every if topic.startswith(_TRUE))
+        field = tuple(topic for topic in every if _FIELD in topic)
+        known = tuple(topic for topic in every if topic not in true and topic not in field)
+        # What a robot does not know of is no part of what it knows.
+        beside = tuple(topic for topic in above if not topic.startswith("/obstacles"))
+        views = [View("the map and all that moves on it", true, above)] if true or above else []
+        views += [View("what the robot knows", known, beside)] if known else []
+        return views + ([View("the field of the last plan", field, beside)] if field else [])
+
+    @cached_property
+    def series(self) -> dict[str, list[tuple[str, str]]]:
+        """What is plotted over time by the title of its plot: paths to numbers, with labels."""
+        speeds = [(f"{topic}.speed", topic.split("/")[1]) for topic in self.sources(_POSES)]
+        plots = {"speed, m/s": speeds}
+        for title, quantity in (("busy, share of the time", "busy"), ("messages that wait", "queue")):
+            plots[title] = [
+                (f'{topic}{{quantity=="{quantity}"}}.value', topic.split("/")[1])
+                for topic in self.sources(_SAMPLES)
+            ]
+        return {title: paths[:_MOST_SERIES] for title, paths in plots.items() if paths}
+
+
+def foxglove_layout(trace: Trace) -> str:
+    """A layout of Foxglove and Lichtblick, as JSON.
+
+    Raises:
+        TraceError: the trace is damaged where its map is.
+    """
+    shown = Shown.of(trace)
+    panels: dict[str, Any] = {}
+
+    def panel(kind: str, config: dict[str, Any]) -> str:
+        name = f"{kind}!{len(panels)}"
+        panels[name] = config
+        return name
+
+    scenes = [panel("3D", _scene(shown, view)) for view in shown.views(_GRID, _SCENE, _SCAN)]
+    below = [panel("RosOut", {"topicToRender": topic, "minLogLevel": 1}) for topic in shown.topics(_LOG)[:1]]
+    below += [panel("Plot", _plot(title, paths)) for title, paths in shown.series.items()]
+    rows = [_beside(scenes, "row"), _beside(below, "row")]
+    layout = {
+        "configById": panels,
+        "globalVariables": {},
+        "userNodes": {},
+        "playbackConfig": {"speed": 1},
+        "layout": _beside([row for row in rows if row is not None], "column", first=68),
+    }
+    return json.dumps(layout, indent=2, allow_nan=False) + "\n"
+
+
+def _scene(shown: Shown, view: View) -> dict[str, Any]:
+    """A panel of the scene, seen from above."""
+    own = {*view.grids, *view.others}
+    drawn = shown.topics(_GRID, _SCENE, _SCAN, _VOXELS, _POINTS)
+    return {
+        "foxglovePanelTitle": view.title,
+        "followMode": "follow-none",
+        "followTf": "map",
+        "cameraState": _camera(shown),
+        "scene": {
+            "enableStats": False,
+            "backgroundColor": "#e8e8e8",
+            "transforms": {"visible": False, "showLabel": False, "axisScale": 0, "lineWidth": 0},
+        },
+        "transforms": {},
+        "topics": {topic: {"visible": topic in own} for topic in drawn},
+        "layers": {},
+    }
+
+
+def _camera(shown: Shown) -> dict[str, Any]:
+    """From above, with x to the right, so that the whole map is seen."""
+    rows, columns = shown.cells or (10, 10)
+    x, y = shown.floor.point(shown.floor.row + (rows - 1) / 2, shown.floor.column + (columns - 1) / 2)
+    width, height = columns * shown.floor.cell_size, rows * shown.floor.cell_size
+    # Turned by the yaw of the map, its corners reach farther.
+    cos, sin = abs(math.cos(shown.floor.yaw)), abs(math.sin(shown.floor.yaw))
+    across = max(width * cos + height * sin, width * sin + height * cos)
+    return {
+        "perspective": False,
+        "distance": _MARGIN * across,
+        "phi": 0,
+        "thetaOffset": 90,
+        "target": [0, 0, 0],
+        "targetOffset": [x, y, 0],
+        "targetOrientation": [0, 0, 0, 1],
+        "fovy": 45,
+        "near": 0.01,
+        "far": 100_000,
+    }
+
+
+def _plot(title: str, paths: Sequence[tuple[str, str]]) -> dict[str, Any]:
+    return {
+        "foxglovePanelTitle": title,
+        "title": title,
+        "paths": [
+            {"value": path, "label": label, "enabled": True, "timestampMethod": "receiveTime"}
+            for path, label in paths
+        ],
+        "xAxisVal": "timestamp",
+        "isSynced": True,
+        "showLegend": True,
+        "legendDisplay": "floating",
+        "showXAxisLabels": True,
+        "showYAxisLabels": True,
+        "showPlotValuesInLegend": False,
+        "sidebarDimension": 160,
+    }
+
+
+def _beside(panels: Sequence[Any], direction: str, first: float | None = None) -> Any:
+    """Panels beside each other, of equal size, as the tree of a layout; None of none."""
+    if not panels:
+        return None
+    if len(panels) == 1:
+        return panels[0]
+    return {
+        "direction": direction,
+        "first": panels[0],
+        "second": _beside(panels[1:], direction),
+        "splitPercentage": first or 100 / len(panels),
+    }
