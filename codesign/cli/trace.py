@@ -13,6 +13,7 @@ import click
 
 from codesign.cli.options import Quantity
 from codesign.cli.trace_export import export
+from codesign.cli.trace_layout import layout
 from codesign.cli.trace_views import diff, stats, timeline
 from codesign.errors import InputError, printable
 
@@ -154,5 +155,5 @@ def _draw(seen: Moment, picture: Path, source: Path) -> None:
     write_atomically(picture, drawn.data)
 
 
-for _command in (export, stats, diff, timeline):
+for _command in (export, layout, stats, diff, timeline):
     trace.add_command(_command)

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -26,7 +26,15 @@ _FIELD = "/plan_"
 _MOST_SERIES = 16
 """Of a plot: as many as can be told apart."""
 
+_FEW = 8
 _MARGIN = 1.08
+_AXES = 0.3
+"""Foxglove draws an axis of scale 1 with 0.15 m: so it is a twentieth of the map."""
+
+
+_ALL, _KNOWN = "the map and all that moves on it", "what the robot knows"
+
+_OF_BAG = ("/plan", "/goal_pose", "/scan", "/odom")
 
 
 @dataclass(frozen=True)
@@ -66,8 +74,9 @@ class Shown:
         return tuple(channel.topic for channel in self.trace.channels if channel.schema in schemas)
 
     def sources(self, record: str) -> tuple[str, ...]:
-        """The topics with records of a class."""
-        return tuple(channel.topic for channel in self.trace.channels if channel.record == record)
+        """The topics with more than a few records of a class: what can be plotted over time."""
+        channels = self.trace.channels
+        return tuple(each.topic for each in channels if each.record == record and each.messages > _FEW)
 
     def views(self, grids: str, *others: str) -> list[View]:
         """The views of the map by the schemas of grids and of all else."""
@@ -77,8 +86,8 @@ class Shown:
         known = tuple(topic for topic in every if topic not in true and topic not in field)
         # What a robot does not know of is no part of what it knows.
         beside = tuple(topic for topic in above if not topic.startswith("/obstacles"))
-        views = [View("the map and all that moves on it", true, above)] if true or above else []
-        views += [View("what the robot knows", known, beside)] if known else []
+        views = [View(_ALL, true, above)] if true or above else []
+        views += [View(_KNOWN, known, beside)] if known else []
         return views + ([View("the field of the last plan", field, beside)] if field else [])
 
     @cached_property
@@ -101,6 +110,30 @@ def foxglove_layout(trace: Trace) -> str:
         TraceError: the trace is damaged where its map is.
     """
     shown = Shown.of(trace)
+    logs = shown.topics(_LOG)[:1]
+    return _layout(shown, shown.views(_GRID, _SCENE, _SCAN), logs, shown.series, frames=False)
+
+
+def bag_layout(trace: Trace) -> str:
+    """A layout of Foxglove and Lichtblick for the ROS 2 bag of the same run (``hwsw trace export --ros2``), as JSON.
+
+    Raises:
+        TraceError: the trace is damaged where its map is.
+    """
+    views = [View(_ALL, ("/true_map",), _OF_BAG), View(_KNOWN, ("/belief",), _OF_BAG)]
+    series = {"speed, m/s": [("/odom.twist.twist.linear.x", "robot")]}
+    return _layout(Shown.of(trace), views, ("/rosout",), series, frames=True)
+
+
+def _layout(
+    shown: Shown,
+    views: Sequence[View],
+    logs: Sequence[str],
+    series: Mapping[str, Sequence[tuple[str, str]]],
+    *,
+    frames: bool,
+) -> str:
+    """Views above; events and plots below. ``frames``: robots are drawn as the axes of their frames."""
     panels: dict[str, Any] = {}
 
     def panel(kind: str, config: dict[str, Any]) -> str:
@@ -108,9 +141,9 @@ def foxglove_layout(trace: Trace) -> str:
         panels[name] = config
         return name
 
-    scenes = [panel("3D", _scene(shown, view)) for view in shown.views(_GRID, _SCENE, _SCAN)]
-    below = [panel("RosOut", {"topicToRender": topic, "minLogLevel": 1}) for topic in shown.topics(_LOG)[:1]]
-    below += [panel("Plot", _plot(title, paths)) for title, paths in shown.series.items()]
+    scenes = [panel("3D", _scene(shown, view, frames)) for view in views]
+    below = [panel("RosOut", {"topicToRender": topic, "minLogLevel": 1}) for topic in logs]
+    below += [panel("Plot", _plot(title, paths)) for title, paths in series.items()]
     rows = [_beside(scenes, "row"), _beside(below, "row")]
     layout = {
         "configById": panels,
@@ -122,10 +155,10 @@ def foxglove_layout(trace: Trace) -> str:
     return json.dumps(layout, indent=2, allow_nan=False) + "\n"
 
 
-def _scene(shown: Shown, view: View) -> dict[str, Any]:
+def _scene(shown: Shown, view: View, frames: bool) -> dict[str, Any]:
     """A panel of the scene, seen from above."""
     own = {*view.grids, *view.others}
-    drawn = shown.topics(_GRID, _SCENE, _SCAN, _VOXELS, _POINTS)
+    every = dict.fromkeys((*shown.topics(_GRID, _SCENE, _SCAN, _VOXELS, _POINTS), *view.grids, *view.others))
     return {
         "foxglovePanelTitle": view.title,
         "followMode": "follow-none",
@@ -134,10 +167,15 @@ def _scene(shown: Shown, view: View) -> dict[str, Any]:
         "scene": {
             "enableStats": False,
             "backgroundColor": "#e8e8e8",
-            "transforms": {"visible": False, "showLabel": False, "axisScale": 0, "lineWidth": 0},
+            "transforms": {
+                "visible": frames,
+                "showLabel": False,
+                "axisScale": _AXES * _across(shown) if frames else 0,
+                "lineWidth": 0,
+            },
         },
         "transforms": {},
-        "topics": {topic: {"visible": topic in own} for topic in drawn},
+        "topics": {topic: {"visible": topic in own} for topic in every},
         "layers": {},
     }
 
@@ -146,15 +184,11 @@ def _camera(shown: Shown) -> dict[str, Any]:
     """From above, with x to the right, so that the whole map is seen."""
     rows, columns = shown.cells or (10, 10)
     x, y = shown.floor.point(shown.floor.row + (rows - 1) / 2, shown.floor.column + (columns - 1) / 2)
-    width, height = columns * shown.floor.cell_size, rows * shown.floor.cell_size
-    # Turned by the yaw of the map, its corners reach farther.
-    cos, sin = abs(math.cos(shown.floor.yaw)), abs(math.sin(shown.floor.yaw))
-    across = max(width * cos + height * sin, width * sin + height * cos)
     return {
         "perspective": False,
-        "distance": _MARGIN * across,
+        "distance": _MARGIN * _across(shown),
         "phi": 0,
-        "thetaOffset": 90,
+        "thetaOffset": 0,
         "target": [0, 0, 0],
         "targetOffset": [x, y, 0],
         "targetOrientation": [0, 0, 0, 1],
@@ -162,6 +196,14 @@ def _camera(shown: Shown) -> dict[str, Any]:
         "near": 0.01,
         "far": 100_000,
     }
+
+
+def _across(shown: Shown) -> float:
+    """How far the map reaches, m. Turned by its yaw, its corners reach farther."""
+    rows, columns = shown.cells or (10, 10)
+    width, height = columns * shown.floor.cell_size, rows * shown.floor.cell_size
+    cos, sin = abs(math.cos(shown.floor.yaw)), abs(math.sin(shown.floor.yaw))
+    return max(width * cos + height * sin, width * sin + height * cos)
 
 
 def _plot(title: str, paths: Sequence[tuple[str, str]]) -> dict[str, Any]:

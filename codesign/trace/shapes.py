@@ -28,6 +28,9 @@ FREE_NOW, WALL, CAME, GONE = range(4)
 _TRUE = {FREE_NOW: (250, 250, 250, 255), WALL: (55, 60, 70, 255), CAME: OBSTACLE, GONE: (225, 235, 225, 255)}
 _BELIEF = {FREE: (214, 232, 250, 255), UNKNOWN: (150, 150, 150, 160), BLOCKED: (40, 60, 140, 255)}
 
+_LOGARITHMIC = 1e3
+"""A field with so much between its least positive value and its greatest is coloured by its logarithm."""
+
 # A field from its least value to its greatest: dark blue, green, yellow (five points of viridis).
 _FIELD = [(68, 1, 84), (59, 82, 139), (33, 145, 140), (94, 201, 98), (253, 231, 37)]
 _LEVELS = 64
@@ -98,11 +101,22 @@ def coloured(kind: str, cells: NDArray[Any]) -> bytes:
     """
     if kind == "field":
         known = np.isfinite(cells)
-        least, most = (cells[known].min(), cells[known].max()) if known.any() else (0.0, 0.0)
+        values = _evenly(cells[known])
+        least, most = (values.min(), values.max()) if values.size else (0.0, 0.0)
         with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
-            shades = (cells - least) * (_LEVELS / ((most - least) or 1.0))
-        cells = np.where(known, np.nan_to_num(shades).clip(0, _LEVELS - 1), _LEVELS).astype(np.uint8)
+            shades = (values - least) * (_LEVELS / ((most - least) or 1.0))
+        cells = np.full(cells.shape, _LEVELS, np.uint8)
+        cells[known] = np.nan_to_num(shades).clip(0, _LEVELS - 1)
     return bytes(_table(kind)[cells].tobytes())
+
+
+def _evenly(values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The logarithms of values over many powers of ten, such as a potential; else the values."""
+    positive = values[values > 0]
+    if not positive.size or values.min() < 0 or positive.max() < _LOGARITHMIC * positive.min():
+        return values
+    logarithms: NDArray[np.float64] = np.log2(np.maximum(values, positive.min()))
+    return logarithms
 
 
 def grids(

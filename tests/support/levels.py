@@ -57,5 +57,5 @@ LEVEL = {name: level for level, names in enumerate(LEVELS) for name in names}
 ROOM_ORDER = ["published", "measured", "plan", "styles", "rtl", "paper"]
 
 
-# trace depends on records alone: nothing of the simulation below the command line and the notebook face may know it.
-MAY_USE_TRACE = {"trace", "", "cli", "__main__"}
+# trace depends on records alone: nothing of the simulation may know it.
+MAY_USE_TRACE = {"trace", "exports", "", "cli", "__main__"}
