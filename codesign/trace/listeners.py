@@ -27,6 +27,7 @@ from codesign.records import (
 from codesign.trace.levels import Level, bared, single_visits, unwanted
 from codesign.trace.messages import encoder_of
 from codesign.trace.schemas import descriptor_set, schema_name, topic_of
+from codesign.trace.shown import Encoded
 
 if TYPE_CHECKING:
     from foxglove import Context
@@ -95,6 +96,7 @@ class McapListener(Recorder):
         self._target = landing(self.path)
         self._part = self._target.with_name(f".{self._target.name[:16]}.{os.getpid()}-{id(self):x}.part")
         self._channels: dict[tuple[type, str], Any] = {}
+        self._shown: dict[str, Any] = {}
         self._taken: list[Record] = []
         self._time = 0
         self._finished = False
@@ -222,11 +224,10 @@ class McapListener(Recorder):
         channel.log(encode(record), log_time=record.time // 1000)
 
     def _show(self, topic: str, message: Any, time: int) -> None:
-        key = type(message), topic
-        channel = self._channels.get(key)
+        channel = self._shown.get(topic)
         if channel is None:
-            channel = self._channels[key] = _view_channel(key[0], topic, self._context)
-        channel.log(message, log_time=time // 1000)
+            channel = self._shown[topic] = _view_channel(message, topic, self._context)
+        channel.log(message.data if isinstance(message, Encoded) else message, log_time=time // 1000)
 
     def _check(self) -> None:
         """Report what the file could not take."""
@@ -308,13 +309,16 @@ def _record_channel(kind: type[Record], source: str, context: Context) -> Any:
         schema=Schema(name=schema_name(kind), encoding="protobuf", data=descriptor_set(kind)),
         metadata={"record": kind.__name__, "source": source},
         context=context,
-    )
+    ).base
 
 
-def _view_channel(kind: type, topic: str, context: Context) -> Any:
-    from foxglove import channels
+def _view_channel(message: Any, topic: str, context: Context) -> Any:
+    from foxglove import Channel, channels
 
-    return vars(channels)[f"{kind.__name__}Channel"](topic, context=context)
+    if isinstance(message, Encoded):
+        schema = message.kind.get_schema()
+        return Channel(topic, message_encoding="protobuf", schema=schema, context=context).base
+    return vars(channels)[f"{type(message).__name__}Channel"](topic, context=context)
 
 
 def _json(value: Any) -> bytes:
