@@ -6,6 +6,7 @@ The body of a robot is drawn once, in a frame of its own. ``/tf`` moves the fram
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 from foxglove import messages as fg
@@ -69,7 +70,7 @@ class Robots:
         if not math.isfinite(place[0] + place[1] + angle):
             return
         self._due[frame] = time + SHOWN_EACH
-        self._move(frame, [frame], time, np.array([[*place, angle]]))
+        self._move(frame, [frame], time, [(*place, angle)])
         if self._drawn.get(frame) != 1:
             self._bodies(time, frame, [frame], [""])
             # Rerun has no scenes. The body there is a circle of points with a beak, in the frame of the robot.
@@ -101,7 +102,7 @@ class Robots:
         self._due[source] = time + (SHOWN_EACH if len(places) <= FEW else FLEET_SHOWN_EACH)
         numbers = [str(number) for number in range(len(places))]
         frames = [f"{source}/{number}" for number in numbers]
-        self._move(source, frames, time, np.column_stack([places, angles]))
+        self._move(source, frames, time, np.column_stack([places, angles]).tolist())
         if self._drawn.get(source) != len(places):
             self._bodies(time, source, frames, numbers)
         if self._trail(time, source, places.tolist()):
@@ -117,8 +118,8 @@ class Robots:
         if self._new:
             self._trails_of_all(time)
 
-    def _move(self, source: str, frames: list[str], time: int, poses: NDArray[np.float64]) -> None:
-        """Show the frames at their poses: x and y in metres, angle in radians, n × 3."""
+    def _move(self, source: str, frames: list[str], time: int, poses: Iterable[Sequence[float]]) -> None:
+        """Show the frames at their poses, each x and y in metres and the angle in radians."""
         transforms = self._transforms.get(source)
         if transforms is None or len(transforms.frames) != len(frames):
             transforms = self._transforms[source] = Transforms(frames)

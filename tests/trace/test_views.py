@@ -257,7 +257,7 @@ def test_many_obstacles_are_bounded(tmp_path: Path) -> None:
     ]
     scenes = [message.entities[0] for message in shown(tmp_path, run, "/obstacles")]
     assert max(len(scene.cubes) for scene in scenes) == MOST_CUBES
-    # After one of 4,900 cells none is written for 19.6 s; here are 10 s.
+    # After one of 4,900 cells none is written for 49 s; here are 10 s.
     assert sum(len(scene.cubes) > 1000 for scene in scenes) <= 2
 
 
