@@ -311,16 +311,17 @@ class PositionsRecord(Record):
 
 @dataclass(frozen=True)
 class ScanRecord(Record):
-    """What a sensor of rays measured: ``ranges``, float64, cells along each ray to the obstacle that ended it.
+    """What a sensor of rays measured: ``ranges``, float32, cells along each ray to the obstacle that ended it.
 
-    Ray i of n points 2π i / n from the direction of growing columns towards that of growing rows. A ray that met no
-    obstacle within ``reach`` (cells) has infinity. ``row``, ``column``: where the sensor was, cells.
+    A drive records one scan each 5 s, its ranges rounded to 1/64 of a cell. Ray i of n points 2π i / n from the
+    direction of growing columns towards that of growing rows. A ray that met no obstacle within ``reach`` (cells) has
+    infinity. ``row``, ``column``: where the sensor was, cells.
     """
 
     row: float
     column: float
     reach: float
-    ranges: NDArray[np.float64]
+    ranges: NDArray[np.float32]
 
     def moved(self, rows: int, columns: int) -> Self:
         """The record with its place so many rows down and columns right."""

@@ -42,8 +42,8 @@ FORMAT = "2"
 CHUNK_BYTES = 2**20
 """A chunk is written when its records have so many bytes. A killed run loses at most the last chunk."""
 
-COMPRESSION = 7
-"""The level of zstd: 10 % smaller than the default of 3, for 1 % more time of a mission. Higher levels gain nothing."""
+COMPRESSION = 5
+"""The level of zstd: up to 17 % smaller than its default of 3. Level 7 makes 4 % of that again, for twice the time."""
 
 BATCH = 512
 """So many records are kept before they are written, so a killed run loses them too."""

@@ -249,7 +249,7 @@ class Views:
                 pose=shapes.pose(x, y, self._floor.yaw),
                 start_angle=0.0,
                 end_angle=-2 * math.pi * (rays - 1) / max(rays, 1),
-                ranges=(record.ranges * self._floor.cell_size).tolist(),
+                ranges=shapes.rounded(record.ranges * np.float64(self._floor.cell_size)).tolist(),
                 intensities=[],
             ),
             record.time,
