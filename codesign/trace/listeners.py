@@ -8,13 +8,12 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Iterator, Mapping
-from contextlib import ExitStack, contextmanager, suppress
+from contextlib import contextmanager
 from pathlib import Path
-from types import TracebackType
 from typing import TYPE_CHECKING, Any, BinaryIO, TypeVar
 
 from codesign.errors import TraceError
-from codesign.files import is_special, landing, passing
+from codesign.files import WholeOrAbsent, is_special
 from codesign.records import (
     FieldRecord,
     MapRecord,
@@ -70,7 +69,7 @@ class MemoryListener:
         return [record for record in self.records if isinstance(record, record_type)]
 
 
-class McapListener(Recorder):
+class McapListener(WholeOrAbsent, Recorder):
     """Writes records to an MCAP file, and views of them for Foxglove and Rerun.
 
     - ``path``: the file, overwritten at the end. ``identity``: texts that identify the run (names, digests, seed,
@@ -90,17 +89,14 @@ class McapListener(Recorder):
     def __init__(
         self, path: str | Path, identity: Mapping[str, str] | None = None, level: Level = Level.BLOCKS
     ) -> None:
-        self.path = Path(path)
+        super().__init__(path)
         self.level = level
-        # A symbolic link is followed and kept. A long name is cut, because the temporary name is longer.
-        self._target = landing(self.path)
+        # A long name is cut, because the temporary name is longer.
         self._part = self._target.with_name(f".{self._target.name[:16]}.{os.getpid()}-{id(self):x}.part")
         self._channels: dict[tuple[type, str], Any] = {}
         self._shown: dict[str, Any] = {}
         self._taken: list[Record] = []
         self._time = 0
-        self._finished = False
-        self._held = ExitStack()
         if self.path.is_dir():
             raise TraceError("is a folder", str(self.path), "name a file in it")
         if is_special(self.path):
@@ -110,7 +106,7 @@ class McapListener(Recorder):
         self._unwanted, self._views = unwanted(level), Views(self._show)
         self._file: _File | None = None
         with self._guard():
-            self._held.enter_context(passing(self._part))
+            self._hold(self._part)
             self._file = _File(self._part.open("xb", buffering=0))
             self._context, self._writer = _writer(self._file)
         run = {"format": FORMAT, "library": LIBRARY, "level": level.value, **(identity or {})}
@@ -164,49 +160,16 @@ class McapListener(Recorder):
         self._writer.attach(log_time=0, create_time=0, name=name, media_type=media_type, data=data)
         self._check()
 
-    def close(self) -> None:
-        """Finish the file and rename it to ``path``. A second call does nothing.
+    def _finish(self) -> None:
+        self._flush()
+        self._views.finish(self._time)
+        self._writer.close()
+        self._check()
+        with self._guard():
+            self._drop()
+            self._part.replace(self._target)
 
-        Raises:
-            TraceError: see the class.
-        """
-        if self._finished:
-            return
-        try:
-            self._flush()
-            self._views.finish(self._time)
-            self._writer.close()
-            self._check()
-            with self._guard():
-                self._close_file()
-                self._part.replace(self._target)
-        except BaseException:
-            self.abort()
-            raise
-        self._finished = True
-        self._held.close()
-
-    def abort(self) -> None:
-        """Remove the temporary file. After ``close`` it does nothing."""
-        if self._finished:
-            return
-        self._finished = True
-        with suppress(OSError):
-            self._close_file()
-        self._held.close()
-
-    def __enter__(self) -> McapListener:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        if kind is None:
-            self.close()
-        else:
-            self.abort()
-
-    def _close_file(self) -> None:
+    def _drop(self) -> None:
         if self._file is not None:
             self._file.raw.close()
 

@@ -45,7 +45,7 @@ class Transforms:
 
 def _varint(number: int, size: int = 0) -> bytes:
     """A number as protobuf has it, in at least ``size`` bytes."""
-    parts = []
+    parts: list[int] = []
     while number >= 0x80 or len(parts) + 1 < size:
         parts.append(number & 0x7F | 0x80)
         number >>= 7
