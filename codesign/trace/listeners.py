@@ -23,7 +23,7 @@ from codesign.records import (
     SummaryRecord,
     VisitsRecord,
 )
-from codesign.trace.levels import Level, bared, single_visits, unwanted
+from codesign.trace.levels import BARE, Level, bared, single_visits, unwanted
 from codesign.trace.messages import encoder_of
 from codesign.trace.schemas import descriptor_set, schema_name, topic_of
 from codesign.trace.shown import Encoded
@@ -145,7 +145,7 @@ class McapListener(WholeOrAbsent, Recorder):
                 self._write(single)
         else:
             # A mission may plan a thousand times, so its fields are left out here and shown by the views at intervals.
-            self._write(bared(record) if self._views.mission else record)
+            self._write(bared(record) if type(record) in BARE and self._views.mission else record)
         self._time = record.time
         self._views.of(record)
 
@@ -182,9 +182,9 @@ class McapListener(WholeOrAbsent, Recorder):
             topic = kind, topic_of(kind, record.source)
             if topic not in self._channels:
                 self._channels[topic] = _record_channel(kind, record.source, self._context)
-            pair = self._channels[key] = encoder_of(kind), self._channels[topic]
-        encode, channel = pair
-        channel.log(encode(record), log_time=record.time // 1000)
+            pair = self._channels[key] = encoder_of(kind), self._channels[topic].log
+        encode, log = pair
+        log(encode(record), record.time // 1000)
 
     def _show(self, topic: str, message: Any, time: int) -> None:
         channel = self._shown.get(topic)

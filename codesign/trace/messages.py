@@ -13,11 +13,20 @@ from typing import Any, NoReturn
 from codesign.errors import TraceError
 from codesign.records import BeliefRecord, Record, VisitsRecord
 from codesign.trace.arrays import array_message, decode_array, decode_packed, packed
-from codesign.trace.schemas import PICOSECONDS, FieldPlan, message_class, plan_of
+from codesign.trace.schemas import FieldPlan, message_class, plan_of
 from codesign.trace.values import MAX_MESSAGE_BYTES, parse_json
 
 LONGEST = 2**63
 """A trace holds times before this, ps."""
+
+KEPT = 4096
+"""Messages of a class that are kept at most, to be used again."""
+
+_PICOSECONDS = [
+    b"",
+    *(bytes([8, n]) if n < 128 else bytes([8, n & 127 | 128, n >> 7]) for n in range(1, 1000)),
+]
+"""Field 1 of each message, by its value."""
 
 
 def encoder_of(record_type: type[Record]) -> Callable[[Any], bytes]:
@@ -29,24 +38,43 @@ def encoder_of(record_type: type[Record]) -> Callable[[Any], bytes]:
     plain = [plan for plan in plans if not plan.is_array and plan.kind != "mapping"]
     names, get = [plan.stored for plan in plain], attrgetter(*(plan.name for plan in plain))
     maybe = {plan.stored for plan in plain if plan.optional}
-    after = [plan.name for plan in plain if plan.after]
+    after = [(place, plan.name) for place, plan in enumerate(plain) if plan.after]
     others = [(plan.name, plan, attrgetter(plan.name)) for plan in plans if plan not in plain]
+    # Times after that of the record repeat, so many messages differ in their picoseconds alone, the first field.
+    # Floats are not kept: -0.0 equals 0.0, and is stored otherwise.
+    keep = not others and all(plan.kind != "double" for plan in plain)
+    kept: dict[tuple[Any, ...], bytes] = {}
 
     def encode(record: Any) -> bytes:
-        texts = get(record)
-        values = dict(zip(names, texts, strict=True))
+        texts = list(get(record))
         time = record.time
-        if None in texts and any(values[name] is None for name in names if name not in maybe):
-            _refuse(record_type, "a field without a value")
         try:
             if not 0 <= time < LONGEST:
                 _refuse_time(record_type, time)
-            values[PICOSECONDS] = time % 1000
-            for name in after:
-                if (value := values[name]) is not None:
+            for place, name in after:
+                if (value := texts[place]) is not None:
                     if not -LONGEST <= value < LONGEST:
                         _refuse_size(record_type, name, value)
-                    values[name] = value - time
+                    texts[place] = value - time
+            texts[0] = 0
+            picoseconds: bytes = _PICOSECONDS[time % 1000]
+            if not keep:
+                return picoseconds + content(record, texts)
+            key = tuple(texts)
+            data: bytes | None = kept.get(key)
+        except TypeError as fault:
+            _refuse_values(record_type, dict(zip(names, texts, strict=True)), fault)
+        if data is None:
+            if len(kept) >= KEPT:
+                kept.clear()
+            data = kept[key] = content(record, texts)
+        return picoseconds + data
+
+    def content(record: Any, texts: list[Any]) -> bytes:
+        values = dict(zip(names, texts, strict=True))
+        if None in texts and any(values[name] is None for name in names if name not in maybe):
+            _refuse(record_type, "a field without a value")
+        try:
             for name, plan, value_of in others:
                 values[name] = _stored(record_type, plan, value_of(record))
             data = message(**values).SerializeToString()
