@@ -6,10 +6,13 @@ import os
 import shutil
 import stat
 import tempfile
+from abc import ABC, abstractmethod
 from collections.abc import Iterable, Iterator, Mapping
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from datetime import UTC, datetime
 from pathlib import Path
+from types import TracebackType
+from typing import Self
 
 from codesign.errors import RunError
 
@@ -88,6 +91,63 @@ def write_atomically(path: Path, content: bytes) -> None:
         return
     with written_atomically(path) as part:
         part.write_bytes(content)
+
+
+class WholeOrAbsent(ABC):
+    """A writer of something that is whole at ``path`` after ``close``, and absent after ``abort``.
+
+    It is written at a temporary path, to be handed to ``_hold``, which removes it if it is still there at the end. As a
+    context manager it is closed at the end of the block, or aborted by an error.
+    """
+
+    def __init__(self, path: str | Path) -> None:
+        self.path = Path(path)
+        self._target = landing(self.path)
+        self._finished = False
+        self._held = ExitStack()
+
+    def _hold(self, part: Path) -> None:
+        self._held.enter_context(passing(part))
+
+    @abstractmethod
+    def _finish(self) -> None:
+        """Complete what was written, and rename it to ``_target``."""
+
+    @abstractmethod
+    def _drop(self) -> None:
+        """Close what is open. It is removed next, so an OSError is ignored."""
+
+    def close(self) -> None:
+        """Finish, and rename to ``path``. A second call does nothing."""
+        if self._finished:
+            return
+        try:
+            self._finish()
+        except BaseException:
+            self.abort()
+            raise
+        self._finished = True
+        self._held.close()
+
+    def abort(self) -> None:
+        """Remove what was written. After ``close`` it does nothing."""
+        if self._finished:
+            return
+        self._finished = True
+        with suppress(OSError):
+            self._drop()
+        self._held.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if kind is None:
+            self.close()
+        else:
+            self.abort()
 
 
 @contextmanager

@@ -27,10 +27,12 @@ ENDED, BROKEN_OFF, UNFINISHED = "ended", "broken off", "unfinished"
 class Record:
     """Anything that happened: when (ps), and who says so.
 
-    ``IN_CELLS``: the fields of a class that hold places, n × 2, (row, column) in cells.
+    ``IN_CELLS``: the fields of a class that hold places, n × 2, (row, column) in cells. ``TIMES``: those that hold
+    times, ps, besides ``time``.
     """
 
     IN_CELLS: ClassVar[tuple[str, ...]] = ()
+    TIMES: ClassVar[tuple[str, ...]] = ()
 
     time: int
     source: str
@@ -82,6 +84,8 @@ class TaskRecord(Record):
     ``outcome``: "ended"; "broken off", where it was interrupted at ``end``; or "unfinished", where the run ended first.
     """
 
+    TIMES = ("end",)
+
     task: str
     end: int
     cycles: int
@@ -96,6 +100,8 @@ class MessageRecord(Record):
     up (``begin`` too, where it never was on the wire). ``bits``: of the sender, without framing and checksum.
     ``attempts``: how often it was on the wire. ``damaged``: it was delivered with wrong bits that were not detected.
     """
+
+    TIMES = ("begin", "end")
 
     sender: str
     receiver: str
@@ -117,6 +123,8 @@ class VisitsRecord(Record):
     one, which changes nothing. A visit takes iterations × (``precision`` + 2) cycles.
     """
 
+    TIMES = ("end",)
+
     end: int
     stage: int
     precision: int
@@ -131,6 +139,8 @@ class StageRecord(Record):
     ``potential``: float64 array, rows × columns, the exact field rounded for display. It is not the result. The trace
     of a mission leaves it out: 0 × 0.
     """
+
+    TIMES = ("begin",)
 
     begin: int
     stage: int
@@ -233,6 +243,7 @@ class BeliefRecord(Record):
     """
 
     IN_CELLS = ("cells",)
+    TIMES = ("seen",)
 
     cells: NDArray[np.int32]
     blocked: NDArray[np.bool_]
@@ -247,6 +258,8 @@ class PlanRecord(Record):
     the last scan in that map. ``loaded``: when the map had reached the planner. ``planned``: when the plan was
     complete.
     """
+
+    TIMES = ("asked", "seen", "loaded", "planned")
 
     number: int
     asked: int
@@ -265,6 +278,7 @@ class CommandRecord(Record):
     """
 
     IN_CELLS = ("points",)
+    TIMES = ("seen", "composed")
 
     plan: int
     seen: int
@@ -297,16 +311,17 @@ class PositionsRecord(Record):
 
 @dataclass(frozen=True)
 class ScanRecord(Record):
-    """What a sensor of rays measured: ``ranges``, float64, cells along each ray to the obstacle that ended it.
+    """What a sensor of rays measured: ``ranges``, float32, cells along each ray to the obstacle that ended it.
 
-    Ray i of n points 2π i / n from the direction of growing columns towards that of growing rows. A ray that met no
-    obstacle within ``reach`` (cells) has infinity. ``row``, ``column``: where the sensor was, cells.
+    A drive records one scan each 5 s, its ranges rounded to 1/64 of a cell. Ray i of n points 2π i / n from the
+    direction of growing columns towards that of growing rows. A ray that met no obstacle within ``reach`` (cells) has
+    infinity. ``row``, ``column``: where the sensor was, cells.
     """
 
     row: float
     column: float
     reach: float
-    ranges: NDArray[np.float64]
+    ranges: NDArray[np.float32]
 
     def moved(self, rows: int, columns: int) -> Self:
         """The record with its place so many rows down and columns right."""

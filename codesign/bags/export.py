@@ -276,7 +276,7 @@ class BagListener:
 
     def _scan(self, record: PoseRecord, robot: RobotRecord, yaw: float, period: float) -> None:
         """What the sensor saw. A run counts its rays clockwise from the x axis of the map, ROS the other way."""
-        from codesign.bags.range_kernels import ranges
+        from codesign.components.range_kernels import ranges
 
         world = self._world
         row, column = record.row - world.corner[0], record.column - world.corner[1]

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import tempfile
 from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager, suppress
+from contextlib import contextmanager, suppress
 from pathlib import Path
-from types import TracebackType
 from typing import Any
 
 from codesign.bags.library import check_installed, typestore
 from codesign.errors import InputError, RunError
-from codesign.files import landing, passing
+from codesign.files import WholeOrAbsent, landing
 
 VERSION: Any = 9
 """Of the format of rosbag2: that of ROS 2 Jazzy."""
@@ -41,7 +40,7 @@ def check_new(folder: Path, option: str) -> None:
         raise InputError(getattr(fault, "strerror", None) or str(fault), where, hint) from fault
 
 
-class BagFolder:
+class BagFolder(WholeOrAbsent):
     """Writes messages to a bag. As a context manager it is closed at the end of the block, or removed by an error.
 
     The bag is written to a temporary folder beside ``path``, and renamed by ``close``.
@@ -54,11 +53,8 @@ class BagFolder:
         check_installed()
         from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
 
-        self.path = path
-        self._target = landing(path)
-        self._held = ExitStack()
+        super().__init__(path)
         self._open: dict[str, Any] = {}
-        self._finished = False
         self._writer: Any = None
         with self._guard():
             part = Path(
@@ -66,7 +62,7 @@ class BagFolder:
                     prefix=f".{self._target.name[:16]}.", suffix=".part", dir=self._target.parent
                 )
             )
-            self._held.enter_context(passing(part))
+            self._hold(part)
             # The library names the file of messages after the folder.
             self._part = part / self._target.name
             self._writer = Writer(self._part, version=VERSION, storage_plugin=StoragePlugin.MCAP)
@@ -87,38 +83,17 @@ class BagFolder:
                 self._open[topic] = connection
             self._writer.write(connection, time, typestore().serialize_cdr(message, kind))
 
-    def close(self) -> None:
-        """Finish the bag and rename it to ``path``. A second call does nothing."""
-        if self._finished:
-            return
+    def _finish(self) -> None:
         with self._guard():
             self._writer.close()
             if self._target.is_dir():
                 self._target.rmdir()
             self._part.rename(self._target)
-        self._finished = True
-        self._held.close()
 
-    def abort(self) -> None:
-        """Remove the temporary folder. After ``close`` it does nothing."""
-        if self._finished:
-            return
-        self._finished = True
+    def _drop(self) -> None:
         if self._writer is not None:
-            with suppress(OSError, AttributeError):
+            with suppress(AttributeError):
                 self._writer.abort()
-        self._held.close()
-
-    def __enter__(self) -> BagFolder:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        if kind is None:
-            self.close()
-        else:
-            self.abort()
 
     @contextmanager
     def _guard(self) -> Iterator[None]:

@@ -190,11 +190,13 @@ class Link(Component):
 
     def _sample(self, sender: str) -> None:
         """The messages that are not over, and the words in the FIFO of ``sender``, have changed."""
-        if self._samples is not None:
-            self._samples.level(self.now, "queue", "messages", len(self._open))
+        samples = self._samples
+        if samples is not None:
+            now = self.now
+            samples.level(now, "queue", "messages", len(self._open))
             words = self._fifo_words(sender)
             if words is not None:
-                self._samples.level(self.now, f"fifo.{sender}", "words", words)
+                samples.level(now, f"fifo.{sender}", "words", words)
 
     def _fifo_words(self, sender: str) -> int | None:  # noqa: ARG002  (a link with FIFOs uses it)
         """The words in the FIFO of a sender; None: it has none."""

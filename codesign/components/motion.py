@@ -154,6 +154,8 @@ class Motion:
         self._phases = phases
         self._turned = headings  # heading before each turn on the spot, by phase; NaN where a phase is none
         self._heading = heading
+        self._asked: tuple[int, tuple[float, float]] = -1, (0.0, 0.0)
+        self._faced: tuple[int, float] = -1, 0.0
         self.end = float(phases[-1, 1])
         self.duration = math.ceil(float(phases[-1, 0]) * SECOND)
 
@@ -216,6 +218,12 @@ class Motion:
 
     def at(self, time: int) -> tuple[float, float]:
         """Arc length and speed (a second) ``time`` picoseconds after the begin."""
+        # A time is often asked for again: where the robot is now.
+        if time != self._asked[0]:
+            self._asked = time, self._at(time)
+        return self._asked[1]
+
+    def _at(self, time: int) -> tuple[float, float]:
         if time >= self.duration:
             return self.end, 0.0
         seconds = time / SECOND
@@ -244,14 +252,18 @@ class Motion:
 
     def heading_at(self, time: int) -> float:
         """Heading, radians: the direction of the current segment; during a turn on the spot, between two of them."""
+        if time != self._faced[0]:
+            self._faced = time, self._heading_at(time)
+        return self._faced[1]
+
+    def _heading_at(self, time: int) -> float:
         if self.path.arcs.size == 1 or (len(self._phases) == 1):
             return self._heading
         index = max(int(self._begins.searchsorted(time / SECOND, side="right")) - 1, 0)
-        arc = self.at(time)[0]
-        after = float(self.path.headings[self.path.segment_at(arc)])
         if index == len(self._phases) - 1:
             # It stopped, and keeps the heading of its last segment.
             return float(self.path.headings[self.path.segment_at(max(self.end - NEAR, 0.0))])
+        after = float(self.path.headings[self.path.segment_at(self.at(time)[0])])
         if self._turned is not None and not math.isnan(self._turned[index]):
             before, begin = float(self._turned[index]), float(self._begins[index])
             share = (time / SECOND - begin) / (float(self._begins[index + 1]) - begin)

@@ -107,6 +107,13 @@ class RaySensor:
         y, x = position
         return RangeScan(*sensor_kernels.cast(free, y, x, self.range_cells, self.directions))
 
+    def ranges(self, free: NDArray[np.bool_], position: Point) -> NDArray[np.float64]:
+        """Cells along each ray to the first blocked cell, float64; infinite where it meets none within its length."""
+        from codesign.components import range_kernels
+
+        y, x = position
+        return range_kernels.ranges(free, y, x, self.range_cells, self.directions)
+
     def misread(self, free: NDArray[np.bool_], position: Point, wrong: Sequence[int]) -> RangeScan:
         """The scan that is read where the bits ``wrong`` of its message are wrong.
 
@@ -209,6 +216,9 @@ class RadiusSensor:
         corner, within = _disc(position, self.range_cells, free.shape)
         window = free[corner[0] : corner[0] + within.shape[0], corner[1] : corner[1] + within.shape[1]]
         return RangeScan(np.argwhere(within & window) + corner, np.argwhere(within & ~window) + corner)
+
+    def ranges(self, _free: NDArray[np.bool_], _position: Point) -> None:
+        """It has no rays."""
 
     def misread(self, free: NDArray[np.bool_], position: Point, wrong: Sequence[int]) -> RangeScan:
         """The scan that is read where the bits ``wrong`` are wrong: each inverts its cell."""

@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 
 from codesign.errors import TraceError
 from codesign.records import FieldRecord, MapRecord, Record, StageRecord
-from codesign.trace.messages import FieldPlan, checked, plan_of
+from codesign.trace.messages import checked
+from codesign.trace.schemas import FieldPlan, plan_of
 from codesign.trace.values import MAX_ELEMENTS, parse_json
 
 _GRIDS: dict[type[Record], str] = {MapRecord: "free", StageRecord: "potential", FieldRecord: "values"}

@@ -57,7 +57,7 @@ def unwanted(level: Level) -> frozenset[type[Record]]:
     return frozenset(kind for kind, least in _FROM.items() if order.index(least) > order.index(level))
 
 
-_BARE: dict[type[Record], str] = {StageRecord: "potential", FieldRecord: "values"}
+BARE: dict[type[Record], str] = {StageRecord: "potential", FieldRecord: "values"}
 """Records with a grid that may be left out: fields of plans. A mission has hundreds of them."""
 
 _NONE = np.zeros((0, 0))
@@ -65,7 +65,7 @@ _NONE = np.zeros((0, 0))
 
 def bared(record: Record) -> Record:
     """The record without its grid, where the grid may be left out: an array of 0 × 0 in its place."""
-    name = _BARE.get(type(record))
+    name = BARE.get(type(record))
     if name is None:
         return record
     empty: dict[str, Any] = {name: _NONE}

@@ -17,8 +17,9 @@ from codesign.progress import Show, silent
 from codesign.records import Record, SummaryRecord
 from codesign.trace.json_messages import decode_json
 from codesign.trace.listeners import RUN
-from codesign.trace.messages import RECORD_TYPES, decode
+from codesign.trace.messages import decode
 from codesign.trace.scan import DamagedError, scan
+from codesign.trace.schemas import RECORD_TYPES
 from codesign.trace.values import parse_json
 from codesign.units import counted, format_count, format_time
 
@@ -196,14 +197,12 @@ class Trace:
 
     def _record(self, channel: Channel, message: Any) -> Record:
         try:
-            return _DECODERS.get(channel.encoding, decode)(RECORD_TYPES[channel.record], message.data)
+            if channel.encoding == "json":  # older files
+                return decode_json(RECORD_TYPES[channel.record], message.data)
+            return decode(RECORD_TYPES[channel.record], message.data, message.log_time)
         except TraceError as fault:
             place = f"{self.path}: {channel.topic[:80]!r}: message {message.sequence}"
             raise TraceError(fault.what, place, "the file was damaged, or not written by hwsw") from fault
-
-
-_DECODERS = {"json": decode_json}
-"""How messages of older files are decoded, by encoding."""
 
 
 def open_trace(path: str | Path, show: Show = silent) -> Trace:

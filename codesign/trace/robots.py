@@ -6,8 +6,7 @@ The body of a robot is drawn once, in a frame of its own. ``/tf`` moves the fram
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from typing import Any
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 from foxglove import messages as fg
@@ -16,22 +15,20 @@ from numpy.typing import NDArray
 from codesign.records import PoseRecord, PositionsRecord
 from codesign.trace import shapes
 from codesign.trace.floor import Floor
+from codesign.trace.shown import Encoded, Show
+from codesign.trace.transforms import Transforms
+from codesign.units import PICOSECONDS_PER_SECOND
 
-Show = Callable[[str, Any, int], None]
-"""Takes a topic, a message of Foxglove's SDK, and its time, ps."""
-
-ALL_SHOWN, MOST_SKIPPED = 4, 3
-"""A fleet of more than 4 robots is shown after each n / 4-th update, after each fourth at the least.
-
-Viewers move a frame smoothly between two times.
-"""
+SHOWN_EACH, FLEET_SHOWN_EACH = PICOSECONDS_PER_SECOND // 5, PICOSECONDS_PER_SECOND * 2 // 5
+FEW = 4
+"""Picoseconds between two places of a robot, and of a fleet of more than 4 robots. Viewers move a frame smoothly."""
 
 Place = tuple[float, float]
 
 TRAIL = 64
 """Most positions of a trail. Of a fleet, ``TRAIL_OF_ALL`` positions in all."""
 
-TRAIL_OF_ALL, TRAIL_STEP = 1024, 4
+TRAIL_OF_ALL, TRAIL_EACH = 1024, PICOSECONDS_PER_SECOND * 2 // 5
 TRAILS_A_LENGTH = 2
 """A trail is written each time that half of it is new, so each position is written twice."""
 
@@ -53,18 +50,27 @@ class Robots:
         self._drawn: dict[str, int] = {}
         self._trails: dict[str, list[list[Place]]] = {}
         self._last: dict[str, tuple[NDArray[np.float64], NDArray[np.float64]]] = {}
-        self._new, self._since = 0, -1
-        self._skip = 0
-        self._skipped: PositionsRecord | None = None
+        self._transforms: dict[str, Transforms] = {}
+        self._new = 0
+        self._due: dict[str, int] = {}
+        self._trail_due: dict[str, int] = {}
+        self._kept: dict[str, PoseRecord | PositionsRecord] = {}
 
     def posed(self, record: PoseRecord) -> None:
-        """Show a robot."""
+        """Show a robot, where the last place that was shown is old enough."""
+        if record.time < self._due.get(record.source, 0):
+            self._kept[record.source] = record
+        else:
+            self._posed(record)
+
+    def _posed(self, record: PoseRecord) -> None:
         place = self._floor.point(record.row, record.column)
         time, frame, angle = record.time, record.source, self._floor.turned(record.heading)
+        self._kept.pop(frame, None)
         if not math.isfinite(place[0] + place[1] + angle):
             return
-        transform = _transform(shapes.stamp(time), frame, *place, angle)
-        self._show("/tf", fg.FrameTransforms(transforms=[transform]), time)
+        self._due[frame] = time + SHOWN_EACH
+        self._move(frame, [frame], time, [(*place, angle)])
         if self._drawn.get(frame) != 1:
             self._bodies(time, frame, [frame], [""])
             # Rerun has no scenes. The body there is a circle of points with a beak, in the frame of the robot.
@@ -74,17 +80,16 @@ class Robots:
         self._trail(time, frame, [place])
 
     def placed(self, record: PositionsRecord) -> None:
-        """Show a fleet, of more than ``ALL_SHOWN`` robots not after each update."""
-        if self._skip:
-            self._skip, self._skipped = self._skip - 1, record
+        """Show a fleet, where the last places that were shown are old enough."""
+        if record.time < self._due.get(record.source, 0):
+            self._kept[record.source] = record
         else:
-            needed = -(-len(record.positions) // ALL_SHOWN) - 1
-            self._skip, self._skipped = min(max(needed, 0), MOST_SKIPPED), None
             self._placed(record)
 
     def _placed(self, record: PositionsRecord) -> None:
         """A robot points where it last moved."""
         time, source, places = record.time, record.source, self._floor.points(record.positions)
+        self._kept.pop(source, None)
         if not (len(places) and np.isfinite(places).all()):
             return
         before, angles = self._last.get(source, (places, np.zeros(len(places))))
@@ -94,11 +99,10 @@ class Robots:
         moves = np.abs(moved).max(axis=1) > 1e-6 * self._floor.cell_size
         angles = np.where(moves, np.arctan2(moved[:, 1], moved[:, 0]), angles)
         self._last[source] = places, angles
-        stamp, numbers = shapes.stamp(time), [str(number) for number in range(len(places))]
+        self._due[source] = time + (SHOWN_EACH if len(places) <= FEW else FLEET_SHOWN_EACH)
+        numbers = [str(number) for number in range(len(places))]
         frames = [f"{source}/{number}" for number in numbers]
-        rows = np.column_stack([places, angles]).tolist()
-        transforms = [_transform(stamp, frame, *row) for frame, row in zip(frames, rows, strict=True)]
-        self._show("/tf", fg.FrameTransforms(transforms=transforms), time)
+        self._move(source, frames, time, np.column_stack([places, angles]).tolist())
         if self._drawn.get(source) != len(places):
             self._bodies(time, source, frames, numbers)
         if self._trail(time, source, places.tolist()):
@@ -106,11 +110,20 @@ class Robots:
 
     def finish(self, time: int) -> None:
         """Show the last positions, and the trails where they have grown."""
-        if self._skipped is not None:
-            self._placed(self._skipped)
-            self._skip, self._skipped = 0, None
+        for record in list(self._kept.values()):
+            if isinstance(record, PoseRecord):
+                self._posed(record)
+            else:
+                self._placed(record)
         if self._new:
             self._trails_of_all(time)
+
+    def _move(self, source: str, frames: list[str], time: int, poses: Iterable[Sequence[float]]) -> None:
+        """Show the frames at their poses, each x and y in metres and the angle in radians."""
+        transforms = self._transforms.get(source)
+        if transforms is None or len(transforms.frames) != len(frames):
+            transforms = self._transforms[source] = Transforms(frames)
+        self._show("/tf", Encoded(fg.FrameTransforms, transforms.message(time, poses)), time)
 
     def _bodies(self, time: int, source: str, frames: list[str], numbers: list[str]) -> None:
         """Show a disc, an arrow and a number in each frame."""
@@ -152,10 +165,10 @@ class Robots:
         self._show("/robots", fg.SceneUpdate(entities=entities), time)
 
     def _trail(self, time: int, source: str, places: list[Place]) -> bool:
-        """Each fourth position is part of the trail. Returns whether this one is."""
-        self._since = (self._since + 1) % TRAIL_STEP
-        if self._since:
+        """A place is part of the trail where the one before is old enough. Returns whether this one is."""
+        if time < self._trail_due.get(source, 0):
             return False
+        self._trail_due[source] = time + TRAIL_EACH
         trail = self._trails.setdefault(source, [])
         if trail and len(trail[-1]) != len(places):
             trail.clear()
@@ -175,16 +188,3 @@ class Robots:
         self._show("/trails", shapes.scene("trails", time, lines=lines), time)
         points = np.concatenate(trails) if trails else np.zeros((0, 2))
         self._show("/trails/points", shapes.cloud(points, shapes.TRAIL, time, 0.005), time)
-
-
-def _transform(stamp: fg.Timestamp, frame: str, x: float, y: float, angle: float) -> fg.FrameTransform:
-    half, grain = angle / 2, shapes.GRAIN
-    return fg.FrameTransform(
-        timestamp=stamp,
-        parent_frame_id=shapes.MAP_FRAME,
-        child_frame_id=frame,
-        translation=fg.Vector3(x=round(x * grain) / grain, y=round(y * grain) / grain, z=0.0),
-        rotation=fg.Quaternion(
-            x=0.0, y=0.0, z=round(math.sin(half) * grain) / grain, w=round(math.cos(half) * grain) / grain
-        ),
-    )

@@ -42,7 +42,8 @@ from codesign.records import (
 )
 from codesign.trace import shapes
 from codesign.trace.floor import BLOCKED, FREE, UNKNOWN, Floor, floor_of
-from codesign.trace.robots import Robots, Show
+from codesign.trace.robots import Robots
+from codesign.trace.shown import Show
 from codesign.units import PICOSECONDS_PER_SECOND
 
 SHORTEST_INTERVAL = PICOSECONDS_PER_SECOND
@@ -52,8 +53,8 @@ INTERVAL_A_CELL = 72 * 10**6
 VOXELS_A_GRID = 4
 """Of a large map, the voxels for Rerun are written with each fourth grid."""
 
-OBSTACLES_INTERVAL, INTERVAL_A_CAME = PICOSECONDS_PER_SECOND // 5, PICOSECONDS_PER_SECOND // 250
-"""Picoseconds between two messages of the obstacles that came: at least 0.2 s, and 4 ms a cell."""
+OBSTACLES_INTERVAL, INTERVAL_A_CAME = PICOSECONDS_PER_SECOND // 2, PICOSECONDS_PER_SECOND // 100
+"""Picoseconds between two messages of the obstacles that came: at least 0.5 s, and 10 ms a cell."""
 
 MOST_SHOWN = 2**18
 """Most cells of a grid for viewers. Of a larger map, n × n cells are shown as one."""
@@ -81,7 +82,7 @@ class Views:
         self._corner = np.zeros(2, np.int64)
         self._start: NDArray[np.bool_] = np.zeros((0, 0), np.bool_)
         self._grids: dict[str, _Grid] = {}
-        self._came: set[int] = set()
+        self._came: NDArray[np.bool_] = np.zeros(0, np.bool_)
         self._came_due = _Due(0)
         self._paths: list[NDArray[np.float64]] = []
         self._path_time: int | None = None
@@ -128,7 +129,7 @@ class Views:
         self._floor, self._shape = floor_of(record), record.free.shape
         self._corner, self._start = np.array(record.corner), record.free
         self._grids.clear()
-        self._came.clear()
+        self._came = np.zeros(record.free.size, np.bool_)
         self._robots.begin(self._floor, record.radius * self._floor.cell_size)
         if record.free.size:
             walls = np.where(record.free, shapes.FREE_NOW, shapes.WALL).astype(np.uint8)
@@ -154,12 +155,11 @@ class Views:
         if places is None:
             return
         began_free = self._start.ravel()[places]
-        states = (shapes.CAME, shapes.WALL) if record.appeared else (shapes.FREE_NOW, shapes.GONE)
+        states = (shapes.WALL, shapes.CAME) if record.appeared else (shapes.GONE, shapes.FREE_NOW)
         grid = self._grids["/map"]
-        grid.cells.ravel()[places] = np.where(began_free, *states)
+        grid.cells.ravel()[places] = np.array(states, np.uint8)[began_free.view(np.uint8)]
         grid.due.changed = True
-        new = set(places[began_free].tolist())
-        self._came = self._came | new if record.appeared else self._came - new
+        self._came[places[began_free]] = record.appeared
         self._came_due.changed = True
         grid.shown(self._show, record.time, self._floor)
         if self._came_due.now(record.time):
@@ -167,8 +167,9 @@ class Views:
 
     def _obstacles(self, time: int) -> None:
         """All cells that came, as bars along the rows and as points."""
-        self._came_due.interval = max(OBSTACLES_INTERVAL, INTERVAL_A_CAME * len(self._came))
-        cells = np.column_stack(np.divmod(np.array(sorted(self._came), np.int64), max(self._shape[1], 1)))
+        came = np.flatnonzero(self._came)
+        self._came_due.interval = max(OBSTACLES_INTERVAL, INTERVAL_A_CAME * len(came))
+        cells = np.column_stack(np.divmod(came, max(self._shape[1], 1)))
         side, turned = self._floor.cell_size, self._floor.yaw
         first = np.ones(len(cells), bool)
         first[1:] = (np.diff(cells, axis=0) != (0, 1)).any(axis=1)
@@ -248,7 +249,7 @@ class Views:
                 pose=shapes.pose(x, y, self._floor.yaw),
                 start_angle=0.0,
                 end_angle=-2 * math.pi * (rays - 1) / max(rays, 1),
-                ranges=(record.ranges * self._floor.cell_size).tolist(),
+                ranges=shapes.rounded(record.ranges * np.float64(self._floor.cell_size)).tolist(),
                 intensities=[],
             ),
             record.time,

@@ -17,7 +17,7 @@ from codesign import plugin
 from codesign.cli import COMMANDS
 from codesign.cli import main as cli
 from codesign.records import Record
-from codesign.trace.messages import RECORD_TYPES, schema_name, topic_of
+from codesign.trace.schemas import RECORD_TYPES, schema_name, topic_of
 from docs.make_reference.docstrings import markdown, signature_text
 from docs.make_reference.model_tables import cell, sentence, table
 

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from codesign.bags.range_kernels import ranges
+from codesign.components.range_kernels import ranges
 from codesign.components.sensor import RaySensor
 from codesign.components.sensor_kernels import cast
 

@@ -79,7 +79,7 @@ def a_mission() -> list[Record]:
         CommandRecord(4_000_000, "robot", 1, 0, 3_000_000, way, 2.5),
         MissionRecord(3_000_000, "robot", "plan_ready", "3 us"),
         PoseRecord(10**11, "robot", 1 / 3, 0.0, np.pi / 2, 0.5),
-        ScanRecord(10**11, "robot", 1 / 3, 0.0, 8.0, np.array([np.inf, 2.5, 0.1, 4.0])),
+        ScanRecord(10**11, "robot", 1 / 3, 0.0, 8.0, np.array([np.inf, 2.5, 0.1, 4.0], np.float32)),
         ObstacleRecord(2 * 10**11, "world", cells, True),
         BeliefRecord(3 * 10**11, "robot", cells, np.array([True, True])),
         ObstacleRecord(15 * 10**11, "world", cells[:1], False),

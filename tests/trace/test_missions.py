@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import itertools
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import codesign
+from codesign.components.sensor import RaySensor
 from codesign.records import (
     BeliefRecord,
     MapRecord,
@@ -16,6 +18,8 @@ from codesign.records import (
     ObstacleRecord,
     PoseRecord,
     Record,
+    RobotRecord,
+    ScanRecord,
 )
 from codesign.report import mission_timeline_picture, run_pictures
 from codesign.results.result import Result
@@ -191,6 +195,44 @@ def test_what_the_robot_knows_at_the_end_is_what_the_result_says(
     assert seen.belief is not None
     assert (seen.belief != 1).mean() == pytest.approx(result.mission.known_share)
     assert any(isinstance(record, BeliefRecord) for record in records)
+
+
+def test_a_scan_is_recorded_each_five_seconds(
+    runs: dict[str, tuple[Path, Result, list[Record]]],
+) -> None:
+    """Its ranges are those of the rays on the true map, where the robot was at that time."""
+    path, _, records = runs["out of time"]
+    scans = [each for each in runs["reached"][2] if isinstance(each, ScanRecord)]
+    assert len(scans) >= 2
+    assert {later.time - one.time for one, later in itertools.pairwise(scans)} == {5 * 10**12}
+    (start,) = [each for each in records if isinstance(each, MapRecord)]
+    (robot,) = [each for each in records if isinstance(each, RobotRecord)]
+    (scan,) = [each for each in records if isinstance(each, ScanRecord)]
+    assert start.resolution is not None
+    sensor = RaySensor(robot.reach / start.resolution, robot.rays)
+    ranges = sensor.ranges(start.free, (scan.row, scan.column))
+    assert len(scan.ranges) == robot.rays == 90
+    assert np.array_equal(np.isinf(scan.ranges), np.isinf(ranges))
+    assert np.isfinite(ranges).any()
+    met = np.isfinite(ranges)
+    assert np.abs(scan.ranges[met] - ranges[met]).max() <= 1 / 128
+    lasers = [each for each in open_trace(path).channels if each.topic == "/robot/laser"]
+    assert [(each.schema, each.messages) for each in lasers] == [("foxglove.LaserScan", 1)]
+
+
+def test_a_level_without_scans_makes_none(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def refused(*_: object) -> None:
+        pytest.fail("a scan was made")
+
+    monkeypatch.setattr(RaySensor, "ranges", refused)
+    (tmp_path / "board.yaml").write_text(PLATFORM, encoding="utf-8")
+    limit, appearing = ENDINGS["out of time"]
+    text = WORKLOAD.replace("LIMIT", limit).replace("APPEARING", appearing)
+    (tmp_path / "rooms.yaml").write_text(text, encoding="utf-8")
+    point = codesign.load_platform(tmp_path / "board.yaml"), codesign.load_workload(tmp_path / "rooms.yaml")
+    codesign.simulate(*point)
+    codesign.simulate(*point, trace=tmp_path / "run.mcap", trace_level="mission")
+    assert not list(open_trace(tmp_path / "run.mcap").records(kinds=[ScanRecord]))
 
 
 @pytest.mark.parametrize("name", ENDINGS)

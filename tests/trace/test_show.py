@@ -16,7 +16,7 @@ from trace_samples import PluginRecord, a_run, write
 from codesign.errors import TraceError, printable
 from codesign.records import MapRecord, MessageRecord, StageRecord, TrajectoryRecord
 from codesign.trace import open_trace, thumbnail, timeline, trace_thumbnail
-from codesign.trace.messages import RECORD_TYPES, schema_name, topic_of
+from codesign.trace.schemas import RECORD_TYPES, schema_name, topic_of
 from codesign.trace.show import SHADES, WALL, row_of
 
 TIMELINE = """

@@ -15,7 +15,14 @@ from codesign.components.path import Point, cell_of
 from codesign.components.robot import PRESSING, MobileRobot
 from codesign.components.sensor import NOTHING, RangeScan, Sensor
 from codesign.inputs.components import RaySensor, RobotComponent
-from codesign.records import BeliefRecord, MissionRecord, ObstacleRecord, PoseRecord, RobotRecord
+from codesign.records import (
+    BeliefRecord,
+    MissionRecord,
+    ObstacleRecord,
+    PoseRecord,
+    RobotRecord,
+    ScanRecord,
+)
 from codesign.scenarios.drive.faults import covered, kept_clear, moving_of
 from codesign.scenarios.drive.tasks import MOVE, drive_on, resolution_of
 from codesign.scenarios.drive.world.belief import Belief, Update
@@ -25,11 +32,15 @@ from codesign.scenarios.drive.world.true_map import World
 from codesign.scenarios.records import tell_map
 from codesign.system.assemble import kinematics_of, sensor_of
 from codesign.system.messages import Wrong
+from codesign.units import PICOSECONDS_PER_SECOND
 
 if TYPE_CHECKING:
     from codesign.system.build import Machine
 
 Cell = tuple[int, int]
+
+SCAN_EACH, SCAN_GRAIN = 5 * PICOSECONDS_PER_SECOND, 64
+"""Picoseconds between two recorded scans, and the parts of a cell that their ranges are rounded to."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,7 +96,7 @@ class Scene:
         spec = system.platform.components[name]
         assert isinstance(spec, RobotComponent), "move is placed on robots only"
         problem = system.problem
-        self.machine, self.scenario = machine, scenario
+        self.machine, self.scenario, self._scan_due = machine, scenario, 0
         self.resolution = resolution_of(system.workload, problem)
         radius = float(spec.radius.value) / self.resolution
         self.true_free = problem.free & ~covered(problem.free.shape, scenario.hidden)
@@ -174,7 +185,23 @@ class Scene:
         self.tell_pose()
         position = self.robot.position
         scan = self.sensor.scan(self.world.free_now, position)
+        self._tell_scan(position)
         return Look(self.machine.now, scan, position, self.robot.speed)
+
+    def _tell_scan(self, position: Point) -> None:
+        """Tell listeners what the rays of a sensor meet, where the last scan that was told is old enough.
+
+        All scans would take most of a trace. They follow from the true map, the pose and the sensor.
+        """
+        machine = self.machine
+        if machine.now >= self._scan_due and machine.wants(ScanRecord):
+            ranges = self.sensor.ranges(self.world.free_now, position)
+            if ranges is not None:
+                self._scan_due = machine.now + SCAN_EACH
+                grained = (np.rint(ranges * SCAN_GRAIN) / SCAN_GRAIN).astype(np.float32)
+                machine.tell(
+                    ScanRecord(machine.now, self.robot.name, *position, self.sensor.range_cells, grained)
+                )
 
     def tell_pose(self) -> None:
         """Tell listeners where the robot is now."""

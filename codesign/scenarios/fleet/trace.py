@@ -76,9 +76,11 @@ class FleetTrace:
         if not self._machine.listening:
             return
         self._positions()
-        firsts, seconds = np.triu_indices(self._robots, 1)
-        touching_pairs = np.flatnonzero(self._work.gaps() < 0.0)
-        touching = {(int(firsts[pair]), int(seconds[pair])) for pair in touching_pairs}
+        pairs = np.flatnonzero(self._work.gaps() < 0.0)
+        touching = set()
+        if len(pairs):
+            firsts, seconds = np.triu_indices(self._robots, 1)
+            touching = set(zip(firsts[pairs].tolist(), seconds[pairs].tolist(), strict=True))
         for first, second in sorted(touching - self._touching):
             self._tell("contact", f"robots {first} and {second} touch in update {update}")
         self._touching = touching

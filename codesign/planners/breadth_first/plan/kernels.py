@@ -85,3 +85,20 @@ def without_ring(indices: NDArray[np.int32], stride: int) -> Any:
         row, column = divmod(indices[index], stride)
         cells[index] = (row - 1) * (stride - 2) + column - 1
     return cells
+
+
+@njit(cache=True, nogil=True)
+def steps(pushed: NDArray[np.int32], directions: NDArray[np.int8]) -> Any:
+    """Float64, rows × columns: steps from the start to each pushed cell, infinite elsewhere.
+
+    ``pushed``: in their order, the start first. ``directions``: int8, rows × columns, without the ring of obstacles.
+    """
+    rows, columns = directions.shape
+    offsets, sides = (-columns, columns, -1, 1), directions.ravel()
+    counts = np.full(rows * columns, np.inf)
+    counts[pushed[0]] = 0.0
+    # A cell is pushed after the cell that discovered it, so that one has its count already.
+    for index in range(1, pushed.size):
+        cell = pushed[index]
+        counts[cell] = counts[cell + offsets[sides[cell]]] + 1.0
+    return counts.reshape(rows, columns)

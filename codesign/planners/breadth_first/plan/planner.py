@@ -191,19 +191,9 @@ class BreadthFirst(Planner):
 
 def distances(plan: BreadthFirstPlan) -> NDArray[np.float64]:
     """Float64, rows × columns: steps from the start, along the directions of discovery; infinite for others."""
-    steps = np.full(plan.directions.shape, np.inf)
-    columns = plan.directions.shape[1]
-    offsets = np.array([down * columns + right for down, right in NEIGHBOURS], np.int64)
-    pushed = plan.pushed.astype(np.int64)
-    rank = np.zeros(steps.size, np.int64)
-    rank[pushed] = np.arange(len(pushed))
-    # Every cell points at its discoverer, the start at itself; then at the target of that cell, and so on.
-    target = np.zeros(len(pushed), np.int64)
-    target[1:] = rank[pushed[1:] + offsets[plan.directions.ravel()[pushed[1:]]]]
-    count = (np.arange(len(pushed)) > 0).astype(np.int64)
-    while target.any():
-        count, target = count + count[target], target[target]
-    steps.ravel()[pushed] = count
+    from codesign.planners.breadth_first.plan import kernels
+
+    steps: NDArray[np.float64] = kernels.steps(plan.pushed, plan.directions)
     return steps
 
 

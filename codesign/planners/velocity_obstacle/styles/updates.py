@@ -26,6 +26,7 @@ class Updates(FleetUpdates):
         self.loop = Loop(problem, parameters)
         self.costs = costs
         self.step_ps = parameters.step_ps
+        self._step = parameters.step
         self.cycles: NDArray[np.int64] = np.zeros(problem.count, np.int64)
         self._radius = problem.radius
         self._before = self._state()
@@ -78,7 +79,7 @@ class Updates(FleetUpdates):
     def gaps(self) -> NDArray[np.float64]:
         """Least distance between the bodies of each pair in the latest ``hold`` or ``act``, cells."""
         (cells, speeds, steps), now = self._before, self._state()
-        seconds = np.array([(now[2] - steps) * self.loop.parameters.step])
+        seconds = np.array([(now[2] - steps) * self._step])
         return pair_gaps(np.stack([cells, now[0]]), np.stack([speeds, now[1]]), seconds) - 2.0 * self._radius
 
     def steps(self, robot: int, *, visits: bool) -> Generator[Step, None, None]:

@@ -1,0 +1,209 @@
+"""The protobuf messages of records: their fields and descriptors follow from the record classes.
+
+The message of ``VisitsRecord`` is ``codesign.VisitsRecord``. The number of a field is its place in the class, from 1.
+New fields are added at the end, so numbers stay (``docs/reference/trace.proto`` holds them all):
+
+    int     int64            n × 2 and 1-d int32 arrays     repeated sint32, packed, row by row
+    float   double           1-d bool arrays                repeated bool, packed
+    str     string           n × 2 and 1-d float64 arrays   repeated double, packed, row by row
+    bool    bool             all other arrays               codesign.Array: shape, dtype, little-endian bytes
+    dict    string, JSON
+
+Times are stored in few bytes. The log time of a message is the ``time`` of its record in ns, and the message has the
+``picoseconds`` that are left. All other times of a record (``TIMES``) are sint64: ps after ``time``.
+
+A field that may be None, or that has a default, has presence: where a message lacks it, it has its default.
+"""
+
+from __future__ import annotations
+
+import types
+import typing
+from dataclasses import MISSING, dataclass, fields
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from codesign import records
+from codesign.errors import TraceError
+from codesign.records import Record
+from codesign.trace.arrays import PACKED_TYPES, SHAPES
+
+if TYPE_CHECKING:
+    from google.protobuf.descriptor_pb2 import FileDescriptorProto
+
+RECORD_TYPES: dict[str, type[Record]] = {
+    name: item
+    for name, item in vars(records).items()
+    if isinstance(item, type) and issubclass(item, Record) and item is not Record
+}
+"""Every class of record by its name: the classes that a reader can decode."""
+
+RUN_LEVEL = (records.MapRecord, records.TrajectoryRecord, records.MissionRecord, records.SummaryRecord)
+"""Records of the run as a whole: their topics do not begin with the source."""
+
+PACKAGE = "codesign"
+ARRAY = "Array"
+
+TIME, PICOSECONDS = "time", "picoseconds"
+"""The time of a record, and what its message has of it: the picoseconds after the whole nanoseconds."""
+
+_PLAIN: dict[object, str] = {int: "int64", float: "double", str: "string", bool: "bool"}
+
+_PLANS: dict[type[Record], tuple[FieldPlan, ...]] = {}
+_CLASSES: dict[type[Record], Any] = {}
+
+
+@dataclass(frozen=True)
+class FieldPlan:
+    """How a field is encoded: a type of protobuf, ``mapping``, ``packed`` or ``array``.
+
+    ``name``: of the field of the record, ``stored``: of that of the message. ``after``: a time, stored as ps after that
+    of the record. ``optional``: it may be None. ``default``: its value where a message lacks it, as messages of older
+    files may.
+    """
+
+    name: str
+    number: int
+    kind: str
+    optional: bool = False
+    dtype: np.dtype[Any] | None = None
+    has_default: bool = False
+    default: Any = None
+    after: bool = False
+
+    @property
+    def stored(self) -> str:
+        """The name in the message."""
+        return PICOSECONDS if self.name == TIME else self.name
+
+    @property
+    def is_array(self) -> bool:
+        """Whether its value is an array."""
+        return self.dtype is not None
+
+    @property
+    def shape(self) -> tuple[int | None, ...]:
+        """The shape of a packed array. None: any length."""
+        return SHAPES[self.name]
+
+    @property
+    def type_name(self) -> str:
+        """The type in a ``.proto`` file, with its label."""
+        if self.kind == "array":
+            return ARRAY
+        if self.kind == "packed":
+            assert self.dtype is not None
+            return f"repeated {PACKED_TYPES[self.dtype.name]}"
+        if self.name == TIME:
+            return "uint32"
+        kind = "string" if self.kind == "mapping" else "sint64" if self.after else self.kind
+        return f"optional {kind}" if self.optional or self.has_default else kind
+
+
+def topic_of(record_type: type[Record], source: str) -> str:
+    """The topic of a record: ``/fpga/stage``, or ``/map`` for a record of the run as a whole.
+
+    >>> topic_of(records.StageRecord, "fpga"), topic_of(records.MapRecord, "host")
+    ('/fpga/stage', '/map')
+    """
+    kind = record_type.__name__.removesuffix("Record").lower()
+    return f"/{kind}" if issubclass(record_type, RUN_LEVEL) else f"/{source}/{kind}"
+
+
+def schema_name(record_type: type[Record]) -> str:
+    """The full name of a record's message."""
+    return f"{PACKAGE}.{record_type.__name__}"
+
+
+def plan_of(record_type: type[Record]) -> tuple[FieldPlan, ...]:
+    """The plans of a class's fields, in the order of its fields.
+
+    Raises:
+        TraceError: a field has a type that no message holds.
+    """
+    if record_type not in _PLANS:
+        hints = typing.get_type_hints(record_type)
+        _PLANS[record_type] = tuple(
+            _field_plan(record_type, item.name, number, hints[item.name], item.default)
+            for number, item in enumerate(fields(record_type), 1)
+        )
+    return _PLANS[record_type]
+
+
+def _field_plan(
+    record_type: type[Record], name: str, number: int, annotation: object, default: object
+) -> FieldPlan:
+    has_default = default is not MISSING
+    filler = default if has_default else None
+    optional = isinstance(annotation, types.UnionType)
+    if optional:
+        annotation = next(item for item in typing.get_args(annotation) if item is not types.NoneType)
+    if typing.get_origin(annotation) is dict:
+        return FieldPlan(name, number, "mapping", optional, None, has_default, filler)
+    if typing.get_origin(annotation) is np.ndarray:
+        (item,) = typing.get_args(typing.get_args(annotation)[1])
+        dtype = np.dtype(item)
+        kind = "packed" if name in SHAPES and dtype.name in PACKED_TYPES else "array"
+        return FieldPlan(name, number, kind, optional, dtype, has_default, filler)
+    if annotation not in _PLAIN:
+        raise TraceError(
+            f"no {record_type.__name__}: {name} has the type {annotation}, which no message holds"
+        )
+    after = name in record_type.TIMES
+    return FieldPlan(name, number, _PLAIN[annotation], optional, None, has_default, filler, after)
+
+
+def descriptor_set(record_type: type[Record]) -> bytes:
+    """The ``FileDescriptorSet`` of a record's message: all that a decoder needs."""
+    from google.protobuf.descriptor_pb2 import FileDescriptorSet
+
+    return bytes(FileDescriptorSet(file=_files(record_type)).SerializeToString(deterministic=True))
+
+
+def _files(record_type: type[Record]) -> list[FileDescriptorProto]:
+    from google.protobuf.descriptor_pb2 import DescriptorProto, FieldDescriptorProto, FileDescriptorProto
+
+    def file(name: str, message: DescriptorProto, *needed: str) -> FileDescriptorProto:
+        path = f"{PACKAGE}/{name}.proto"
+        return FileDescriptorProto(
+            name=path, package=PACKAGE, syntax="proto3", message_type=[message], dependency=needed
+        )
+
+    plans, message = plan_of(record_type), DescriptorProto(name=record_type.__name__)
+    for plan in plans:
+        label, _, kind = plan.type_name.rpartition(" ")
+        field = message.field.add(
+            name=plan.stored,
+            number=plan.number,
+            label=FieldDescriptorProto.LABEL_REPEATED
+            if label == "repeated"
+            else FieldDescriptorProto.LABEL_OPTIONAL,
+        )
+        if kind == ARRAY:
+            field.type, field.type_name = FieldDescriptorProto.TYPE_MESSAGE, f".{PACKAGE}.{ARRAY}"
+        else:
+            field.type = FieldDescriptorProto.Type.Value(f"TYPE_{kind.upper()}")
+        if label == "optional":
+            field.proto3_optional, field.oneof_index = True, len(message.oneof_decl)
+            message.oneof_decl.add(name=f"_{plan.name}")
+    if not any(plan.kind == "array" for plan in plans):
+        return [file(record_type.__name__, message)]
+    array = DescriptorProto(name=ARRAY)
+    array.field.add(name="shape", number=1, label="LABEL_REPEATED", type="TYPE_UINT32")
+    array.field.add(name="dtype", number=2, label="LABEL_OPTIONAL", type="TYPE_STRING")
+    array.field.add(name="data", number=3, label="LABEL_OPTIONAL", type="TYPE_BYTES")
+    return [file(ARRAY, array), file(record_type.__name__, message, f"{PACKAGE}/{ARRAY}.proto")]
+
+
+def message_class(record_type: type[Record]) -> Any:
+    """The class of a record's messages. Each has a pool of its own, as classes of plug-ins may share a name."""
+    from google.protobuf.descriptor_pool import DescriptorPool
+    from google.protobuf.message_factory import GetMessageClass
+
+    if record_type not in _CLASSES:
+        pool = DescriptorPool()
+        for file in _files(record_type):
+            pool.Add(file)
+        _CLASSES[record_type] = GetMessageClass(pool.FindMessageTypeByName(schema_name(record_type)))
+    return _CLASSES[record_type]
