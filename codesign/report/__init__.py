@@ -15,6 +15,7 @@ from codesign.report.aggregated import spread_table
 from codesign.report.answer import Answer, answer
 from codesign.report.canvas import Picture
 from codesign.report.certainty import winners_certainty_table
+from codesign.report.comparison_page import comparison_page
 from codesign.report.comparison_tables import comparison_table
 from codesign.report.explain_tables import (
     effects_table,
@@ -65,6 +66,7 @@ __all__ = [
     "account_picture",
     "answer",
     "best_table",
+    "comparison_page",
     "comparison_table",
     "drive_picture",
     "effects_table",

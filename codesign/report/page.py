@@ -133,7 +133,12 @@ def rendered(template: str, provenance: Provenance | None, **values: Any) -> str
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.globals.update(style=template_text("style.css"), data_address=_data_address, absent=ABSENT)
+    environment.globals.update(
+        style=template_text("style.css"),
+        shared=template_text("shared.js"),
+        data_address=_data_address,
+        absent=ABSENT,
+    )
     return environment.get_template(template).render(footer=footer_text(provenance), **values)
 
 
