@@ -24,7 +24,7 @@ from codesign.report.explain_tables import (
 )
 from codesign.report.front_picture import front_picture
 from codesign.report.map_pictures import drive_picture, map_picture, moment_picture
-from codesign.report.page import reproduction_page, result_page
+from codesign.report.page import result_page
 from codesign.report.pictures import (
     run_map_picture,
     run_pictures,
@@ -33,6 +33,7 @@ from codesign.report.pictures import (
 )
 from codesign.report.planner_tables import planner_tables
 from codesign.report.render import render_csv, render_markdown, render_text, write_csv
+from codesign.report.reproduction_page import reproduction_page
 from codesign.report.reproduction_tables import (
     findings_table,
     reproduction_csv,

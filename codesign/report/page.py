@@ -1,4 +1,4 @@
-"""One self-contained HTML page for a result or a reproduction, and what every page shares.
+"""One self-contained HTML page for a result, and what every page shares.
 
 Data flows in through templates that escape everything; what is put in as it is comes from this package, or from a
 library that is kept in it with its licence. The page's content security policy forbids every request: what a reader
@@ -17,8 +17,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from codesign.files import write_atomically
-from codesign.planners.reproduction import Reproduction
-from codesign.report.reproduction_tables import findings_table, reproduction_sources_table, reproduction_table
 from codesign.report.result_tables import figure_tables, result_reasons_table, sources_table
 from codesign.report.sentences import headline, run_pace_text
 from codesign.report.table import Table
@@ -66,39 +64,6 @@ def result_html(result: Result, *, pictures: Sequence[Picture] = (), command: st
         sources=sources_table([result]),
         pictures=(*pictures, *([account] if account else [])),
         command=command or f"hwsw run {result.platform} {result.workload} --html report.html",
-    )
-
-
-def reproduction_page(
-    reproduction: Reproduction, path: Path, *, pictures: Sequence[Picture] = (), command: str | None = None
-) -> None:
-    """Write the page of a reproduction: rows, findings, plots, sources.
-
-    Raises:
-        RunError: the file cannot be written.
-    """
-    write_page(path, reproduction_html(reproduction, pictures=pictures, command=command))
-
-
-def reproduction_html(
-    reproduction: Reproduction, *, pictures: Sequence[Picture] = (), command: str | None = None
-) -> str:
-    """The page of ``reproduction_page`` as text."""
-    return rendered(
-        "reproduction.html.j2",
-        None,
-        title="Published against modelled",
-        rows=reproduction_table(reproduction),
-        findings=findings_table(reproduction) if reproduction.findings else None,
-        note="; ".join(
-            filter(
-                None,
-                (reproduction.settings and f"not as published: {reproduction.settings}", reproduction.note),
-            )
-        ),
-        sources=reproduction_sources_table(reproduction),
-        pictures=pictures,
-        command=command or "hwsw reproduce harmonic --html report.html",
     )
 
 

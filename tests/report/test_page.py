@@ -9,18 +9,19 @@ from pathlib import Path
 import numpy as np
 import pytest
 from page_data import Page, column, data_of
-from report_samples import SampleReproduction, SampleRow, a_hopeless_study, a_result, a_study
+from report_samples import a_hopeless_study, a_reproduction, a_result, a_study
 
 from codesign.errors import RunError
 from codesign.exploration.outcomes import Outcomes
 from codesign.exploration.study import Study
-from codesign.figures import FIGURES, ResultFigure
-from codesign.planners.reproduction import Finding
+from codesign.figures import FIGURES, ResultFigure, Status
+from codesign.planners.reproduction import Finding, Row, Use
 from codesign.report import Picture, study_page
 from codesign.report import chart as chart_module
 from codesign.report.chart import chart_data
 from codesign.report.columns import Columns
-from codesign.report.page import reproduction_html, result_html, template_text
+from codesign.report.page import result_html, template_text
+from codesign.report.reproduction_page import reproduction_html
 from codesign.report.study_page import study_html
 
 EVIL = "<script>alert(1)</script>\"'&</style>]]><!--"
@@ -45,13 +46,15 @@ def evil_study() -> Study:
 
 @cache
 def evil_pages() -> dict[str, str]:
-    rows = (SampleRow(EVIL, EVIL, EVIL, EVIL, None, EVIL, EVIL, EVIL, EVIL, EVIL),)
+    rows = (Row(EVIL, EVIL, EVIL, EVIL, None, EVIL, Status.ASSUMED, EVIL, Use.FITTED, EVIL),)
     result = a_result(platform=EVIL, workload=EVIL, part=EVIL, parameters={EVIL: {EVIL: EVIL}})
     return {
         "study": study_html(evil_study(), pictures=[PICTURE], command=EVIL),
         "result": result_html(result, pictures=[PICTURE], command=EVIL),
         "reproduction": reproduction_html(
-            SampleReproduction(rows, (Finding(EVIL, {EVIL: EVIL}),), EVIL), pictures=[PICTURE], command=EVIL
+            [a_reproduction(paper=EVIL, rows=rows, findings=(Finding(EVIL, {EVIL: EVIL}),), note=EVIL)],
+            pictures={EVIL: [PICTURE]},
+            command=EVIL,
         ),
     }
 
