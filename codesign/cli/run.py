@@ -152,7 +152,13 @@ def run(
         debug_step("simulated")
         if page is not None:
             doing(show, "drawing the pictures of the page")
-            result_page(result, page, pictures=run_pictures(records.records), command=command_line())
+            result_page(
+                result,
+                page,
+                pictures=run_pictures(records.records),
+                records=records.records,
+                command=command_line(),
+            )
             debug_step("page written")
     _print(result, asked.constraints, limits, detail, as_json)
     _print_files(result, {"trace": trace_file, "bag": bag, "page": page}, silent=as_json or quiet)

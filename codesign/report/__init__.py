@@ -24,7 +24,6 @@ from codesign.report.explain_tables import (
 )
 from codesign.report.front_picture import front_picture
 from codesign.report.map_pictures import drive_picture, map_picture, moment_picture
-from codesign.report.page import result_page
 from codesign.report.pictures import (
     run_map_picture,
     run_pictures,
@@ -40,6 +39,7 @@ from codesign.report.reproduction_tables import (
     reproduction_sources_table,
     reproduction_table,
 )
+from codesign.report.result_page import result_page
 from codesign.report.result_tables import result_reasons_table, result_tables
 from codesign.report.schedule_picture import schedule_picture
 from codesign.report.study_answer import study_sentence, study_tables

@@ -20,8 +20,9 @@ from codesign.report import Picture, study_page
 from codesign.report import chart as chart_module
 from codesign.report.chart import chart_data
 from codesign.report.columns import Columns
-from codesign.report.page import result_html, template_text
+from codesign.report.page import template_text
 from codesign.report.reproduction_page import reproduction_html
+from codesign.report.result_page import result_html
 from codesign.report.study_page import study_html
 
 EVIL = "<script>alert(1)</script>\"'&</style>]]><!--"

@@ -296,7 +296,7 @@ def test_numbers_are_written_as_the_tables_write_them(browser: Any) -> None:
     }
     tab = browser.new_page()
     script = "([told, scales]) => { %s; return told.map(([v, f]) => makeNumbers(scales).text(v, f)); }"
-    texts = tab.evaluate(script % template_text("study/numbers.js"), [told, scales])
+    texts = tab.evaluate(script % template_text("numbers.js"), [told, scales])
     wrong = [(pair, text, own) for pair, text, own in zip(told, expected, texts, strict=True) if text != own]
     assert wrong == []
     assert quantity_text(math.inf, "s") == "inf"

@@ -55,6 +55,9 @@ def column(data: dict[str, Any], entry: dict[str, Any]) -> Any:
         case "coded":
             values, codes = (column(data, each) for each in entry["of"])
             return values[codes]
+        case "steps":
+            coded = column(data, entry["of"][0]).astype(np.int64)
+            return np.cumsum(np.where(coded % 2, -(coded + 1) // 2, coded // 2))
         case "json":
             return json.loads(content[at : at + count])
         case "f8":
