@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from codesign.records import Record
+from codesign.report.canvas import with_palette
 from codesign.report.page import rendered, write_page
 from codesign.report.result_tables import figure_tables, result_reasons_table, sources_table
 from codesign.report.scrub import scrub_of
@@ -67,7 +68,7 @@ def result_html(
         wide=[table for table in tables if not _is_narrow(table)],
         sources=sources_table([result]),
         scrub=None if scrub is None else scrub_part(scrub),
-        pictures=(*pictures, *([account] if account else [])),
+        pictures=(*pictures, *([with_palette(account)] if account else [])),
         command=command or f"hwsw run {result.platform} {result.workload} --html report.html",
     )
 

@@ -112,7 +112,7 @@ def _legend(scrub: Scrub) -> Legend:
     if scrub.is_fleet:
         legend += [
             ("drives", "drives"),
-            ("arrived", "has arrived"),
+            ("arrived", "rests at its target"),
             ("still", "stands"),
             ("near", "touches another"),
         ]
@@ -122,7 +122,7 @@ def _legend(scrub: Scrub) -> Legend:
 
 
 def robots_table(scrub: Scrub) -> Table:
-    """Each robot in a row, the worst first: those that did not arrive, then those that arrived last."""
+    """Each robot in a row, the worst first: those that do not rest at their targets, then those that came last."""
     cell = scrub.map.resolution or 1.0
     unit = "m" if scrub.map.resolution else "cells"
     nearest = _nearest(scrub.tracks)
@@ -147,7 +147,7 @@ def robots_table(scrub: Scrub) -> Table:
         )
     columns = (
         *left("robot"),
-        *right("arrived", unit="s"),
+        *right("rests from", unit="s"),
         *right("driven", unit=unit),
         *right("over the straight line", unit="1"),
         *right("stood on its way", unit="s"),
@@ -155,8 +155,8 @@ def robots_table(scrub: Scrub) -> Table:
         *right("to robot"),
     )
     notes = (
-        "The worst come first: robots that did not arrive, then those that arrived last. A click on a heading sorts."
-        " Distances are between middles, at the times of updates.",
+        "The worst come first: robots that do not rest at their targets, then those that came last. A robot has"
+        " arrived some updates before it rests. A click on a heading sorts. Distances are between middles, at updates.",
     )
     return Table("Robots", columns, tuple(rows), notes)
 

@@ -176,9 +176,9 @@ def test_a_fleet_of_64_can_be_read(browser: Any, pages: dict[str, Path]) -> None
     with opened(browser, pages["fleet"], viewport={"width": 1600, "height": 1000}) as tab:
         assert tab.locator("table.robots tbody tr").count() == 64
         assert tab.inner_text("table.robots tbody tr:first-child td:first-child") == "63"
-        assert "63 have arrived" in tab.inner_text("#facts")
+        assert "63 rest at their targets" in tab.inner_text("#facts")
         tab.click("[data-robot='5']")
-        assert "robot 5 has arrived" in tab.inner_text("#facts")
+        assert "robot 5 rests at its target" in tab.inner_text("#facts")
         assert "cells from its target" in tab.inner_text("#facts")
         assert tab.get_attribute("[data-robot='5']", "aria-pressed") == "true"
         assert "robot=5" in tab.url
@@ -212,10 +212,10 @@ def test_a_plan_shows_the_field_of_each_stage(browser: Any, pages: dict[str, Pat
     with opened(browser, pages["plan"]) as tab:
         assert "the field after stage 4" in tab.inner_text("#facts")
         tab.locator("#events button").nth(1).click()
-        assert tab.inner_text("#facts") == "the field after stage 1"
+        assert tab.inner_text("#facts").endswith("; the field after stage 1")
         tab.focus("#stage")
         tab.keyboard.press("Home")
-        assert tab.inner_text("#facts") == "no stage has ended"
+        assert tab.inner_text("#facts") == "at 0 s; no stage has ended"
 
 
 @pytest.mark.parametrize(
@@ -226,7 +226,7 @@ def test_an_address_that_says_nonsense_does_no_harm(
 ) -> None:
     with opened(browser, pages["fleet"], address) as tab:
         assert 0 <= tick_of(tab) <= 1e7
-        assert "have arrived" in tab.inner_text("#facts") or "drive" in tab.inner_text("#facts")
+        assert "rest at their targets" in tab.inner_text("#facts") or "drive" in tab.inner_text("#facts")
 
 
 def test_an_address_opens_the_time_that_it_holds(browser: Any, pages: dict[str, Path]) -> None:

@@ -15,7 +15,7 @@ const begin = async () => {
   const time = (at) => numbers.quantity(at * head.tick, "ps");
   const redraw = () => { places = drawing.draw(tick, options()); sayFacts(); };
 
-  const STATES = { drives: "drives", arrived: "has arrived", still: "stands", near: "touches another robot" };
+  const STATES = { drives: "drives", arrived: "rests at its target", still: "stands", near: "touches another robot" };
   const robotFacts = ({ robot, row, column: across, speed, state }) => {
     const parts = [`robot ${robot.name} ${STATES[state]}`, `row ${row.toFixed(1)}, column ${across.toFixed(1)}`];
     if (speed !== null) parts[0] = speed > 0 ? `${robot.name} drives at ${numbers.quantity(Number(speed.toPrecision(3)), "m/s")}` : `${robot.name} stands`;
@@ -25,10 +25,10 @@ const begin = async () => {
     return parts.join(", ");
   };
   const sayFacts = () => {
-    const facts = [];
+    const facts = [`at ${time(tick)}`];
     if (head.isFleet) {
       const count = (state) => places.filter((place) => place.state === state).length;
-      facts.push(Object.entries(STATES).map(([state]) => [count(state), { drives: "drive", arrived: "have arrived", still: "stand", near: "touch" }[state]])
+      facts.push(Object.entries(STATES).map(([state]) => [count(state), { drives: "drive", arrived: "rest at their targets", still: "stand", near: "touch" }[state]])
         .filter(([number]) => number).map(([number, word]) => `${number} ${word}`).join(", "));
       if (chosen !== null) facts.push(robotFacts(places[chosen]));
     } else facts.push(...places.map(robotFacts));
