@@ -39,7 +39,7 @@ from codesign.report.reproduction_tables import (
     reproduction_sources_table,
     reproduction_table,
 )
-from codesign.report.result_page import result_page
+from codesign.report.result_page import records_page, result_page
 from codesign.report.result_tables import result_reasons_table, result_tables
 from codesign.report.schedule_picture import schedule_picture
 from codesign.report.study_answer import study_sentence, study_tables
@@ -83,6 +83,7 @@ __all__ = [
     "nearest_table",
     "planner_tables",
     "reasons_table",
+    "records_page",
     "render_csv",
     "render_markdown",
     "render_text",

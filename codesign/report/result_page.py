@@ -73,6 +73,33 @@ def result_html(
     )
 
 
+def records_page(
+    records: Iterable[Record], path: Path, *, title: str, pictures: Sequence[Picture] = (), command: str
+) -> None:
+    """Write the page of a run of which the records alone are there, such as those of a cut trace.
+
+    Raises:
+        RunError: the file cannot be written.
+    """
+    scrub = scrub_of(records)
+    page = rendered(
+        "result.html.j2",
+        None,
+        title=title,
+        headline=(),
+        ended="",
+        bottleneck="",
+        reasons=None,
+        narrow=(),
+        wide=(),
+        sources=sources_table([]),
+        pictures=pictures,
+        scrub=None if scrub is None else scrub_part(scrub),
+        command=command,
+    )
+    write_page(path, page)
+
+
 def _without_head(table: Table) -> Table:
     """The table less the rows that stand in the head of the page."""
     if not any(row and row[0].text in (ENDED, PACE) for row in table.rows):

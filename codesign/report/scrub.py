@@ -13,8 +13,10 @@ from numpy.typing import NDArray
 
 from codesign.records import (
     BeliefRecord,
+    FieldRecord,
     GoalRecord,
     MapRecord,
+    MessageRecord,
     MissionRecord,
     ObstacleRecord,
     PoseRecord,
@@ -22,13 +24,33 @@ from codesign.records import (
     Record,
     RobotRecord,
     StageRecord,
+    TaskRecord,
     TrajectoryRecord,
+    VisitsRecord,
 )
 from codesign.report.scrub_cells import Cells
 from codesign.report.scrub_series import Series, series_of
 from codesign.units import counted
 
 Floats = NDArray[np.float64]
+
+SCRUB_KINDS: tuple[type[Record], ...] = (
+    MapRecord,
+    RobotRecord,
+    GoalRecord,
+    PoseRecord,
+    PositionsRecord,
+    ObstacleRecord,
+    BeliefRecord,
+    TrajectoryRecord,
+    MissionRecord,
+    StageRecord,
+    FieldRecord,
+    TaskRecord,
+    VisitsRecord,
+    MessageRecord,
+)
+"""The record classes that a page of a run is made from, with its pictures."""
 
 MOST_SAMPLES = 160_000
 """Positions of all robots together; of more, some updates are left out, and the page draws between."""
