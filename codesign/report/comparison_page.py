@@ -12,6 +12,7 @@ from codesign.inputs.constraint import Constraint
 from codesign.inputs.exploration import DEFAULT_OBJECTIVES
 from codesign.report.answer import answer
 from codesign.report.bars import bar_chart
+from codesign.report.certainty import Winner
 from codesign.report.comparison_tables import (
     Designs,
     best_designs_table,
@@ -24,7 +25,7 @@ from codesign.report.comparison_tables import (
 )
 from codesign.report.page import rendered, write_page
 from codesign.report.result_tables import figure_tables, result_reasons_table, sources_table
-from codesign.report.sentences import asked_notes
+from codesign.report.sentences import asked_notes, headline
 from codesign.report.table import Table
 from codesign.results.provenance import Provenance
 from codesign.results.result import Result
@@ -62,7 +63,7 @@ def comparison_html(
         title=f"{counted(len(designs), 'design')} side by side",
         asked=[f"{note[0].upper()}{note[1:]}" for note in asked_notes(results)],
         feasible=f"{feasible} of {len(designs)}",
-        headline=[(winner.cell.text, winner.figure.aim, winner.name) for winner in best],
+        headline=_headline(designs, best),
         best=best_designs_table(best),
         charts=[chart for chart in charts if chart is not None],
         sides=side_by_side(designs),
@@ -72,6 +73,17 @@ def comparison_html(
         sources=sources_table(ran),
         command=command,
     )
+
+
+def _headline(designs: Designs, best: Sequence[Winner]) -> list[tuple[str, str, str]]:
+    """The best values as (value, words, design); where one design alone is feasible its own figures."""
+    if best:
+        return [(winner.cell.text, winner.figure.aim, winner.name) for winner in best]
+    feasible = [(name, result) for name, result in designs if isinstance(result, Result) and result.feasible]
+    if len(feasible) != 1:
+        return []
+    name, result = feasible[0]
+    return [(value, words, name) for value, words in headline(result)[1:]]
 
 
 @dataclass(frozen=True)

@@ -91,6 +91,13 @@ def test_a_linear_axis_begins_at_nothing_and_a_chart_of_equals_is_not_drawn() ->
     assert bar_chart(["a"], [a_result()], slices, None) is None
 
 
+def test_where_one_design_alone_is_feasible_its_figures_lead() -> None:
+    text = " ".join(Page(comparison_html([("a:b", FAULT), ("small:one", a_result())])).text.split())
+    assert "1 of 2 feasible" in text
+    assert "31,500 slices: small:one" in text
+    assert "Which design is best" not in text
+
+
 def test_a_comparison_without_a_result_is_a_full_page() -> None:
     assert "did not run" in Page(comparison_html([("a:b", FAULT)])).text
 

@@ -68,7 +68,8 @@ const begin = async () => {
   const stop = () => { playing = false; play.textContent = "play"; };
   const frame = (now) => {
     if (!playing) return;
-    const passed = last ? (now - last) / 1000 : 0;
+    // A tab that was hidden goes on where it was.
+    const passed = last ? Math.min((now - last) / 1000, 0.25) : 0;
     last = now;
     go(tick + passed * Number(pace.value) * head.end, false);
     if (tick >= head.end) { stop(); writeAddress(); } else requestAnimationFrame(frame);
