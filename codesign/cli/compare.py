@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,6 +14,7 @@ from codesign.cli.options import (
     SENTENCE,
     TABLES,
     cell_of,
+    command_line,
     debug_step,
     memory_option,
     need_option,
@@ -64,6 +65,7 @@ DEFAULT = (
 @output_options(
     "Print a sentence for each design alone.", "Print all tables of each design after the comparison."
 )
+@click.option("--html", "page", type=click.Path(dir_okay=False, path_type=Path), help="Write an HTML page.")
 @click.option("--json", "as_json", is_flag=True, help="Print the results as JSON.")
 def compare(
     designs: tuple[str, ...],
@@ -76,6 +78,7 @@ def compare(
     needs: tuple[str, ...],
     memory: int | None,
     detail: str,
+    page: Path | None,
     as_json: bool,
 ) -> None:
     """Simulate each PLATFORM:WORKLOAD and print the figures side by side.
@@ -88,10 +91,10 @@ def compare(
     """
     from codesign.cli.progress import LATER_S, compiling_shown, progress_shown
     from codesign.exploration.constraints import with_constraints
-    from codesign.inputs import has_axis
     from codesign.inputs.constraint import needs_of
     from codesign.inputs.workload import figures_of
     from codesign.progress import tracked
+    from codesign.report import comparison_page
     from codesign.results.result import Result
     from codesign.system.inspect import with_task
 
@@ -99,14 +102,9 @@ def compare(
     problem = problem if task is None else with_task(problem, task)
     values = settings_of(settings)
     loaded = [(design, *_specs_of(design)) for design in designs or DEFAULT]
+    _check_page(page, [like, map_file, *(name for design in designs for name in design.split(":", 1))])
     limits = needs_of(needs, figures=figures_of(*(workload for _, _, workload in loaded)))
-    for axis in values:
-        if not any(has_axis(platform, workload, axis) for _, platform, workload in loaded):
-            raise InputError(
-                "none of the designs has this",
-                f"--set {axis}",
-                "write TASK.PARAMETER, COMPONENT.FIELD, LINK.FIELD, or workload.variant",
-            )
+    _check_axes(values, loaded)
     debug_step("files read and checked")
     with progress_shown(after_s=LATER_S, quiet=as_json or detail == SENTENCE) as show, compiling_shown(show):
         results: list[tuple[str, Result | CodesignError]] = [
@@ -118,11 +116,11 @@ def compare(
         for design, result in results
     ]
     debug_step("simulated")
-    if as_json:
-        document = {design: _as_json(result) for design, result in results}
-        click.echo(json.dumps(document, indent=2))
-    else:
-        _print(results, limits, detail)
+    if page is not None:
+        comparison_page(results, page, needs=limits, command=command_line())
+    _print(results, limits, detail, as_json)
+    if page is not None and not as_json and detail != SENTENCE:
+        click.echo(f"page: {printable(str(page), None)}")
     _report_failures([(design, result) for design, result in results if isinstance(result, CodesignError)])
     if all(isinstance(result, CodesignError) for _, result in results):
         raise click.exceptions.Exit(EXIT_FAILED)
@@ -155,12 +153,38 @@ def _specs_of(design: str) -> tuple[Platform, Workload]:
     return codesign.load_platform(platform), codesign.load_workload(workload)
 
 
+def _check_axes(axes: Iterable[str], loaded: Sequence[tuple[str, Platform, Workload]]) -> None:
+    """Check that each axis of ``--set`` is one of any design."""
+    from codesign.inputs import has_axis
+
+    for axis in axes:
+        if not any(has_axis(platform, workload, axis) for _, platform, workload in loaded):
+            raise InputError(
+                "none of the designs has this",
+                f"--set {axis}",
+                "write TASK.PARAMETER, COMPONENT.FIELD, LINK.FIELD, or workload.variant",
+            )
+
+
+def _check_page(page: Path | None, inputs: Iterable[str | Path | None]) -> None:
+    """Check before any work that the page can be written, and overwrites no input."""
+    from codesign.cli.outputs import check_outputs
+
+    check_outputs({"--html": page}, inputs)
+
+
 def _print(
-    results: list[tuple[str, Result | CodesignError]], needs: tuple[Constraint, ...], detail: str
+    results: list[tuple[str, Result | CodesignError]],
+    needs: tuple[Constraint, ...],
+    detail: str,
+    as_json: bool,
 ) -> None:
     """The comparison, with ``TABLES`` those of each design; with ``SENTENCE`` a sentence for each design."""
     from codesign.report import answer, comparison_table, render_text, result_tables
 
+    if as_json:
+        click.echo(json.dumps({design: _as_json(result) for design, result in results}, indent=2))
+        return
     if detail != SENTENCE:
         click.echo(render_text(comparison_table(results, needs)))
     for _, result in results:

@@ -243,7 +243,12 @@ def command_line() -> str:
             options += [word for each in values for word in (parameter.opts[0], each)]
     dashed = any(word.startswith("-") for word in arguments)
     words = [*options, "--", *arguments] if dashed else [*arguments, *options]
-    return shlex.join(["hwsw", context.info_name or "", *words])
+    names: list[str] = []
+    within: click.Context | None = context
+    while within is not None and within.parent is not None:
+        names.insert(0, within.info_name or "")
+        within = within.parent
+    return shlex.join(["hwsw", *names, *words])
 
 
 def cell_of(option: str, text: str) -> tuple[int, int]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -12,7 +13,8 @@ from codesign.cli.options import SENTENCE, TABLES, command_line, debug_step, out
 from codesign.errors import InputError, choose_hint, printable
 
 if TYPE_CHECKING:
-    from codesign.planners.reproduction import Reproduction
+    from codesign.planners.reproduction import Plot, Reproduction
+    from codesign.report import Picture
 
 _WHOLE_S = 120.0
 """What all papers take, measured on two cores; the time left is shown for all of them alone."""
@@ -63,7 +65,7 @@ def reproduce(
     from codesign.cli.outputs import check_folder, check_outputs
     from codesign.cli.progress import compiling_shown, progress_shown
     from codesign.progress import Advance
-    from codesign.report import Picture, render_text, reproduction_csv, reproduction_page, write_csv
+    from codesign.report import render_text, reproduction_csv, write_csv
     from codesign.report.planner_tables import settings_table
     from codesign.system import catalog, inspect
 
@@ -79,7 +81,7 @@ def reproduce(
         click.echo(render_text(settings_table(inspect.paper_settings(names or available))))
         return
     moved = inspect.settings_by_paper(tuple(names or available), settings_of(settings))
-    reproductions = []
+    reproductions: list[Reproduction] = []
     begun, whole = time.monotonic(), not (quick or names or settings)
     with progress_shown(quiet=as_json or detail == SENTENCE) as show, compiling_shown(show):
 
@@ -94,18 +96,7 @@ def reproduce(
         path for each in reproductions if plots is not None for path in papers.write_plots(each, plots)
     ]
     if page is not None:
-        pictures = [
-            Picture(
-                plot.title,
-                f"{plot.title}: {plot.published}",
-                "svg",
-                papers.plot_svg(plot).encode(),
-                plot.published,
-            )
-            for each in reproductions
-            for plot in each.figures
-        ]
-        reproduction_page(papers.joined(reproductions), page, pictures=pictures, command=command_line())
+        _write_page(reproductions, page)
     if csv_file is not None:
         write_csv(reproduction_csv(reproductions), csv_file)
     if as_json:
@@ -115,6 +106,22 @@ def reproduce(
         _print(each, detail)
     for path in (*written, *(file for file in (page, csv_file) if file is not None)):
         click.echo(f"written: {printable(str(path), None)}")
+
+
+def _write_page(reproductions: Sequence[Reproduction], page: Path) -> None:
+    """The page of the papers, with their plots drawn again."""
+    from codesign.report import reproduction_page
+
+    pictures = {each.paper: [_picture(plot) for plot in each.figures] for each in reproductions}
+    reproduction_page(reproductions, page, pictures=pictures, command=command_line())
+
+
+def _picture(plot: Plot) -> Picture:
+    from codesign.report import Picture
+    from codesign.reproduce import plot_svg
+
+    title, svg = f"{plot.title}: {plot.published}", plot_svg(plot).encode()
+    return Picture(plot.title, title, "svg", svg, plot.published)
 
 
 def _print(reproduction: Reproduction, detail: str) -> None:

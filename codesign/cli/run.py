@@ -28,6 +28,7 @@ from codesign.errors import EXIT_INFEASIBLE, printable
 if TYPE_CHECKING:
     from codesign.inputs import Constraint
     from codesign.progress import Show
+    from codesign.records import Record
     from codesign.results.result import Result
     from codesign.system import MissionProgress
 
@@ -101,7 +102,6 @@ def run(
     from codesign.exploration.constraints import with_constraints
     from codesign.inputs.constraint import needs_of
     from codesign.progress import doing, plans_shown
-    from codesign.report import result_page, run_pictures
     from codesign.scenarios import outlook
     from codesign.system import point_of
     from codesign.trace import MemoryListener
@@ -149,11 +149,18 @@ def run(
         debug_step("simulated")
         if page is not None:
             doing(show, "drawing the pictures of the page")
-            result_page(result, page, pictures=run_pictures(records.records), command=command_line())
+            _write_page(result, page, records.records)
             debug_step("page written")
     _print(result, asked.constraints, limits, detail, as_json)
     _print_files(result, {"trace": trace_file, "bag": bag, "page": page}, silent=as_json or quiet)
     _end(result)
+
+
+def _write_page(result: Result, page: Path, records: Sequence[Record]) -> None:
+    """The page of the run, with its pictures and its course."""
+    from codesign.report import result_page, run_pictures
+
+    result_page(result, page, pictures=run_pictures(records), records=records, command=command_line())
 
 
 def _end(result: Result) -> None:

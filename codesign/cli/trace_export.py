@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from codesign.cli.options import Quantity, ros2_option
+from codesign.cli.options import Quantity, command_line, ros2_option
 from codesign.errors import InputError, printable
 
 if TYPE_CHECKING:
@@ -24,6 +24,7 @@ _TIME = Quantity("time", "time")
 @click.option("--perfetto", type=_OUTPUT, help="Write a trace of Perfetto, for ui.perfetto.dev.")
 @click.option("--vcd", type=_OUTPUT, help="Write a waveform, with a save file of GTKWave beside it.")
 @click.option("--poses", type=_OUTPUT, help="Write the positions and times of each robot as CSV.")
+@click.option("--html", "page", type=_OUTPUT, help="Write the page of the run, which plays it.")
 @ros2_option
 @click.option(
     "--ros2-begin",
@@ -42,6 +43,7 @@ def export(
     perfetto: Path | None,
     vcd: Path | None,
     poses: Path | None,
+    page: Path | None,
     bag: Path | None,
     bag_begin: int,
     begin: int,
@@ -52,7 +54,7 @@ def export(
     from codesign.cli.progress import LATER_S, progress_shown
     from codesign.trace import open_trace
 
-    outputs = {"--perfetto": perfetto, "--vcd": vcd, "--poses": poses}
+    outputs = {"--perfetto": perfetto, "--vcd": vcd, "--poses": poses, "--html": page}
     if bag is None and not any(outputs.values()):
         hint = f"give {', '.join(f'{option} OUT' for option in outputs)}, --ros2 DIR or several of them"
         raise InputError("nothing to write", "hwsw trace export", hint)
@@ -65,6 +67,7 @@ def export(
         (perfetto, _perfetto),
         (vcd, lambda opened, path: _waveform(opened, path, begin, end)),
         (poses, _poses),
+        (page, _page),
         (bag, lambda opened, path: _bag(opened, path, bag_begin)),
     ]
     with progress_shown(after_s=LATER_S) as display:
@@ -100,6 +103,25 @@ def _poses(opened: Trace, path: Path) -> list[Path]:
     from codesign.files import write_atomically
 
     write_atomically(path, "".join(poses_csv(opened.records(kinds=POSE_KINDS))).encode("utf-8", "replace"))
+    return [path]
+
+
+def _page(opened: Trace, path: Path) -> list[Path]:
+    """The page of the run; without its figures where the trace has no result that this version reads."""
+    from pydantic import ValidationError
+
+    from codesign.report import records_page, result_page, run_pictures
+    from codesign.report.scrub import SCRUB_KINDS
+    from codesign.results.result import Result
+
+    records = list(opened.records(kinds=SCRUB_KINDS))
+    pictures = run_pictures(records)
+    try:
+        result = Result.model_validate(opened.result)
+    except ValidationError:
+        records_page(records, path, title=opened.path.name, pictures=pictures, command=command_line())
+    else:
+        result_page(result, path, pictures=pictures, records=records, command=command_line())
     return [path]
 
 

@@ -223,26 +223,26 @@ def joined(reproductions: Sequence[Reproduction]) -> Reproduction:
     if len(reproductions) == 1:
         return reproductions[0]
     rows = tuple(
-        replace(row, table=f"{_short(each.paper)}, {row.table}")
+        replace(row, table=f"{short_name(each.paper)}, {row.table}")
         for each in reproductions
         for row in each.rows
     )
     figures = tuple(figure for each in reproductions for figure in each.figures)
     findings = tuple(
-        replace(finding, statement=f"{_short(each.paper)}: {finding.statement}")
+        replace(finding, statement=f"{short_name(each.paper)}: {finding.statement}")
         for each in reproductions
         for finding in each.findings
     )
-    papers = "; ".join(_short(each.paper) for each in reproductions)
-    notes = "; ".join(f"{_short(each.paper)}: {each.note}" for each in reproductions if each.note)
-    moved = "; ".join(f"{_short(each.paper)}: {each.settings}" for each in reproductions if each.settings)
+    papers = "; ".join(short_name(each.paper) for each in reproductions)
+    notes = "; ".join(f"{short_name(each.paper)}: {each.note}" for each in reproductions if each.note)
+    moved = "; ".join(f"{short_name(each.paper)}: {each.settings}" for each in reproductions if each.settings)
     return Reproduction(papers, rows, figures, findings, notes, moved)
 
 
-def _short(paper: str) -> str:
+def short_name(paper: str) -> str:
     """First author and year.
 
-    >>> _short("Vacariu, Roman, Timar 2008, Mobile robot path-planning in software and hardware")
+    >>> short_name("Vacariu, Roman, Timar 2008, Mobile robot path-planning in software and hardware")
     'Vacariu 2008'
     """
     year = re.search(r"\b(?:19|20)\d\d\b", paper)

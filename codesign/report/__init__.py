@@ -15,6 +15,7 @@ from codesign.report.aggregated import spread_table
 from codesign.report.answer import Answer, answer
 from codesign.report.canvas import Picture
 from codesign.report.certainty import winners_certainty_table
+from codesign.report.comparison_page import comparison_page
 from codesign.report.comparison_tables import comparison_table
 from codesign.report.explain_tables import (
     effects_table,
@@ -23,7 +24,6 @@ from codesign.report.explain_tables import (
 )
 from codesign.report.front_picture import front_picture
 from codesign.report.map_pictures import drive_picture, map_picture, moment_picture
-from codesign.report.page import reproduction_page, result_page
 from codesign.report.pictures import (
     run_map_picture,
     run_pictures,
@@ -32,12 +32,14 @@ from codesign.report.pictures import (
 )
 from codesign.report.planner_tables import planner_tables
 from codesign.report.render import render_csv, render_markdown, render_text, write_csv
+from codesign.report.reproduction_page import reproduction_page
 from codesign.report.reproduction_tables import (
     findings_table,
     reproduction_csv,
     reproduction_sources_table,
     reproduction_table,
 )
+from codesign.report.result_page import records_page, result_page
 from codesign.report.result_tables import result_reasons_table, result_tables
 from codesign.report.schedule_picture import schedule_picture
 from codesign.report.study_answer import study_sentence, study_tables
@@ -65,6 +67,7 @@ __all__ = [
     "account_picture",
     "answer",
     "best_table",
+    "comparison_page",
     "comparison_table",
     "drive_picture",
     "effects_table",
@@ -80,6 +83,7 @@ __all__ = [
     "nearest_table",
     "planner_tables",
     "reasons_table",
+    "records_page",
     "render_csv",
     "render_markdown",
     "render_text",

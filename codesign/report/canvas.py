@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import io
 import itertools
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, get_args
 
@@ -129,6 +129,20 @@ def picture_bytes(figure: Any, format: Format) -> bytes:
             out, format=format, dpi=130, metadata=_NO_DATE[format], bbox_inches="tight", pad_inches=_MARGIN
         )
     return out.getvalue()
+
+
+def with_palette(picture: Picture) -> Picture:
+    """A PNG with 256 colours, which takes a quarter of the bytes; another picture as it is."""
+    if picture.format != "png":
+        return picture
+    from PIL import Image
+
+    out = io.BytesIO()
+    with Image.open(io.BytesIO(picture.data)) as full:
+        # Median cut keeps a ramp of colours smooth.
+        few = full.convert("RGB").quantize(256, method=Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE)
+    few.save(out, "png", optimize=True)
+    return replace(picture, data=out.getvalue())
 
 
 _MARGIN = 0.08

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from codesign.figures import FIGURES, Figure, ResultFigure, label, named
@@ -111,19 +112,44 @@ def _span(low: float, high: float, unit: str) -> str:
     return value if low == high else f"{value} to {quantity_text(high, unit)}"
 
 
-def winner_text(names: Sequence[str], results: Sequence[Result | None], figure: ResultFigure) -> str:
-    """Which of several designs is best by a figure, and whether that holds; "" where no other has another value."""
+@dataclass(frozen=True)
+class Winner:
+    """The best of several designs by a figure: its name, its value with its interval, and how sure that is.
+
+    ``rival``: the name of the design that decides against it.
+    """
+
+    figure: ResultFigure
+    name: str
+    cell: Cell
+    verdict: Verdict
+    rival: str
+
+    @property
+    def sure(self) -> str:
+        """How sure it is, and against which design."""
+        against = f" against {self.rival}" if self.verdict.state != "proved" else ""
+        return f"{verdict_text(self.verdict)}{against}"
+
+
+def winner_of(names: Sequence[str], results: Sequence[Result | None], figure: ResultFigure) -> Winner | None:
+    """Which of several designs is best by a figure; None where no other has another value."""
     compared = [(name, result) for name, result in zip(names, results, strict=True) if result is not None]
     if sum(result.feasible and result.figure(figure) is not None for _, result in compared) < 2:
-        return ""
+        return None
     verdict = winner_verdict([result for _, result in compared], figure)
     assert verdict.winner is not None, "two designs have the figure"
     if verdict.rival is None:
-        return ""
-    text = f"{figure.aim}: {compared[verdict.winner][0]}, {verdict_text(verdict)}"
-    against = "" if verdict.rival is None else f" against {compared[verdict.rival][0]}"
-    measure = measure_text(verdict)
-    return f"{text}{against if verdict.state != 'proved' else ''}{f'; {measure}' if measure else ''}"
+        return None
+    name, best = compared[verdict.winner]
+    cell = sure_cell(best, figure, best.figure(figure))
+    return Winner(figure, name, cell, verdict, compared[verdict.rival][0])
+
+
+def winner_text(winner: Winner) -> str:
+    """The winner in a line, with the measurement most worth making."""
+    measure = measure_text(winner.verdict)
+    return f"{winner.figure.aim}: {winner.name}, {winner.sure}{f'; {measure}' if measure else ''}"
 
 
 def winners_certainty_table(study: Study) -> Table:

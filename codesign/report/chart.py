@@ -1,7 +1,7 @@
 """What the interactive part of a study's page works on: the points as columns, each text once.
 
 The script of the page hands them to the plot, the filters and the table, and writes every number with the same digits
-and units as the tables do (``templates/study/numbers.js`` does what ``wording.figure_cell`` does).
+and units as the tables do (``templates/numbers.js`` does what ``wording.figure_cell`` does).
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from codesign.report.aggregated import condition_text, figure_column, figure_lab
 from codesign.report.axes import level_texts, short_names, varying_axes
 from codesign.report.columns import Columns
 from codesign.report.study_tables import why_out
-from codesign.units import Dimension, shown_units
+from codesign.report.wording import number_scales
 
 if TYPE_CHECKING:
     from codesign.exploration import Study
@@ -30,12 +30,6 @@ MOST_POINTS = 100_000
 MOST_CONDITIONS = 24
 """A page shows no more conditions by themselves than this."""
 
-_DIMENSIONS = {
-    "s": Dimension.TIME,
-    "Hz": Dimension.FREQUENCY,
-    "W": Dimension.POWER,
-    "J": Dimension.ENERGY,
-}
 _MISSES = {"name": "misses a limit by", "key": "misses", "unit": "1", "counted": "part", "maximise": False}
 _Indices = NDArray[np.intp]
 
@@ -95,15 +89,9 @@ def chart_data(study: Study) -> dict[str, Any]:
         "main": len(chart_figures(study)),
         "whys": columns.texts(list(numbers)),
         "left_out": len(study.distinct) - len(kept),
-        "scales": {unit: _scale(dimension) for unit, dimension in _DIMENSIONS.items()},
+        "scales": number_scales(),
         "columns": columns.packed,
     }
-
-
-def _scale(dimension: Dimension) -> dict[str, Any]:
-    units = [(unit, float(size)) for unit, size in shown_units(dimension)]
-    # A time is a whole number of picoseconds, and 0 of it is written in seconds.
-    return {"base": next(unit for unit, size in units if size == 1), "units": units}
 
 
 def _kept(study: Study, most: int) -> _Indices:

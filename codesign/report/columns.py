@@ -1,6 +1,6 @@
 """Columns of numbers for the script of a page: typed arrays behind one another, deflated, as text.
 
-The script takes them out again (``templates/study/data.js``). Every number is kept to its last bit.
+The script takes them out again (``templates/columns.js``). Every number is kept to its last bit.
 """
 
 from __future__ import annotations
@@ -43,6 +43,12 @@ class Columns:
             of = [self._floats(values), self.add(codes)]
             return {"type": "coded", "count": len(numbers), "of": of}
         return self._floats(numbers)
+
+    def steps(self, numbers: NDArray[np.int64]) -> Entry:
+        """A column of whole numbers that differ little from one to the next, of at most 2^31 in size."""
+        steps: NDArray[np.int64] = np.diff(numbers, prepend=np.int64(0))
+        # 0, -1, 1, -2, ... become 0, 1, 2, 3, ...
+        return {"type": "steps", "count": len(numbers), "of": [self.add((steps << 1) ^ (steps >> 63))]}
 
     def texts(self, texts: Sequence[str]) -> Entry:
         """Texts, as JSON. ``count`` is that of the bytes."""

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from codesign.errors import SpecError
 from codesign.inputs import Workload
 from codesign.records import MapRecord, Record
-from codesign.report.canvas import Format, Picture
+from codesign.report.canvas import Format, Picture, with_palette
 from codesign.report.map_pictures import drive_picture, map_picture, plan_picture
 from codesign.report.timelines import bars_of, mission_timeline_picture, timeline_picture
 from codesign.system import problem_of
@@ -16,10 +16,10 @@ from codesign.units import counted
 
 
 def run_pictures(records: Iterable[Record]) -> tuple[Picture, ...]:
-    """The pictures that these records allow, in reading order; none for a run that never began."""
+    """The pictures of a page that these records allow, in reading order; none for a run that never began."""
     all_records = tuple(records)
     pictures = (run_map_picture(all_records), run_timeline_picture(all_records))
-    return tuple(picture for picture in pictures if picture is not None)
+    return tuple(with_palette(picture) for picture in pictures if picture is not None)
 
 
 def run_map_picture(records: Iterable[Record], *, format: Format = "png") -> Picture | None:

@@ -25,8 +25,8 @@ def reproduction_table(reproduction: Reproduction) -> Table:
             (
                 Cell(place, row.table),
                 word(row.quantity),
-                _figure(row.published, row.unit),
-                _figure(row.modelled, row.unit),
+                figure_of_row(row.published, row.unit),
+                figure_of_row(row.modelled, row.unit),
                 Cell(ABSENT if row.error is None else error_text(row.error), row.error),
                 *words(str(row.status), str(row.use), row.note),
             )
@@ -66,6 +66,19 @@ def findings_table(reproduction: Reproduction) -> Table:
     return Table("Findings", left("statement", "holds", "figure", "measured"), tuple(rows))
 
 
+def joined_findings_table(reproduction: Reproduction) -> Table:
+    """The findings in a row each, with the figures that they rest on in one cell."""
+    rows = (
+        (
+            word(finding.statement),
+            yes_cell(finding.holds),
+            word("; ".join(f"{name}: {value}" for name, value in finding.figures.items())),
+        )
+        for finding in reproduction.findings
+    )
+    return Table("Findings", left("statement", "holds", "figures"), tuple(rows))
+
+
 def reproduction_sources_table(reproduction: Reproduction) -> Table:
     """Each source once, with the tables, figures and sections of the paper that rest on it."""
     tables: dict[tuple[str, str], dict[str, None]] = {}
@@ -92,5 +105,6 @@ def error_text(error: float) -> str:
     return f"{percent:+.0f} %" if abs(percent) >= 10 else f"{percent:+.2g} %"
 
 
-def _figure(value: float | str | None, unit: str) -> Cell:
+def figure_of_row(value: float | str | None, unit: str) -> Cell:
+    """A figure of a row: a number with its unit, or words."""
     return word(value) if isinstance(value, str) else quantity_cell(value, unit)

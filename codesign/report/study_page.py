@@ -35,7 +35,13 @@ if TYPE_CHECKING:
 _PAGE_S_A_POINT = 80e-6
 """Measured: 8 s for the page of 104,000 points."""
 
-_SCRIPTS = ("numbers", "data", "state", "points", "scatter", "panel", "filters", "table", "page")
+_SCRIPTS = (
+    *("numbers.js", "columns.js"),
+    *(
+        f"study/{name}.js"
+        for name in ("data", "state", "points", "scatter", "panel", "filters", "table", "page")
+    ),
+)
 _PLOTTER = "vendor/uPlot.iife.min.js", "vendor/uPlot.min.css"
 """uPlot 1.6.32 (MIT, the licence beside it): axes, ticks and zoom of the plots."""
 
@@ -93,7 +99,7 @@ def study_html(
         plotter=template_text(_PLOTTER[0]),
         plotter_style=template_text(_PLOTTER[1]),
         page_style=template_text("study/study.css"),
-        script="\n".join(template_text(f"study/{name}.js") for name in _SCRIPTS),
+        script="\n".join(template_text(name) for name in _SCRIPTS),
         searched=search_table(study),
         pictures=(*pictures, *([curves] if (curves := search_picture(study)) else [])),
         command=command or f"hwsw explore {_platform_word(study)}{study.workload} --html report.html",

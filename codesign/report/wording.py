@@ -10,11 +10,13 @@ from codesign.figures import ResultFigure
 from codesign.report.table import Cell
 from codesign.units import (
     PICOSECONDS_PER_SECOND,
+    Dimension,
     format_count,
     format_energy,
     format_frequency,
     format_power,
     format_time,
+    shown_units,
 )
 
 ABSENT = "–"
@@ -187,6 +189,25 @@ def labelled(name: str, unit: str) -> str:
 def wants_logarithm(least: float, most: float) -> bool:
     """Whether an axis from ``least`` to ``most`` is easier to read by its logarithm."""
     return least > 0 and most / least > 20
+
+
+_DIMENSIONS = {
+    "s": Dimension.TIME,
+    "Hz": Dimension.FREQUENCY,
+    "W": Dimension.POWER,
+    "J": Dimension.ENERGY,
+}
+
+
+def number_scales() -> dict[str, Any]:
+    """The units that the script ``numbers.js`` chooses from, by the unit of a value."""
+    return {unit: _scale(dimension) for unit, dimension in _DIMENSIONS.items()}
+
+
+def _scale(dimension: Dimension) -> dict[str, Any]:
+    units = [(unit, float(size)) for unit, size in shown_units(dimension)]
+    # A time is a whole number of picoseconds, and 0 of it is written in seconds.
+    return {"base": next(unit for unit, size in units if size == 1), "units": units}
 
 
 def _scalar_text(value: Any) -> str:

@@ -111,3 +111,24 @@ def test_an_option_without_a_meaning_is_refused_by_name(
     result = hwsw("compare", *(str(file) if option == "MAP" else option for option in options))
     assert result.exit_code == 2
     assert result.stderr.startswith(message)
+
+
+def test_a_comparison_as_a_page_says_how_it_was_made(hwsw: Run, tmp_path: Path) -> None:
+    page = tmp_path / "page.html"
+    asked = ("virtex2pro:breadth-first", "virtex4-pci:wavefront-tiles", "--need", "time < 1 ms")
+    result = hwsw("compare", *asked, "--html", page)
+    assert result.exit_code == 0, result.output
+    assert result.stdout.endswith(f"page: {page}\n")
+    html = page.read_text(encoding="utf-8")
+    assert "least slices: virtex2pro:breadth-first" in html
+    assert "met (proved)" in html
+    assert "hwsw compare virtex2pro:breadth-first virtex4-pci:wavefront-tiles --need" in html
+
+
+def test_a_page_overwrites_no_input_and_is_refused_before_any_work(hwsw: Run, tmp_path: Path) -> None:
+    file = tmp_path / "map.txt"
+    file.write_text("...\n...\n", encoding="utf-8")
+    asked = ("compare", "--map", file, "--goal=0,0", "--start=1,1", "--html")
+    assert "which is read" in hwsw(*asked, file).stderr
+    assert hwsw(*asked, tmp_path / "none" / "page.html").exit_code == 2
+    assert [path.name for path in tmp_path.iterdir()] == ["map.txt"]

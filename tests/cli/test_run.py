@@ -118,3 +118,16 @@ def test_bad_workloads_get_a_place_and_a_remedy(hwsw: Run, specs: Specs, name: s
     assert f"{specs[1].name}:" in result.output
     assert "hint:" in result.output
     assert not result.stdout
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("specs", [("virtex2pro", "warehouse"), ("nexys2-serial", "robots-64")])
+def test_the_page_of_a_shipped_mission_shows_its_course_and_can_be_mailed(
+    hwsw: Run, tmp_path: Path, specs: tuple[str, str]
+) -> None:
+    page = tmp_path / "page.html"
+    result = hwsw("run", *specs, "--no-levers", "--html", page)
+    assert result.exit_code == 0, result.output
+    html = page.read_text(encoding="utf-8")
+    assert '<canvas id="stage"' in html
+    assert len(html.encode()) < 1_000_000

@@ -17,7 +17,7 @@ from benchmarks.velocity_obstacle_pace import LineLaw
 from codesign.exploration.outcomes import Outcomes
 from codesign.records import MapRecord, MissionRecord, PositionsRecord, Record, TaskRecord
 from codesign.report import comparison_table, result_tables, run_pictures, study_table
-from codesign.report.page import result_html
+from codesign.report.result_page import result_html
 from codesign.report.scenario_tables import fleet_tables
 from codesign.report.sentences import fleet_headline, pace_text
 from codesign.report.table import Table
@@ -224,7 +224,7 @@ def test_where_robots_leave_the_map_the_picture_follows_them() -> None:
 
 
 def test_on_the_page_a_table_that_needs_more_than_half_of_it_has_all() -> None:
-    from codesign.report.page import _is_narrow
+    from codesign.report.result_page import _is_narrow
     from codesign.report.table import left, words
 
     assert _is_narrow(Table("", left("a", "b", "c"), (words("x" * 20, "y" * 20, "z" * 20),)))

@@ -31,7 +31,7 @@ from codesign.report import (
     result_tables,
     run_pictures,
 )
-from codesign.report.page import result_html
+from codesign.report.result_page import result_html
 from codesign.report.scenario_tables import (
     account_table,
     contacts_table,

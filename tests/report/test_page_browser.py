@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import math
 import random
-from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from browser import chromium, needs_browser, opened
+from browser import opened
 from report_samples import a_hopeless_study, a_study
 
 from codesign.figures import FIGURES, ResultFigure
@@ -23,13 +22,6 @@ from codesign.units import Dimension, shown_units
 
 pytestmark = pytest.mark.slow
 STUDY = a_study(96)
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Any]:
-    needs_browser()
-    with chromium() as running:
-        yield running
 
 
 @pytest.fixture(scope="module")
@@ -304,7 +296,7 @@ def test_numbers_are_written_as_the_tables_write_them(browser: Any) -> None:
     }
     tab = browser.new_page()
     script = "([told, scales]) => { %s; return told.map(([v, f]) => makeNumbers(scales).text(v, f)); }"
-    texts = tab.evaluate(script % template_text("study/numbers.js"), [told, scales])
+    texts = tab.evaluate(script % template_text("numbers.js"), [told, scales])
     wrong = [(pair, text, own) for pair, text, own in zip(told, expected, texts, strict=True) if text != own]
     assert wrong == []
     assert quantity_text(math.inf, "s") == "inf"

@@ -5,7 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from report_samples import QUALITY, SampleReproduction, a_hopeless_study, a_result, a_study, a_task
+from report_samples import QUALITY, a_hopeless_study, a_reproduction, a_result, a_study, a_task
 
 from codesign.errors import CodesignError, Fault, SpecError
 from codesign.exploration.outcomes import Outcomes
@@ -97,11 +97,11 @@ def test_resources_and_reasons_read_as_agreed() -> None:
 
 
 def test_the_reproduction_reads_as_agreed() -> None:
-    assert render_text(reproduction_table(SampleReproduction())) == REPRODUCTION
-    assert render_text(findings_table(SampleReproduction())).splitlines()[3:] == [
+    assert render_text(reproduction_table(a_reproduction())) == REPRODUCTION
+    assert render_text(findings_table(a_reproduction())).splitlines()[3:] == [
         "Tables 1 to 3 are met exactly.   yes     rows     12"
     ]
-    assert values(reproduction_sources_table(SampleReproduction()), "tables") == [
+    assert values(reproduction_sources_table(a_reproduction()), "tables") == [
         "Table 3, Section 5.4",
         "Section 5.4",
     ]

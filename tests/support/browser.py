@@ -48,3 +48,18 @@ def opened(browser: Any, page: Path, address: str = "", **options: Any) -> Itera
         assert faults == []
     finally:
         context.close()
+
+
+def stands_at_any_width(browser: Any, page: Path) -> None:
+    """Look at a page at 1600, 900 and 400 px, light and dark, and print it: it is never wider than its window."""
+    for width in (1600, 900, 400):
+        for scheme in ("light", "dark"):
+            with opened(browser, page, viewport={"width": width, "height": 900}, color_scheme=scheme) as tab:
+                assert tab.evaluate("document.documentElement.scrollWidth") <= width
+                light = (
+                    tab.evaluate("getComputedStyle(document.body).backgroundColor") == "rgb(251, 251, 250)"
+                )
+                assert light == (scheme == "light")
+                tab.emulate_media(media="print")
+                assert tab.evaluate("getComputedStyle(document.body).color") == "rgb(0, 0, 0)"
+                assert len(tab.pdf(prefer_css_page_size=True)) > 10_000

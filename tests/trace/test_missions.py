@@ -22,6 +22,7 @@ from codesign.records import (
     ScanRecord,
 )
 from codesign.report import mission_timeline_picture, run_pictures
+from codesign.report.canvas import with_palette
 from codesign.results.result import Result
 from codesign.trace import Trace, moment, open_trace
 
@@ -243,4 +244,7 @@ def test_every_mission_has_its_pictures(
     drive, busy = run_pictures(records)
     assert drive.title == "Where the robot drove"
     assert "robot" in busy.alt
-    assert mission_timeline_picture(records) == busy
+    whole = mission_timeline_picture(records)
+    assert whole is not None
+    assert with_palette(whole) == busy
+    assert len(busy.data) < len(whole.data)
