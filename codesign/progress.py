@@ -9,6 +9,8 @@ from __future__ import annotations
 import time
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
 from dataclasses import dataclass
 from typing import Protocol, TypeVar
 
@@ -72,6 +74,29 @@ class Pace:
         return (now - since) / (done - before) * (self.total - done)
 
 
+class Track:
+    """Reports how many pieces of work are done, of ``total``."""
+
+    def __init__(
+        self, show: Show, words: str, total: int, clock: Callable[[], float] = time.monotonic
+    ) -> None:
+        self._show, self._words, self._clock = show, words, clock
+        self._pace = Pace(total, clock)
+        self._done, self._shown = 0, clock()
+        show(Advance(0, total, words))
+
+    def step(self, size: int = 1) -> None:
+        """So many more pieces are done."""
+        self._done += size
+        if self._clock() - self._shown >= _SECONDS_BETWEEN:
+            self._shown = self._clock()
+            self._show(Advance(self._done, self._pace.total, self._words, self._pace.left_s(self._done)))
+
+    def end(self) -> None:
+        """No more is to be done."""
+        self._show(Advance(self._done, self._pace.total, self._words, 0.0))
+
+
 def tracked(
     items: Iterable[Item],
     show: Show,
@@ -85,16 +110,33 @@ def tracked(
 
     An item counts once the next one is asked for.
     """
-    pace = Pace(total, clock)
-    done, shown = 0, clock()
-    show(Advance(0, total, words))
+    track = Track(show, words, total, clock)
     for item in items:
         yield item
-        done += size(item)
-        if clock() - shown >= _SECONDS_BETWEEN:
-            shown = clock()
-            show(Advance(done, total, words, pace.left_s(done)))
-    show(Advance(done, total, words, 0.0))
+        track.step(size(item))
+    track.end()
+
+
+_plans: ContextVar[Show] = ContextVar("plans", default=silent)
+
+
+@contextmanager
+def plans_shown(show: Show) -> Iterator[None]:
+    """Show how far each plan is that is computed in the block.
+
+    Who asks for a plan and who computes it lie far apart, and most who ask want to see more than one plan: an
+    exploration shows its points. So this is no argument of all that lies between.
+    """
+    token = _plans.set(show)
+    try:
+        yield
+    finally:
+        _plans.reset(token)
+
+
+def plan_track(words: str, total: int) -> Track:
+    """How far a plan is: for planners."""
+    return Track(_plans.get(), words, total)
 
 
 def span_text(seconds: float) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -120,10 +120,9 @@ def explore(
     import codesign
     from codesign import interrupts
     from codesign.cli.outputs import check_outputs
-    from codesign.cli.progress import SECONDS_BETWEEN_LINES, compiling, compiling_shown, progress_shown
+    from codesign.cli.progress import compiling_shown, progress_shown
     from codesign.exploration.budget import Budget
     from codesign.kernel_cache import is_cold
-    from codesign.progress import Advance
 
     debug_step("modules loaded")
     check_search_options(search, seed)
@@ -145,26 +144,13 @@ def explore(
         progress_shown(quiet=as_json or detail == SENTENCE) as show,
         compiling_shown(show),
     ):
-
-        def progress(state: Progress) -> None:
-            nonlocal cold
-            if state.doing:
-                brief = state.elapsed_s < SECONDS_BETWEEN_LINES
-                show(Advance(state.done, state.total, state.doing, brief=brief))
-                return
-            show(Advance(state.done, state.total, _words(state), state.left_s))
-            if cold and workers > 1 and state.done < state.total:
-                # A worker compiles them, which this process does not see.
-                show(compiling())
-            cold = False
-
         study = codesign.explore(
             platform,
             workload_spec,
             store=file,
             workers=workers if executor is None else None,
             executor=executor,
-            progress=progress,
+            progress=_progress(show, cold and workers > 1),
             memory=memory,
             budget=budget,
             search=search,
@@ -303,6 +289,27 @@ def _texts(study: Study, detail: str, show: Show) -> list[str]:
         return [sentence]
     tables = study_tables(study, everything=detail == TABLES, show=show)
     return [sentence, "", *(render_text(table, show=show) for table in tables)]
+
+
+def _progress(show: Show, cold: bool) -> Callable[[Progress], None]:
+    """Shows how far an exploration is. ``cold``: a worker compiles kernels first, which this process does not see."""
+    from codesign.cli.progress import SECONDS_BETWEEN_LINES, compiling
+    from codesign.progress import Advance
+
+    announced = not cold
+
+    def progress(state: Progress) -> None:
+        nonlocal announced
+        if state.doing:
+            brief = state.elapsed_s < SECONDS_BETWEEN_LINES
+            show(Advance(state.done, state.total, state.doing, brief=brief))
+            return
+        show(Advance(state.done, state.total, _words(state), state.left_s))
+        if not announced and state.done < state.total:
+            show(compiling())
+        announced = True
+
+    return progress
 
 
 def _words(progress: Progress) -> str:

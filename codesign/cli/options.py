@@ -7,6 +7,7 @@ import shlex
 import sys
 import time
 from collections.abc import Callable, Iterable
+from pathlib import Path
 from typing import Any, TypeVar
 
 import click
@@ -164,6 +165,14 @@ def budget_options(command: _Command) -> _Command:
 
 set_option = click.option(
     "--set", "settings", multiple=True, metavar="AXIS=VALUE", help="Set an axis, e.g. workload.variant=NAME."
+)
+
+ros2_option = click.option(
+    "--ros2",
+    "bag",
+    type=click.Path(path_type=Path),
+    metavar="DIR",
+    help="Write a ROS 2 bag into the new folder DIR.",
 )
 
 need_option = click.option(

@@ -221,11 +221,12 @@ def _drawn(
     """Draw a picture and write it. What names the output is checked before any work."""
     from codesign.cli.outputs import check_outputs
     from codesign.cli.progress import LATER_S, compiling_shown, progress_shown
+    from codesign.progress import plans_shown
     from codesign.report.canvas import format_of
 
     format_of(output, "--output")
     check_outputs({"--output": output}, inputs)
-    with progress_shown(after_s=LATER_S) as show, compiling_shown(show):
+    with progress_shown(after_s=LATER_S) as show, compiling_shown(show), plans_shown(show):
         picture = draw(show)
         if picture is None:
             raise InputError(

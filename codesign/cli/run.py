@@ -18,6 +18,7 @@ from codesign.cli.options import (
     memory_option,
     need_option,
     output_options,
+    ros2_option,
     set_option,
     settings_of,
 )
@@ -44,13 +45,7 @@ _QUIET_SECONDS = 5.0
 @click.option(
     "--trace", "trace_file", type=click.Path(dir_okay=False, path_type=Path), help="Write an MCAP trace."
 )
-@click.option(
-    "--ros2",
-    "bag",
-    type=click.Path(path_type=Path),
-    metavar="DIR",
-    help="Write a ROS 2 bag into the new folder DIR.",
-)
+@ros2_option
 @click.option(
     "--trace-level",
     type=click.Choice(["mission", "messages", "blocks", "iterations"]),
@@ -105,7 +100,7 @@ def run(
     from codesign.cli.progress import compiling_shown, progress_shown
     from codesign.exploration.constraints import with_constraints
     from codesign.inputs.constraint import needs_of
-    from codesign.progress import doing
+    from codesign.progress import doing, plans_shown
     from codesign.report import result_page, run_pictures
     from codesign.scenarios import outlook
     from codesign.system import point_of
@@ -132,6 +127,8 @@ def run(
     with ExitStack() as stack:
         show = stack.enter_context(progress_shown(after_s=_QUIET_SECONDS, quiet=quiet))
         stack.enter_context(compiling_shown(show))
+        if moved[1].scenario.type == "plan_once":
+            stack.enter_context(plans_shown(show))
         ros2 = None if bag is None else stack.enter_context(BagListener(bag))
         doing(show, "simulating")
         result = codesign.simulate(

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from codesign.cli.options import Quantity
+from codesign.cli.options import Quantity, ros2_option
 from codesign.errors import InputError, printable
 
 if TYPE_CHECKING:
@@ -24,13 +24,7 @@ _TIME = Quantity("time", "time")
 @click.option("--perfetto", type=_OUTPUT, help="Write a trace of Perfetto, for ui.perfetto.dev.")
 @click.option("--vcd", type=_OUTPUT, help="Write a waveform, with a save file of GTKWave beside it.")
 @click.option("--poses", type=_OUTPUT, help="Write the positions and times of each robot as CSV.")
-@click.option(
-    "--ros2",
-    "bag",
-    type=click.Path(path_type=Path),
-    metavar="DIR",
-    help="Write a ROS 2 bag into the new folder DIR.",
-)
+@ros2_option
 @click.option(
     "--ros2-begin",
     "bag_begin",

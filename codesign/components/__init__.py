@@ -14,9 +14,10 @@ before ours. Rejected: a fixed quantum, as in loosely timed SystemC TLM-2.0. It 
 from codesign.components.block_ram import BlockRam, WriteMode, choose_shape
 from codesign.components.bus import Arbitration, Bus
 from codesign.components.component import ClockDomain, Component
+from codesign.components.delivery import ABANDONED, LINK_DOWN, Delivery, DeliveryOutcome
 from codesign.components.display import VgaDisplay
 from codesign.components.fpga import Fpga, Granularity, PhaseUse, PreemptedError
-from codesign.components.link import ABANDONED, LINK_DOWN, Delivery, DeliveryOutcome, Ideal, Link
+from codesign.components.link import Ideal, Link
 from codesign.components.link_faults import LinkErrors
 from codesign.components.memory import ExternalMemory
 from codesign.components.processor import Processor

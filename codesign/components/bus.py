@@ -10,7 +10,8 @@ import simpy
 
 from codesign.components.channel import Channel, Message
 from codesign.components.component import ClockDomain
-from codesign.components.link import LINK_DOWN, Link, LinkOptions
+from codesign.components.delivery import LINK_DOWN
+from codesign.components.link import Link, LinkOptions
 
 
 class Arbitration(StrEnum):

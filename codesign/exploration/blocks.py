@@ -1,30 +1,29 @@
 """Priced outcomes as bytes: one block for the points that compute the same.
 
-A block is a JSON header in one line, then its arrays, all compressed. Each field of a template stands in the header as
-a text, and templates with the same field have the same text (``Parts``). The first bytes of all numbers of an array
+A block is a JSON header in one line, then the fields of its templates as JSON texts, a line each, then its arrays, all
+compressed. Templates with the same field have the same text (``Parts``). The first bytes of all numbers of an array
 come first, then the second ones: equal leading bytes of neighbours then compress to little.
 """
 
 from __future__ import annotations
 
 import json
-import zlib
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
+from itertools import chain, islice
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import TypeAdapter
 
+from codesign.exploration.compressed import compressed, expanded
 from codesign.exploration.definition import read_json
 from codesign.exploration.partition import Indices, Together, Work
 from codesign.exploration.shared import Parts
 from codesign.pricing.price import PRICED, Priced
 from codesign.results.result import Reason
 
-_LEVEL = 3
-_MOST_BYTES = 2**30
 _COLUMNS = ("figures", "lows", "highs")
 _REASONS = TypeAdapter(tuple[Reason, ...])
 
@@ -47,13 +46,14 @@ def block_of(priced: Priced, parts: Parts) -> tuple[bytes, Priced]:
     texts, numbers, templates = parts.put(priced.templates)
     header = {
         "count": len(priced.which),
-        "parts": texts,
-        "templates": numbers,
+        "templates": len(numbers),
+        "texts": {name: len(own) for name, own in texts.items()},
         "reasons": [reason.model_dump(mode="json") for reason in priced.reasons],
         "constants": constants,
     }
-    text = json.dumps(header, ensure_ascii=False, separators=(",", ":")).encode()
-    data = zlib.compress(b"\n".join([text, b"".join(map(_planes, arrays))]), _LEVEL)
+    lines = [json.dumps(header, ensure_ascii=False, separators=(",", ":")), *chain(*texts.values())]
+    columns = [numbers.T.reshape(-1), *arrays]
+    data = compressed(b"\n".join(["\n".join(lines).encode(), b"".join(map(_planes, columns))]))
     return data, replace(priced, templates=templates)
 
 
@@ -63,22 +63,24 @@ def read_block(data: bytes, parts: Parts) -> Priced:
     Raises:
         ValueError, KeyError, TypeError: the bytes are no block that this version can read.
     """
-    text, _, rest = inflated(data).partition(b"\n")
+    text, _, rest = expanded(data).partition(b"\n")
     header = read_json(text.decode())
     count = int(header["count"])
-    reader = _Reader(rest, count)
-    which, reason = (reader.take(np.dtype(np.int32)).astype(np.intp) for _ in range(2))
+    texts, rest = _texts(header["texts"], rest)
+    reader = _Reader(rest)
+    numbers = reader.rows(header["templates"], len(texts))
+    which, reason = (reader.take(np.dtype(np.int32), count).astype(np.intp) for _ in range(2))
     columns: dict[str, dict[str, NDArray[np.float64]]] = {}
     constants: Mapping[str, Mapping[str, float | None]] = header["constants"]
     for kind in _COLUMNS:
         own = constants[kind]
         columns[kind] = {
-            name: np.full(count, np.nan if own[name] is None else own[name], np.float64)
+            name: np.broadcast_to(np.float64(np.nan if own[name] is None else own[name]), count)
             if name in own
-            else reader.take(np.dtype(np.float64))
+            else reader.take(np.dtype(np.float64), count)
             for name in PRICED
         }
-    templates = parts.take(header["parts"], header["templates"])
+    templates = parts.take(texts, numbers)
     reasons = _REASONS.validate_python(header["reasons"])
     varying = (columns[kind][name] for kind in _COLUMNS for name in PRICED if name not in constants[kind])
     if any(np.isinf(column).any() for column in varying):
@@ -103,7 +105,7 @@ def plan_of(works: Iterable[Work], *, alone: bool = False, earlier: Plan = ()) -
             plan["", numbers.tobytes()] = "", numbers
     header = json.dumps([[key, len(numbers)] for key, numbers in plan.values()])
     steps = [np.diff(numbers, prepend=0) for _, numbers in plan.values()]
-    return zlib.compress(b"\n".join([header.encode(), b"".join(map(_planes, steps))]), _LEVEL)
+    return compressed(b"\n".join([header.encode(), b"".join(map(_planes, steps))]))
 
 
 def read_plan(data: bytes, count: int) -> list[tuple[str, Indices]]:
@@ -112,35 +114,17 @@ def read_plan(data: bytes, count: int) -> list[tuple[str, Indices]]:
     Raises:
         ValueError, KeyError, TypeError: the bytes are no plan that this version can read.
     """
-    text, _, rest = inflated(data).partition(b"\n")
+    text, _, rest = expanded(data).partition(b"\n")
     plan = []
-    place = 0
+    reader = _Reader(rest)
     for key, size in read_json(text.decode()):
         if size < 0:
             raise ValueError(f"a block of {size} points")
-        reader = _Reader(rest[place : place + 8 * size], size)
-        numbers = np.cumsum(reader.take(np.dtype(np.int64)))
+        numbers = np.cumsum(reader.take(np.dtype(np.int64), size))
         if not _inside(numbers, 0, count) or (np.diff(numbers) <= 0).any():
             raise ValueError("a block has points that the study has not")
         plan.append((str(key), numbers))
-        place += 8 * size
     return plan
-
-
-def inflated(data: bytes) -> bytes:
-    """What was compressed, of bounded size.
-
-    Raises:
-        ValueError: the bytes are damaged, or too many come of them.
-    """
-    inflate = zlib.decompressobj()
-    try:
-        raw = inflate.decompress(data, _MOST_BYTES)
-    except zlib.error as wrong:
-        raise ValueError(str(wrong)) from wrong
-    if inflate.unconsumed_tail:
-        raise ValueError(f"a block of more than {_MOST_BYTES:,} bytes")
-    return raw
 
 
 def _columns(priced: Priced, kind: str) -> Mapping[str, NDArray[np.float64]]:
@@ -153,25 +137,40 @@ def _planes(array: NDArray[Any]) -> bytes:
     return little.view(np.uint8).reshape(len(array), -1).T.tobytes()
 
 
-class _Reader:
-    """Reads arrays of ``count`` numbers, one after another."""
+def _texts(counts: Mapping[str, int], data: bytes) -> tuple[dict[str, list[str]], bytes]:
+    """As many texts as each field has, a line each, and what stands behind them."""
+    *lines, rest = data.split(b"\n", sum(counts.values()))
+    if len(lines) != sum(counts.values()) or min(counts.values(), default=0) < 0:
+        raise ValueError("a block lacks texts")
+    texts = iter(lines)
+    return {name: [text.decode() for text in islice(texts, count)] for name, count in counts.items()}, rest
 
-    def __init__(self, data: bytes, count: int) -> None:
-        self._data, self._count, self._place = data, count, 0
+
+class _Reader:
+    """Reads arrays, one after another."""
+
+    def __init__(self, data: bytes) -> None:
+        self._data, self._place = data, 0
+
+    def rows(self, count: int, width: int) -> NDArray[np.int32]:
+        """The next numbers: ``count`` rows of ``width``, column by column."""
+        return self.take(np.dtype(np.int32), count * width).reshape(width, count).T
 
     @property
     def left(self) -> int:
         """Bytes that were not read."""
         return len(self._data) - self._place
 
-    def take(self, kind: np.dtype[Any]) -> NDArray[Any]:
-        """The next array."""
-        size = self._count * kind.itemsize
-        if size > self.left:
+    def take(self, kind: np.dtype[Any], count: int) -> NDArray[Any]:
+        """The next array, of ``count`` numbers."""
+        size = count * kind.itemsize
+        if not 0 <= size <= self.left:
             raise ValueError("a block is cut off")
-        planes = np.frombuffer(self._data, np.uint8, size, self._place).reshape(kind.itemsize, self._count)
+        planes = np.frombuffer(self._data, np.uint8, size, self._place).reshape(kind.itemsize, count)
         self._place += size
-        return np.ascontiguousarray(planes.T).view(kind.newbyteorder("<")).reshape(-1).astype(kind)
+        return (
+            np.ascontiguousarray(planes.T).view(kind.newbyteorder("<")).reshape(-1).astype(kind, copy=False)
+        )
 
 
 def _inside(numbers: NDArray[Any], least: int, count: int) -> bool:

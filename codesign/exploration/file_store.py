@@ -23,7 +23,7 @@ from codesign.errors import StoreError
 from codesign.exploration.snapshot import UnsteadyError, connected_copy, written_here
 from codesign.exploration.store import MOST_COMPUTATIONS, Batch, Entry, EntryState
 
-SCHEMA = 3
+SCHEMA = 4
 """The format of the tables and of all that stands in them: definitions, plans, blocks, computations, searches."""
 
 _APPLICATION = int.from_bytes(b"HwSw", "big")

@@ -55,7 +55,7 @@ _OF_RESULTS = frozenset(
             "space",
             "store",
         ),
-        *("blocks", "definition", "shared", "specs"),
+        *("blocks", "compressed", "definition", "shared", "specs"),
         *("aggregation", "bound_figures", "bounds", "constraints", "designs", "front", "outcomes", "rows"),
         *("search", "search_bound"),
     )

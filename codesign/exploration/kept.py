@@ -146,7 +146,7 @@ class Kept:
             priced = read_block(data, self.parts)
             if len(priced.which) != count:
                 raise ValueError(f"a block of {len(priced.which)} points, not of {count}")
-        except (ValueError, KeyError, TypeError, ArithmeticError, RecursionError) as wrong:
+        except (ValueError, KeyError, TypeError, AttributeError, ArithmeticError, RecursionError) as wrong:
             raise StoreError(
                 "holds a block that this version cannot read", self.where, OTHER_VERSION
             ) from wrong

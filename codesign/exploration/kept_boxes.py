@@ -4,19 +4,16 @@ from __future__ import annotations
 
 import json
 import math
-import zlib
 from collections.abc import Sequence
 from typing import Any
 
 from codesign.errors import StoreError
-from codesign.exploration.blocks import inflated
+from codesign.exploration.compressed import compressed, expanded
 from codesign.exploration.definition import OTHER_VERSION, read_json
 from codesign.exploration.kept import Kept
 from codesign.exploration.search import ExcludedBox
 from codesign.exploration.space import Space
 from codesign.exploration.store import Batch
-
-_LEVEL = 1
 
 
 def keep_boxes(kept: Kept, study: str, excluded: Sequence[ExcludedBox], decisions: Space) -> None:
@@ -36,7 +33,7 @@ def boxes_of(kept: Kept, study: str, decisions: Space) -> tuple[ExcludedBox, ...
     """
     for _, data in kept.store.blocks([_key(study)]):
         try:
-            return tuple(box_of(row, decisions) for row in read_json(inflated(data).decode()))
+            return tuple(box_of(row, decisions) for row in read_json(expanded(data).decode()))
         except (ValueError, TypeError, AttributeError, RecursionError) as wrong:
             what = "holds boxes of a search that this version cannot read"
             raise StoreError(what, kept.where, OTHER_VERSION) from wrong
@@ -53,7 +50,7 @@ def _key(study: str) -> str:
 
 def _packed(excluded: Sequence[ExcludedBox]) -> bytes:
     rows = [*map(row_of, excluded)]
-    return zlib.compress(json.dumps(rows, separators=(",", ":"), allow_nan=False).encode(), _LEVEL)
+    return compressed(json.dumps(rows, separators=(",", ":"), allow_nan=False).encode())
 
 
 def row_of(box: ExcludedBox) -> list[Any]:

@@ -3,20 +3,17 @@
 from __future__ import annotations
 
 import json
-import zlib
 from collections.abc import Sequence
 from typing import Any
 
 from codesign.errors import StoreError
-from codesign.exploration.blocks import inflated
+from codesign.exploration.compressed import compressed, expanded
 from codesign.exploration.definition import OTHER_VERSION, read_json
 from codesign.exploration.kept import Kept
 from codesign.exploration.kept_boxes import box_of, row_of
 from codesign.exploration.search import Searched, Trace
 from codesign.exploration.space import Space
 from codesign.exploration.store import Batch
-
-_LEVEL = 1
 
 
 def keep_search(kept: Kept, study: str, searched: Searched) -> None:
@@ -55,7 +52,7 @@ def search_of_study(
     """
     for _, data in kept.store.blocks([_key(study)]):
         try:
-            return _read(read_json(inflated(data).decode()), decisions, chosen)
+            return _read(read_json(expanded(data).decode()), decisions, chosen)
         except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as wrong:
             what = "holds a search that this version cannot read"
             raise StoreError(what, kept.where, OTHER_VERSION) from wrong
@@ -99,4 +96,4 @@ def _key(study: str) -> str:
 
 def _put(kept: Kept, study: str, record: Any) -> None:
     text = json.dumps(record, separators=(",", ":"), allow_nan=False)
-    kept.store.put(Batch(blocks={_key(study): zlib.compress(text.encode(), _LEVEL)}))
+    kept.store.put(Batch(blocks={_key(study): compressed(text.encode())}))

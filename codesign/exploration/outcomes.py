@@ -83,6 +83,14 @@ class Outcomes:
                 outcomes.fail(index, result)
         return outcomes
 
+    @classmethod
+    def of_priced(cls, priced: Priced) -> Outcomes:
+        """The outcomes of points that were priced side by side, in their order. They share its columns."""
+        state = np.full(len(priced.which), State.DONE, np.int8)
+        which, reason = (numbers.astype(np.int32) for numbers in (priced.which, priced.reason))
+        columns = priced.figures, priced.lows, priced.highs
+        return cls(state, which, *columns, reason, [*priced.templates], reasons=[*priced.reasons])
+
     def __len__(self) -> int:
         return len(self.state)
 
@@ -123,18 +131,6 @@ class Outcomes:
             self.figures[name][index] = math.nan if value is None else value
             if ends is not None:
                 self.lows[name][index], self.highs[name][index] = ends
-
-    def take(self, numbers: NDArray[np.int64], priced: Priced) -> None:
-        """Take the outcomes of points that were priced side by side, in their order."""
-        self.state[numbers] = State.DONE
-        self.which[numbers] = priced.which + len(self.templates)
-        self.templates += priced.templates
-        late = priced.reason >= 0
-        self.reason[numbers[late]] = priced.reason[late] + len(self.reasons)
-        self.reasons += priced.reasons
-        for name in PRICED:
-            self.figures[name][numbers] = priced.figures[name]
-            self.lows[name][numbers], self.highs[name][numbers] = priced.lows[name], priced.highs[name]
 
     def fail(self, index: int, message: str) -> None:
         """Take a point that could not be computed."""

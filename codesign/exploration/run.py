@@ -43,7 +43,7 @@ from codesign.exploration.space import Space
 from codesign.exploration.specs import Specs
 from codesign.exploration.store import MemoryStore, Store
 from codesign.exploration.study import Study
-from codesign.exploration.tally import Progress, Tally
+from codesign.exploration.tally import Progress, Tally, seldom_collected
 from codesign.inputs import Platform, Workload
 from codesign.inputs.exploration import Exploration
 from codesign.inputs.searching import Searching, asked
@@ -122,7 +122,7 @@ def explore(
     where = str(store) if isinstance(store, str | Path) else None
     rounds = Rounds(space, section, where, progress, specs) if searching is not None else None
     tally = rounds or Tally(space, section, where, progress, specs)
-    with _open_store(store) as opened:
+    with seldom_collected(), _open_store(store) as opened:
         evaluator = _evaluator(explored, space, grid, share, evaluate, opened)
         provenance = provenance_of(explored.platforms.values(), explored.workload)
         definition = definition_text(explored, section, specs, provenance)
@@ -319,7 +319,7 @@ def load_study(path: Path | str, show: Show = silent) -> Study:
     Raises:
         StoreError: the file is no store, is damaged, or holds no study.
     """
-    with FileStore(path, read_only=True) as store:
+    with seldom_collected(), FileStore(path, read_only=True) as store:
         latest = store.latest()
         if latest is None:
             raise StoreError("holds no study", str(path), "hwsw explore puts one there")

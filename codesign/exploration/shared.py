@@ -12,6 +12,8 @@ from collections.abc import Mapping, Sequence
 from functools import cache
 from typing import Annotated, Any, TypeVar
 
+import numpy as np
+from numpy.typing import NDArray
 from pydantic import BaseModel, TypeAdapter
 
 from codesign.exploration.definition import read_json
@@ -85,11 +87,11 @@ class Parts:
 
     def put(
         self, templates: Sequence[Result]
-    ) -> tuple[dict[str, list[str]], list[list[int]], tuple[Result, ...]]:
+    ) -> tuple[dict[str, list[str]], NDArray[np.int32], tuple[Result, ...]]:
         """Results as texts, and of shared parts.
 
-        Returns the texts of each field by its name, for each result the number of the text of each field, and the
-        results again. A field that is one object in several results is written once.
+        Returns the texts of each field by its name, for each result (rows) the number of the text of each field
+        (columns), and the results again. A field that is one object in several results is written once.
         """
         texts: dict[str, dict[str, int]] = {name: {} for name in _FIELDS}
         numbers = []
@@ -108,7 +110,8 @@ class Parts:
         while len(self._given) > _MOST_GIVEN:
             self._given.popitem(last=False)
         listed = {name: [*own] for name, own in texts.items()}
-        return listed, numbers, self.take(listed, numbers)
+        table = np.array(numbers, np.int32)
+        return listed, table, self.take(listed, table)
 
     def _keep(self, name: str, text: str, value: Any) -> None:
         if (name, text) not in self._by_text:
@@ -117,25 +120,26 @@ class Parts:
             # It is held here, so no other object gets its id.
             self._text[name, id(shared)] = text
 
-    def take(
-        self, texts: Mapping[str, Sequence[str]], numbers: Sequence[Sequence[int]]
-    ) -> tuple[Result, ...]:
+    def take(self, texts: Mapping[str, Sequence[str]], numbers: NDArray[np.int32]) -> tuple[Result, ...]:
         """The results that ``put`` wrote.
 
         Raises:
             ValueError, KeyError, TypeError: it did not write them, or not in this version.
         """
-        if texts.keys() != set(_FIELDS):
+        if tuple(texts) != _FIELDS:
             raise ValueError("the fields of a block are not those of a result")
-        parts = {name: [self._of_text(name, text) for text in texts[name]] for name in _FIELDS}
-        results = []
-        for own in numbers:
-            if min(own) < 0:
-                raise ValueError("a field of a block has no number")
-            chosen = zip(parts.items(), own, strict=True)
-            values = {name: held[number] for (name, held), number in chosen}
-            results.append(Result.model_construct(_ALL_SET, **values))
-        return tuple(results)
+        if not len(numbers):
+            return ()
+        if numbers.min() < 0 or (numbers.max(axis=0) >= [len(texts[name]) for name in _FIELDS]).any():
+            raise ValueError("a field of a block has no number")
+        columns = []
+        for name, own in zip(_FIELDS, numbers.T.tolist(), strict=True):
+            parts = [self._of_text(name, text) for text in texts[name]]
+            columns.append([parts[number] for number in own])
+        first, *others = (dict(zip(_FIELDS, values, strict=True)) for values in zip(*columns, strict=True))
+        # Where each field is given, a copy of a result takes a fifth of the time of a new one.
+        result = Result.model_construct(_ALL_SET, **first)
+        return result, *(result.model_copy(update=values) for values in others)
 
     def _of_text(self, name: str, text: str) -> Any:
         key = name, text

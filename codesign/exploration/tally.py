@@ -19,12 +19,12 @@ from codesign.exploration.evaluation import Done
 from codesign.exploration.judged import Judged
 from codesign.exploration.outcomes import Outcomes
 from codesign.exploration.pace import ExplorationPace
-from codesign.exploration.partition import Work
+from codesign.exploration.partition import Together, Work
 from codesign.exploration.search import Searched
 from codesign.exploration.shared import Shared
 from codesign.exploration.space import Space
 from codesign.exploration.specs import Specs
-from codesign.exploration.store import EntryState
+from codesign.exploration.store import Entry, EntryState
 from codesign.exploration.study import Study
 from codesign.inputs.exploration import Exploration
 from codesign.results.provenance import Provenance
@@ -60,8 +60,8 @@ class Progress:
 
 
 @contextlib.contextmanager
-def _seldom_collected() -> Iterator[None]:
-    """Search for cycles of objects seldom: work makes many objects, few cycles, and what it keeps only grows."""
+def seldom_collected() -> Iterator[None]:
+    """Search for cycles of objects seldom: an exploration makes many objects and few cycles, and keeps most of them."""
     before = gc.get_threshold()
     gc.set_threshold(_OBJECTS_UNTIL_COLLECTED, *before[1:])
     try:
@@ -121,8 +121,7 @@ class Tally:
     ) -> Iterator[Done]:
         """What comes in of works, timed: ``left_s`` is known from now on."""
         self._pace, self._budget = ExplorationPace(works, len(self.space), workers), budget
-        with _seldom_collected():
-            yield from self._pace.watched(coming)
+        yield from self._pace.watched(coming)
 
     def take(self, done: Done) -> None:
         """Take what was computed."""
@@ -157,14 +156,20 @@ class Tally:
         return Outcomes.empty(self.total)
 
     def _take(self, done: Done) -> None:
-        indices = np.array(done.work.indices, np.int64)
-        batch = Outcomes.empty(len(indices))
-        if done.priced is not None:
-            batch.take(np.arange(len(indices)), done.priced)
-        for place, entry in enumerate(done.entries):
+        work = done.work
+        indices = work.numbers if isinstance(work, Together) else np.array(work.indices, np.int64)
+        batch = self._one_by_one(done.entries) if done.priced is None else Outcomes.of_priced(done.priced)
+        self._failed += len(batch.failures)
+        self._join(indices, batch)
+        # With conditions, it is a design that keeps a constraint, by what all of its points come to.
+        limits = () if self.section.conditions else self.section.constraints
+        self._feasible += int(Judged(batch, Conditions({}, {}), limits).feasible_points.sum())
+
+    def _one_by_one(self, entries: Sequence[Entry]) -> Outcomes:
+        outcomes = Outcomes.empty(len(entries))
+        for place, entry in enumerate(entries):
             if entry.state is EntryState.FAILED:
-                batch.fail(place, entry.text)
-                self._failed += 1
+                outcomes.fail(place, entry.text)
                 continue
             try:
                 result = Result.model_validate(read_json(entry.text))
@@ -172,11 +177,8 @@ class Tally:
                 raise StoreError(
                     "holds a result that this version cannot read", self.where, OTHER_VERSION
                 ) from wrong
-            batch.put(place, self._shared.result(result))
-        self._join(indices, batch)
-        # With conditions, it is a design that keeps a constraint, by what all of its points come to.
-        limits = () if self.section.conditions else self.section.constraints
-        self._feasible += int(Judged(batch, Conditions({}, {}), limits).feasible_points.sum())
+            outcomes.put(place, self._shared.result(result))
+        return outcomes
 
     def _join(self, indices: NDArray[np.int64], batch: Outcomes) -> None:
         """Take the outcomes of the points with these places in the enumeration."""

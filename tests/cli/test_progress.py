@@ -114,3 +114,19 @@ def test_tracked_counts_what_is_done_and_gives_every_item() -> None:
         (6, 6, 0.0),
         (6, 6, 0.0),
     ]
+
+
+def test_a_plan_reports_how_far_it_is(monkeypatch: pytest.MonkeyPatch) -> None:
+    import codesign
+    from codesign import progress
+
+    monkeypatch.setattr(progress, "_SECONDS_BETWEEN", 0.0)
+    shown: list[progress.Advance] = []
+    with progress.plans_shown(shown.append):
+        result = codesign.simulate("virtex4-pci", "labyrinth")
+    stages = [stage.precision for stage in result.stages]
+    assert [advance.done for advance in shown] == [sum(stages[:count]) for count in range(len(stages) + 1)]
+    assert {(advance.total, advance.words) for advance in shown} == {(sum(stages), "bits of all stages")}
+    assert shown[-1].left_s == 0.0
+    codesign.simulate("virtex4-pci", "labyrinth")
+    assert len(shown) == len(stages) + 1

@@ -10,12 +10,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from certificate_sample import Excluded
 from drawn_studies import studies
 from examples import examples
 from explore_fakes import result
 from hypothesis import given, settings
 from plain_study import Plain
-from tampering import Excluded
 
 from codesign.certificates.check import check
 from codesign.certificates.file import packed, read_certificate, unpacked, write_certificate

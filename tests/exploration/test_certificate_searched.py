@@ -20,6 +20,7 @@ from codesign.errors import CertificateError, StoreError
 from codesign.exploration import explore, load_study, run, search_run
 from codesign.exploration.budget import Budget
 from codesign.exploration.certify import certificate_of, differences
+from codesign.exploration.compressed import compressed
 from codesign.exploration.entries import holders, rest_of
 from codesign.exploration.file_store import FileStore
 from codesign.exploration.store import Batch
@@ -219,7 +220,6 @@ def test_conditions_and_needs_drop_the_boxes(store: Path) -> None:
 )
 def test_boxes_that_are_none_are_refused(store: Path, tmp_path: Path, text: str) -> None:
     import hashlib
-    import zlib
 
     file = tmp_path / "points.sqlite"
     file.write_bytes(store.read_bytes())
@@ -228,7 +228,7 @@ def test_boxes_that_are_none_are_refused(store: Path, tmp_path: Path, text: str)
         assert latest is not None
         key = "excluded " + hashlib.sha256(latest[0].encode()).hexdigest()
         assert [name for name, _ in opened.blocks([key])] == [key]
-        opened.put(Batch(blocks={key: zlib.compress(text.encode())}))
+        opened.put(Batch(blocks={key: compressed(text.encode())}))
     if text == "{}":
         assert load_study(file).excluded == ()
         return

@@ -16,6 +16,7 @@ import codesign
 from codesign.errors import StoreError
 from codesign.exploration import evaluation, explore, load_study
 from codesign.exploration.budget import Budget
+from codesign.exploration.compressed import compressed, expanded
 from codesign.exploration.file_store import FileStore
 from codesign.exploration.search_run import CUT_OFF
 from codesign.exploration.study import Study
@@ -143,10 +144,10 @@ def test_a_damaged_search_is_refused(
     explore(platform, small, workers=1, store=file, search="random", budget=Budget(points=4))
     with sqlite3.connect(file) as connection:
         ((key, data),) = connection.execute("SELECT key, data FROM block WHERE key LIKE 'searched %'")
-        record = json.loads(zlib.decompress(data))
+        record = json.loads(expanded(data))
         place = record if change.keys() <= record.keys() else record["traces"][0]
         place.update(change)
-        damaged = zlib.compress(json.dumps(record).encode())
+        damaged = compressed(json.dumps(record).encode())
         checksum = zlib.crc32(damaged, zlib.crc32(key.encode()))
         connection.execute("UPDATE block SET data = ?, checksum = ? WHERE key = ?", (damaged, checksum, key))
     connection.close()

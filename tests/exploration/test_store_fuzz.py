@@ -23,6 +23,7 @@ from small_maps import put_map
 import codesign
 from codesign.errors import EXIT_FAILED, CodesignError, StoreError
 from codesign.exploration import Entry, EntryState, FileStore, Space, explore, load_study
+from codesign.exploration.compressed import compressed, expanded
 from codesign.exploration.evaluation import EvaluatePoint
 from codesign.exploration.explored import Explored
 from codesign.exploration.file_store import _checksum as checksum
@@ -339,30 +340,37 @@ def tampered(header: dict[str, Any], arrays: bytes, change: str) -> bytes:
         case "infinite":
             arrays = arrays[:-2] + b"\x7f\xf0"
         case "no template":
-            text = json.dumps(header | {"templates": []})
+            text = json.dumps(header | {"templates": 0})
         case "too many":
             text = json.dumps(header | {"count": header["count"] + 1})
         case "nested":
-            text = text.replace('"templates": [', '"templates": [' + "[" * 100_000, 1)
+            text = text.replace('"templates": ', '"templates": ' + "[" * 100_000, 1)
+        case "no texts":
+            text = json.dumps(header | {"texts": []})
+        case "fewer texts":
+            text = json.dumps(header | {"texts": header["texts"] | {"resources": 0}})
+        case "negative texts":
+            text = json.dumps(header | {"texts": header["texts"] | {"resources": -1, "stages": 3}})
         case "no header":
             text = ""
         case number:
             text = re.sub(r'"power": [^,}]*', f'"power": {number}', text)
             assert number in text
-    return zlib.compress(text.encode() + b"\n" + arrays)
+    return compressed(text.encode() + b"\n" + arrays)
 
 
 @pytest.mark.parametrize(
     "change",
     [
         *("cut off", "too long", "no template", "too many", "nested", "no header"),
+        *("no texts", "fewer texts", "negative texts"),
         *("1e999", "Infinity", "NaN", "9" * 400, '"x"', "[]"),
     ],
 )
 def test_a_tampered_block_is_told(specs: Specs, tmp_path: Path, change: str) -> None:
     file, _, _ = kept(specs, tmp_path)
     key, data, _ = rows(file, "block")[0]
-    text, _, arrays = zlib.decompress(data).partition(b"\n")
+    text, _, arrays = expanded(data).partition(b"\n")
     block = tampered(json.loads(text), arrays, change)
     with FileStore(file) as store:
         store.put(Batch(blocks={key: block}))
@@ -372,19 +380,17 @@ def test_a_tampered_block_is_told(specs: Specs, tmp_path: Path, change: str) -> 
         explore(*loaded(specs), workers=1, store=file)
 
 
-@pytest.mark.parametrize(
-    "plan", [b"", b"no plan", zlib.compress(b"[]"), zlib.compress(b'[["a", 3]]\n'), b"far"]
-)
+@pytest.mark.parametrize("plan", [b"", b"no plan", compressed(b"[]"), compressed(b'[["a", 3]]\n'), b"far"])
 def test_a_tampered_plan_is_told_or_gives_no_points(specs: Specs, tmp_path: Path, plan: bytes) -> None:
     file, definition, _ = kept(specs, tmp_path)
     key = rows(file, "block")[0][0]
     if plan == b"far":
-        plan = zlib.compress(f'[["{key}", 2]]\n'.encode() + bytes([0, 9, *[0] * 14]))
+        plan = compressed(f'[["{key}", 2]]\n'.encode() + bytes([0, 9, *[0] * 14]))
     with FileStore(file) as store:
         store.begin("tampered", definition, plan)
     try:
         study = load_study(file)
     except StoreError:
         return
-    assert plan == zlib.compress(b"[]")
+    assert plan == compressed(b"[]")
     assert study.missing == (0, 1)

@@ -22,6 +22,7 @@ from codesign.planners.host import one_step
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
 from codesign.planners.styles import Exchange, Step, beyond_map
+from codesign.progress import Track, plan_track
 from codesign.records import StageRecord, VisitsRecord
 
 LOAD, RELAX, DECIDE, READ = "load", "relax", "decide", "read"
@@ -82,6 +83,10 @@ class _Run:
         """The precisions of the schedule that remain after the start."""
         return remaining_precisions(self.parameters.precisions, self.start)
 
+    def track(self) -> Track:
+        """How far the relaxation is: a stage takes about as long as it has bits."""
+        return plan_track("bits of all stages", sum(self.precisions))
+
 
 @dataclass
 class _StageClock:
@@ -140,6 +145,7 @@ def _each_visit(run: _Run, costs: Costs, detect: bool) -> _StageSteps:
     stages: list[Stage] = []
     clock = _StageClock()
     field, fault = run.start, ""
+    track = run.track()
     for item in _work(run, run.precisions, run.start):
         if isinstance(item, VisitBatch) and detect:
             yield from _each_sweep(run, item, costs, clock)
@@ -147,6 +153,7 @@ def _each_visit(run: _Run, costs: Costs, detect: bool) -> _StageSteps:
             yield _visits_step(run, item, costs, clock)
         else:
             stages.append(item.stage)
+            track.step(item.stage.precision)
             field, fault = item.field, item.fault
             if stage_end := costs.stage_end(item.stage.precision):
                 yield replace(one_step(STAGE_END, stage_end, costs.ram_addresses), phase=RELAX)
@@ -191,8 +198,10 @@ def _each_stage(run: _Run, costs: Costs, memo: Memo | None) -> _StageSteps:
     stages: list[Stage] = []
     field, fault = run.start, ""
     stage_runs = StageRuns(run.problem, run.parameters, run.below, memo)
+    track = run.track()
     for precision in run.precisions:
         sums = stage_runs.sums(precision, field)
+        track.step(precision)
         cycles = int(costs.visits(precision, sums.visits).sum()) + costs.stage_end(precision)
         yield Step(RELAX, np.array([cycles], np.int64), ram_addresses=costs.ram_addresses)
         stages.append(sums.stage)
