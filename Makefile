@@ -9,7 +9,7 @@ OUT := out
 # Processes that tests and workers start load compiled modules, where Python was told to write none too.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: demo test test-all bench docs site lint clean
+.PHONY: demo test test-all bench docs site gallery lint clean
 .DEFAULT_GOAL := test
 
 # What a user has, and what the developers add to it. Installed once, and again where the two files change.
@@ -47,6 +47,9 @@ bench: $(READY)
 docs: $(READY)
 	$(BIN)/python -m docs.make_reference
 	$(BIN)/python -m docs.make_tour
+
+gallery: $(READY)
+	$(BIN)/python -m docs.make_gallery
 
 site: $(READY)
 	$(BIN)/python -m docs.make_site $(OUT)/site

@@ -104,8 +104,10 @@ def stage(folder: Path) -> None:
         _write(page, page.read_text(encoding="utf-8").replace("](../", "]("))
     for name in FRONT_PAGES:
         _write(folder / name, (ROOT / name).read_text(encoding="utf-8").replace("](docs/", "]("))
-    for page in folder.glob("*.md"):
-        _write(page, page.read_text(encoding="utf-8").replace("](tour.ipynb)", "](tour.md)"))
+    for page in folder.glob("**/*.md"):
+        text = page.read_text(encoding="utf-8").replace("](tour.ipynb)", "](tour.md)")
+        # What is a file on a forge is a page here.
+        _write(page, re.sub(r"\[([\w/]+)\.(?:md|ipynb)\]\(", r"[\1](", text))
     index = folder / "index.md"
     _write(
         index, "\n".join((index.read_text(encoding="utf-8"), *contents(index.read_text(encoding="utf-8"))))
