@@ -9,7 +9,7 @@ OUT := out
 # Processes that tests and workers start load compiled modules, where Python was told to write none too.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: demo test test-all bench docs lint clean
+.PHONY: demo test test-all bench docs site gallery lint clean
 .DEFAULT_GOAL := test
 
 # What a user has, and what the developers add to it. Installed once, and again where the two files change.
@@ -22,7 +22,7 @@ $(INSTALLED): pyproject.toml constraints.txt
 
 $(READY): $(INSTALLED)
 	@echo "Installing the tools of developers into $(VENV) (once; a minute or two) ..."
-	@$(PIP) -e '.[dev,rtl]'
+	@$(PIP) -e '.[dev,docs,rtl]'
 	@touch $@
 
 demo: $(INSTALLED)
@@ -47,6 +47,12 @@ bench: $(READY)
 docs: $(READY)
 	$(BIN)/python -m docs.make_reference
 	$(BIN)/python -m docs.make_tour
+
+gallery: $(READY)
+	$(BIN)/python -m docs.make_gallery
+
+site: $(READY)
+	$(BIN)/python -m docs.make_site $(OUT)/site
 
 lint: $(READY)
 	$(BIN)/ruff check .

@@ -1,6 +1,6 @@
 """Searches against the exact front: hypervolume over evaluations, of several studies and seeds.
 
-``python -m benchmarks search`` makes the table of docs/search.md.
+``python -m benchmarks search`` makes the table of docs/searching.md.
 """
 
 from __future__ import annotations

@@ -30,6 +30,7 @@ _MOST_LINES = 64
 
 _CAME = "obstacle that came"
 
+_WALL = "#4d4d4d"
 _PATH = "#d1495b"
 _GOAL = "#1a9850"
 
@@ -269,7 +270,7 @@ def map_picture(
     extent = extent_of(free.shape, corner)
     width = 8.0
     with style():
-        picture, axes = canvas((width, min(12.0, max(2.2, width * rows / columns + 0.8))))
+        picture, axes = canvas((width, min(12.0, max(2.5, width * rows / columns + 1.1))))
         obstacles = np.ma.masked_where(free, np.ones(free.shape))[::step, ::step]
         if potential is not None:
             values = _logarithm(potential, free)
@@ -283,24 +284,33 @@ def map_picture(
             )
             picture.colorbar(coloured, ax=axes, pad=0.02, shrink=0.8).set_label(shades or "potential, log₁₀")
         axes.imshow(obstacles, extent=extent, cmap="gray", vmin=-0.35, vmax=4, interpolation="nearest")
-        for path in trajectories:
-            axes.plot(path[:, 1], path[:, 0], color="white", linewidth=2.2, alpha=0.8)
-            axes.plot(path[:, 1], path[:, 0], color=_PATH, linewidth=1.2)
-            axes.plot(path[:1, 1], path[:1, 0], "o", color=_PATH, markersize=3.5)
-        axes.plot(
-            [column for _, column in starts], [row for row, _ in starts], "o", color=_PATH, markersize=3.5,
-            linestyle="none",
-        )  # fmt: skip
-        axes.plot(
-            [column for _, column in goals], [row for row, _ in goals], "*", color=_GOAL, markersize=12,
-            markeredgecolor="white", linestyle="none",
-        )  # fmt: skip
+        if obstacles.count():
+            axes.plot([], [], "s", color=_WALL, label="wall")
+        _draw_paths(axes, trajectories)
+        _draw_points(axes, starts, "o", color=_PATH, markersize=3.5, label="start")
+        _draw_points(axes, goals, "*", color=_GOAL, markersize=12, markeredgecolor="white", label="goal")
         axes.set(xlabel="column", ylabel="row", xlim=extent[:2], ylim=extent[2:])
+        legend(picture)
     shown = [f"{rows} by {columns} cells", counted(len(goals), "goal")]
     shown += [counted(len(starts), "start")] if starts else []
     shown += [f"the {shades or 'potential'} as colour"] if potential is not None else []
     shown += [f"{counted(len(trajectories), 'path')} drawn"] if trajectories else []
     return drawn(picture, format, title=title, alt=f"Map of {', '.join(shown)}")
+
+
+def _draw_paths(axes: Any, paths: Sequence[NDArray[np.float64]]) -> None:
+    """Each path from its start, outlined so that it is seen on every colour."""
+    for number, path in enumerate(paths):
+        name = "path" if number == 0 else None
+        axes.plot(path[:, 1], path[:, 0], color="white", linewidth=2.2, alpha=0.8)
+        axes.plot(path[:, 1], path[:, 0], color=_PATH, linewidth=1.2, label=name)
+        axes.plot(path[:1, 1], path[:1, 0], "o", color=_PATH, markersize=3.5, label=name and "start")
+
+
+def _draw_points(axes: Any, points: Sequence[tuple[int, int]], marker: str, **shown: Any) -> None:
+    if len(points):
+        rows, columns = zip(*points, strict=True)
+        axes.plot(columns, rows, marker, linestyle="none", **shown)
 
 
 def _logarithm(potential: NDArray[np.floating[Any]], free: NDArray[np.bool_]) -> Any:

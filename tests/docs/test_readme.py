@@ -64,7 +64,7 @@ def printed_figures(text: str) -> list[list[str]]:
 
 def test_it_takes_one_screen_and_a_half_and_has_a_picture() -> None:
     assert README.count("\n") <= 90
-    assert "](docs/front.png)" in README
+    assert "](docs/pictures/front.png)" in README
 
 
 @pytest.mark.parametrize("target", re.findall(r"\]\(((?!http)[^)]+)\)", README))
