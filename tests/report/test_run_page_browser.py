@@ -103,7 +103,7 @@ def test_play_pause_slider_events_and_charts_move_one_time(browser: Any, pages: 
         assert tick_of(tab) == pytest.approx(end / 2, rel=0.02)
         tab.fill("#time", str(end / 4))
         assert tab.inner_text("#now") == "5 s of 20 s"
-        assert "#t=" in tab.url
+        assert tab.url.endswith("#t=5")
 
 
 def test_a_run_is_scrubbed_with_the_keyboard(browser: Any, pages: dict[str, Path]) -> None:
@@ -230,8 +230,8 @@ def test_an_address_that_says_nonsense_does_no_harm(
 
 
 def test_an_address_opens_the_time_that_it_holds(browser: Any, pages: dict[str, Path]) -> None:
-    with opened(browser, pages["fleet"], "#t=400000&robot=7") as tab:
-        assert tick_of(tab) == 400_000
+    with opened(browser, pages["fleet"], "#t=4&robot=7") as tab:
+        assert tab.inner_text("#now").startswith("4 s of ")
         assert "robot 7 " in tab.inner_text("#facts")
 
 

@@ -57,9 +57,10 @@ const begin = async () => {
     }
     if (andAddress && !playing) writeAddress();
   };
-  const writeAddress = () => history.replaceState(null, "", `#t=${tick}${chosen === null ? "" : `&robot=${chosen}`}`);
+  // The address holds the time in seconds, to the tick.
+  const writeAddress = () => history.replaceState(null, "", `#t=${Number(((tick * head.tick) / 1e12).toPrecision(12))}${chosen === null ? "" : `&robot=${chosen}`}`);
   const readAddress = () => {
-    const asked = new URLSearchParams(location.hash.slice(1)), at = Number(asked.get("t") ?? head.end), robot = Number(asked.get("robot") ?? NaN);
+    const asked = new URLSearchParams(location.hash.slice(1)), at = asked.has("t") ? (Number(asked.get("t")) * 1e12) / head.tick : head.end, robot = Number(asked.get("robot") ?? NaN);
     chosen = Number.isInteger(robot) && robot >= 0 && robot < timeline.robots.length ? robot : null;
     go(Number.isFinite(at) ? at : head.end, false);
   };
