@@ -220,7 +220,7 @@ def parse_quantity(text: str, dimension: Dimension) -> int | Fraction:
         raise InputError(f"{shown} is not a finite {dimension}", hint=example)
     match = _QUANTITY.fullmatch(text.strip(" "))
     if match is None or len(text) > _MAX_TEXT:
-        raise InputError(f"{shown} is not a {dimension}", hint=example)
+        raise InputError(f"{shown} is not {_with_article(dimension)}", hint=example)
     unit = match["unit"].replace("\N{GREEK SMALL LETTER MU}", "\N{MICRO SIGN}")
     if not unit:
         raise InputError(f"{shown} has no unit", hint=f"{example}; {_accepted(scale)}")
@@ -228,9 +228,9 @@ def parse_quantity(text: str, dimension: Dimension) -> int | Fraction:
         raise InputError(f"{shown} has no unit of {dimension}", hint=_unit_hint(unit, scale))
     value = Fraction(match["number"]) * scale.units[unit]
     if value < 0:
-        raise InputError(f"{shown} is negative", hint=f"a {dimension} is at least 0")
+        raise InputError(f"{shown} is negative", hint=f"{_with_article(dimension)} is at least 0")
     if value == 0 and not scale.zero:
-        raise InputError(f"{shown} is zero", hint=f"a {dimension} is above 0")
+        raise InputError(f"{shown} is zero", hint=f"{_with_article(dimension)} is above 0")
     if value > scale.most:
         raise InputError(f"{shown} is too large", hint=f"at most {format_exact(scale.most, dimension)}")
     if not scale.whole:
@@ -241,6 +241,11 @@ def parse_quantity(text: str, dimension: Dimension) -> int | Fraction:
             hint=f"round it to {scale.base}, the resolution here",
         )
     return int(value)
+
+
+def _with_article(dimension: Dimension) -> str:
+    words = "amount of data" if dimension is Dimension.DATA else str(dimension)
+    return f"{'an' if words[0] in 'ae' else 'a'} {words}"
 
 
 def _accepted(scale: Scale) -> str:

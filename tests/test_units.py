@@ -89,6 +89,8 @@ def test_reads(text: str, dimension: Dimension, value: int | Fraction) -> None:
         ("1,5 ms", Dimension.TIME, "is not a time"),
         ("1 MHz 2", Dimension.FREQUENCY, "no unit of frequency"),
         ("", Dimension.TIME, "is not a time"),
+        ("", Dimension.ENERGY, "is not an energy"),
+        ("-1 B", Dimension.DATA, "is negative\n  hint: an amount of data is at least 0"),
         ("MHz", Dimension.FREQUENCY, "is not a frequency"),
         ("1/3 s", Dimension.TIME, "no unit of time"),
         ("٣ s", Dimension.TIME, "is not a time"),

@@ -76,6 +76,8 @@ class _Entries:
             *(each.figure for each in definition.objectives),
             *(each.figure for each in definition.constraints),
         ]
+        tasks = len(self._held.head.tasks)
+        self._refuse((self._task < 0) | (self._task >= tasks), "has a task that there is not")
         sound = all(0 <= number < len(definition.figures) for number in used)
         budgets = [each.budget for each in definition.constraints if each.budget is not None]
         require(sound and all(0 <= number < len(definition.budgets) for number in budgets), "a figure lacks")

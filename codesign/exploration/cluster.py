@@ -10,11 +10,13 @@ three times, and say nothing of it; a point that kills its worker would kill fou
 
 from __future__ import annotations
 
+import asyncio
 import json
 import logging
 import re
 import time
 from collections.abc import Generator, Iterable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
@@ -188,13 +190,24 @@ def _connected(cluster: str) -> distributed.Client:
     address = _address_of(cluster)
     client = distributed.Client.__new__(distributed.Client)
     try:
-        with _quiet():
+        with _quiet(), ThreadPoolExecutor(1) as apart:
+            apart.submit(asyncio.run, _greeted(address)).result()
             client.__init__(address, timeout=_SECONDS_TO_CONNECT, set_as_default=False)
-    except (OSError, ValueError, TypeError, RuntimeError, ImportError) as fault:
+    except (OSError, ValueError, TypeError, RuntimeError, ImportError, MemoryError, EOFError) as fault:
         # Otherwise its end would wait for a connection that there is not, and print a traceback.
         client.status = "closed"
         raise _unreachable(address, fault) from fault
     return client
+
+
+async def _greeted(address: str) -> None:
+    """Exchange dask's greeting with the scheduler: a client of dask waits for it without end."""
+    from distributed import Security
+    from distributed.comm import connect
+
+    options = Security().get_connection_args("client")
+    greeting = connect(address, timeout=_SECONDS_TO_CONNECT, **options)
+    (await asyncio.wait_for(greeting, _SECONDS_TO_CONNECT)).abort()
 
 
 def _unreachable(address: str, fault: BaseException) -> CodesignError:
@@ -210,8 +223,9 @@ def _unreachable(address: str, fault: BaseException) -> CodesignError:
     if "encryption required" in str(cause):
         what = f"{address} is not encrypted, as dask's configuration requires (require-encryption)"
         return InputError(what, "--cluster", "write tls://HOST:PORT")
+    why = "what answers is no scheduler" if isinstance(fault, MemoryError | EOFError) else str(cause)
     return RunError(
-        f"no scheduler answers at {address}: {cause}",
+        f"no scheduler answers at {address}: {why or f'nothing came within {_SECONDS_TO_CONNECT} s'}",
         "--cluster",
         "start one with dask scheduler, or check host, port and firewall; nothing was computed, and nothing is lost",
     )
@@ -224,6 +238,8 @@ def _address_of(cluster: str) -> str:
         try:
             with Path(cluster).open("rb") as file:
                 content = json.loads(file.read(_MOST_OF_A_FILE))
+            if "address" not in content:
+                raise ValueError("it has no address")
             address = content["address"]
         except (OSError, ValueError, KeyError, TypeError, RecursionError) as wrong:
             what = f"{cluster} is no file of a scheduler: {wrong}"

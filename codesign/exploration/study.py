@@ -288,21 +288,21 @@ class Study(InNotebooks):
         )
 
     def needing(self, needs: Sequence[str]) -> Study:
-        """The study with further constraints as text, such as ``time < 100 ms``, which all designs are judged by.
+        """The study judged by further constraints as text, such as ``time < 100 ms``; those it has count once.
 
         Raises:
             SpecError: a text that is no constraint, or one that contradicts another.
         """
-        constraints = (*self.constraints, *needs_of(needs, figures=self.figures))
+        texts = dict(zip(dict.fromkeys(needs), needs_of(needs, figures=self.figures), strict=True))
+        further = {text: each for text, each in texts.items() if each not in self.constraints}
+        constraints, names = (*self.constraints, *further.values()), [*self.constraints, *further]
         faults = [
-            Fault(
-                f"--need {show(needs[index - len(self.constraints)])}", 0, 0, "", refusal.what, refusal.hint
-            )
+            Fault(f"--need {show(names[index])}", 0, 0, "", refusal.what, refusal.hint)
             for index, refusal in not_kept(constraints, self.aggregate)
         ]
         if faults:
             raise SpecError(faults)
-        return replace(self, constraints=constraints, excluded=() if needs else self.excluded)
+        return replace(self, constraints=constraints, excluded=() if further else self.excluded)
 
     @cached_property
     def reasons(self) -> tuple[ReasonCount, ...]:

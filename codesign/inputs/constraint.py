@@ -203,7 +203,9 @@ def constraint_of(text: str) -> Constraint:
         RefusalError: it is none.
     """
     form = 'write NAME < VALUE, as in "time < 100 ms", "slices < 80 %" or "energy * time < 3 mJ s"'
-    match = _LIMIT_TEXT.fullmatch(text) if len(text) <= MAX_TEXT else None
+    if len(text) > MAX_TEXT:
+        raise RefusalError(f"a limit of {len(text):,} characters is too long", f"at most {MAX_TEXT}")
+    match = _LIMIT_TEXT.fullmatch(text)
     if match is None or not match[1]:
         raise RefusalError(f"{show(clip(text, 60))} is no limit", form)
     name, sign, value = match.groups()
@@ -212,7 +214,7 @@ def constraint_of(text: str) -> Constraint:
     if not value:
         raise RefusalError(f"{show(text)} has no value", form)
     figure = known_figures().get(SHORT_NAMES.get(name, name))
-    if figure is None and _PLAIN_NAME.fullmatch(name):
+    if figure is None and _PLAIN_NAME.fullmatch(name) and name[0] not in "-0123456789":
         hint = choose_hint(clip(name, 60), (*SHORT_NAMES, *known_figures()))
         raise RefusalError(f"{show(name)} is no figure", hint)
     if figure is None or _NAMED.search(value):

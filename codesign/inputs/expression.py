@@ -25,6 +25,7 @@ from typing import TYPE_CHECKING
 from codesign.errors import choose_hint, clip, show
 from codesign.inputs.unit_powers import NUMBER, Powers, known_units, root, times, unit_text
 from codesign.models import RefusalError
+from codesign.units import counted
 
 if TYPE_CHECKING:
     import numpy as np
@@ -318,7 +319,7 @@ class _Reader:
         least, most = FUNCTIONS[name]
         if not least <= len(operands) <= most:
             wanted = str(least) if least == most else f"{least} to {most}"
-            self.refuse(f"{name} of {len(operands)}", begin, f"{name} takes {wanted}")
+            self.refuse(f"{name} of {counted(len(operands), 'expression')}", begin, f"{name} takes {wanted}")
         powers = operands[0].powers
         if name == "log" and powers:
             hint = f"divide by 1 {unit_text(powers)} first"

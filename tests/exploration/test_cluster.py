@@ -6,6 +6,7 @@ import contextlib
 import importlib.util
 import os
 import signal
+import socket
 import threading
 import time
 from collections import Counter
@@ -164,6 +165,26 @@ def test_a_cluster_that_is_not_there(
     assert f"no scheduler answers at {address}" in result.output
     assert "hint: start one with dask scheduler" in result.output
     assert not Path("points.sqlite").exists()
+
+
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [(b"", "nothing came within 1 s"), (b"HTTP/1.0 400 Bad Request" * 4, "is no scheduler")],
+)
+def test_what_listens_is_no_scheduler(content: bytes, words: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("codesign.exploration.cluster._SECONDS_TO_CONNECT", 1)
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        address = f"tcp://127.0.0.1:{server.getsockname()[1]}"
+        threading.Thread(target=_answer, args=(server, content), daemon=True).start()
+        with pytest.raises(RunError, match=f"no scheduler answers at {address}: .*{words}"):
+            ClusterExecutor(address)
+
+
+def _answer(server: socket.socket, content: bytes) -> None:
+    """Send the content on one connection, which stays open."""
+    connection, _ = server.accept()
+    connection.sendall(content)
+    time.sleep(5)
 
 
 def test_tls_without_certificates_names_the_settings() -> None:

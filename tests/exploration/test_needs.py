@@ -76,6 +76,17 @@ def test_a_stored_study_is_judged_by_further_needs() -> None:
     assert before.needing([]).feasible == before.feasible
 
 
+def test_a_need_that_the_study_has_changes_nothing() -> None:
+    once = study().needing(["first_plan < 3 s", "slices * first_plan < 150 s"])
+    again = once.needing(["slices * first_plan < 150 s", "first_plan < 3 s", "first_plan < 3 s"])
+    assert again.constraints == once.constraints
+    assert once.needing(["slices < 70", "first_plan < 3 s"]).constraints[2:] == (
+        constraint_of("slices < 70"),
+    )
+    with pytest.raises(SpecError, match="--need 'first_plan > 5 s': nothing"):
+        once.needing(["first_plan < 3 s", "first_plan > 5 s"])
+
+
 def test_over_conditions_a_need_bounds_what_they_come_to() -> None:
     mean = study(axes={}, conditions={"a.b": (0, 1, 2)}, aggregate={"default": "mean"})
     assert mean.needing(["first_plan <= 2 s", "slices <= 60 %"]).feasible == (0,)

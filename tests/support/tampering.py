@@ -182,6 +182,16 @@ def named_wrongly(content: bytes, rng: Random) -> bytes:
     return digested(members)
 
 
+def task_of_no_name(content: bytes, rng: Random) -> bytes:
+    """A design that is dominated stands on the front, beside designs of a task that there is not."""
+    members = members_of(content)
+    row = rng.choice(_rows(members, Claim.DOMINATED))
+    _put(members, "claim", row, Claim.FRONT)
+    _put(members, "by", row, 0)
+    _put(members, "task", row, rng.choice([-1, 99, 2**31 - 1]))
+    return digested(members)
+
+
 def claimed_front(content: bytes, rng: Random) -> bytes:
     """A design that is off the front is put on it."""
     members = members_of(content)
@@ -353,7 +363,7 @@ MEMBERS: list[Tamper] = [
     value_changed,
 ]  # fmt: skip
 CLAIMS: list[Tamper] = [
-    named_wrongly, claimed_front, taken_off_front, row_gone, row_twice, row_outside, figure_made_worse,
+    named_wrongly, task_of_no_name, claimed_front, taken_off_front, row_gone, row_twice, row_outside, figure_made_worse,
     figure_made_better, sense_swapped, limit_moved, objective_named_wrongly, space_changed, box_moved,
     box_in_another_part, bound_made_better, box_claims_more, reason_passed_by_nothing,
 ]  # fmt: skip
