@@ -50,7 +50,7 @@ def fidelity(
     What does not match is listed with its reason, and with the experiment that would settle it.
     """
     from codesign.cli.outputs import check_outputs
-    from codesign.cli.progress import progress_shown
+    from codesign.cli.progress import compiling_shown, progress_shown
     from codesign.fidelity import QUICK_SAMPLES, SAMPLES, asked, measure
     from codesign.files import write_atomically
     from codesign.progress import Advance, Pace
@@ -63,7 +63,7 @@ def fidelity(
     seeds = range(QUICK_SAMPLES if quick else SAMPLES)
     done, total = 0, len(asked(seeds))
     pace = Pace(total)
-    with progress_shown(quiet=as_json) as show:
+    with progress_shown(quiet=as_json) as show, compiling_shown(show):
 
         def progress(checked: Checked) -> None:
             nonlocal done

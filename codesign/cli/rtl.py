@@ -78,22 +78,22 @@ def verify(
     The exit code is 1 where a circuit differs from the model, or a run fails.
     """
     from codesign.cli.outputs import check_outputs
-    from codesign.cli.progress import progress_shown
+    from codesign.cli.progress import compiling_shown, progress_shown
     from codesign.progress import Advance, Pace
     from codesign.rtl.campaign import verify_all
 
     check_outputs({"--waves": waves}, specs, plain=["--waves"])
     if cycles is not None and (waves is None or cycles[1] < cycles[0]):
         raise InputError("names cycles of no waveform", "--cycles", "give --waves FILE --cycles FIRST LAST")
-    asked = _samples(specs, point, settings, planners, points, seed) if every else None
-    if asked is None:
-        _refuse_options(
-            {"--planner": bool(planners), "--points": points is not None, "--seed": seed is not None}
-        )
-        asked = [_design_point(specs, point, settings)]
-    debug_step("files read and checked")
-    done, pace = 0, Pace(len(asked))
-    with progress_shown(quiet=as_json) as show:
+    if not every:
+        _refuse_options({"--planner": planners or None, "--points": points, "--seed": seed})
+    with progress_shown(quiet=as_json) as show, compiling_shown(show):
+        if every:
+            asked = _samples(specs, point, settings, planners, points, seed)
+        else:
+            asked = [_design_point(specs, point, settings)]
+        debug_step("files read and checked")
+        done, pace = 0, Pace(len(asked))
 
         def progress(checked: Checked) -> None:
             nonlocal done
@@ -142,9 +142,9 @@ def _samples(
     return samples(styles, range(first, first + (points or 3)))
 
 
-def _refuse_options(given: dict[str, bool]) -> None:
-    for option, present in given.items():
-        if present:
+def _refuse_options(given: dict[str, object]) -> None:
+    for option, value in given.items():
+        if value is not None:
             raise InputError("is for --all only", option, "add --all, or leave it out")
 
 
@@ -213,6 +213,7 @@ def rtl(
 
     The folder is written whole or not at all.
     """
+    from codesign.cli.progress import LATER_S, compiling_shown, progress_shown
     from codesign.files import write_folder
     from codesign.rtl.export import MANIFEST, Origin, export_files
     from codesign.rtl.placed import placed, refuse_what_does_not_fit
@@ -221,14 +222,15 @@ def rtl(
     stale = _stale(folder, force, MANIFEST)
     values = settings_of(settings)
     platform, workload, _ = specs_of(specs, point)
-    design = placed(*point_of(platform, workload, values))
-    refuse_what_does_not_fit(design)
-    debug_step("files read and checked")
     if point is None:
         origin = Origin(specs[0], specs[1], values)
     else:
         origin = Origin(platform.name, workload.name, values, specs[0], point)
-    files = export_files(design, origin)
+    with progress_shown(after_s=LATER_S) as show, compiling_shown(show):
+        design = placed(*point_of(platform, workload, values))
+        refuse_what_does_not_fit(design)
+        debug_step("files read and checked")
+        files = export_files(design, origin)
     debug_step("circuit and expected events made")
     write_folder(folder, {name: text.encode() for name, text in files.items()}, stale)
     top = json.loads(files[MANIFEST])["top"]

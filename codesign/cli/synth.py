@@ -48,7 +48,7 @@ def synth(
     With --place, nextpnr places and routes the circuit: parts of the families ECP5, GW2A and GW1N. What was made once
     is kept in the cache.
     """
-    from codesign.cli.progress import progress_shown
+    from codesign.cli.progress import LATER_S, compiling_shown, progress_shown
     from codesign.progress import Advance, Pace
     from codesign.report import render_text
     from codesign.report.synthesis_tables import synthesis_tables
@@ -59,9 +59,9 @@ def synth(
     if seeds is not None and not placing:
         raise InputError("is for placements only", "--seeds", "add --place, or leave it out")
     platform, workload, _ = specs_of(specs, point)
-    design = placed(*point_of(platform, workload, settings_of(settings)))
-    debug_step("files read and checked")
-    with progress_shown(after_s=2.0, quiet=as_json) as show:
+    with progress_shown(after_s=LATER_S, quiet=as_json) as show, compiling_shown(show):
+        design = placed(*point_of(platform, workload, settings_of(settings)))
+        debug_step("files read and checked")
         paces: list[Pace] = []
 
         def progress(done: int, total: int, what: str) -> None:

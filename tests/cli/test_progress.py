@@ -2,7 +2,48 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
 import pytest
+from click.testing import Result
+
+from codesign.errors import InputError
+
+COMPUTING = [
+    "run virtex2pro breadth-first",
+    "run zynq office-harmonic --no-levers",
+    "run nexys2-serial robots-8-fleet",
+    "advise house --goal 0.0,-0.5 --rate 10Hz",
+    "explore virtex4-pci labyrinth",
+    "explain virtex2pro breadth-first",
+    "compare virtex2pro:breadth-first",
+    "plot map virtex2pro breadth-first -o map.png",
+    "verify virtex2pro breadth-first",
+    "verify --all --points 1",
+    "rtl virtex2pro breadth-first -o circuit",
+    "synth virtex2pro breadth-first",
+    "fidelity --quick",
+    "reproduce wavefront --quick",
+    "calibrate host",
+]
+
+
+@pytest.mark.parametrize("command", COMPUTING)
+def test_each_command_that_computes_says_when_kernels_are_compiled(
+    hwsw: Callable[..., Result], monkeypatch: pytest.MonkeyPatch, command: str
+) -> None:
+    """A kernel begins to compile, and the command is stopped there: nothing is computed."""
+    from codesign import kernel_cache
+
+    @contextmanager
+    def begins(report: Callable[[int], None]) -> Iterator[None]:
+        report(0)
+        raise InputError("stopped", "kernel")
+        yield
+
+    monkeypatch.setattr(kernel_cache, "compiling_reported", begins)
+    assert hwsw(*command.split()).stderr.splitlines()[0] == "compiling kernels, once: about 20 s"
 
 
 def test_progress_is_told_by_time_too(

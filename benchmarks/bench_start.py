@@ -1,0 +1,72 @@
+"""How long commands take to begin: medians of whole processes, with compiled kernels in the cache.
+
+``python -m benchmarks start``. The machine should be idle: the figures are wall time. The share of imports is that of
+the time of the process which Python spends in modules, by its own account (``-X importtime``).
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+RUNS = 15
+IMPORT_LINE = re.compile(rb"^import time:\s+(\d+) \|", re.MULTILINE)
+EXPLORE = ("explore", "virtex4-pci", "labyrinth", "--store", "labyrinth.sqlite", "-q")
+COMMANDS: tuple[tuple[str, tuple[str, ...], float | None], ...] = (
+    ("Python itself", ("-c", "pass"), None),
+    ("import codesign", ("-c", "import codesign"), 0.15),
+    ("hwsw --version", ("-m", "codesign", "--version"), 0.25),
+    ("hwsw --help", ("-m", "codesign", "--help"), 0.25),
+    ("hwsw list", ("-m", "codesign", "list"), None),
+    ("hwsw run virtex2pro breadth-first", ("-m", "codesign", "run", "virtex2pro", "breadth-first"), None),
+    ("hwsw explore of a kept study", ("-m", "codesign", *EXPLORE), None),
+)
+"""What is started, its arguments to Python, and the target, s."""
+
+
+def run() -> Iterator[dict[str, Any]]:
+    """A row for each command."""
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        _run(("-m", "codesign", *EXPLORE), folder)
+        for what, arguments, target in COMMANDS:
+            _run(arguments, folder)
+            times = [_run(arguments, folder) for _ in range(RUNS)]
+            yield {
+                "what": what,
+                "median, ms": round(statistics.median(times) * 1e3),
+                "least, ms": round(min(times) * 1e3),
+                "target, ms": "" if target is None else round(target * 1e3),
+                "imports, % of the time": round(100 * _import_share(arguments, folder)),
+            }
+
+
+def _run(arguments: tuple[str, ...], folder: Path) -> float:
+    begin = time.perf_counter()
+    subprocess.run(
+        [sys.executable, *arguments], cwd=folder, env=_environment(), check=True, capture_output=True
+    )
+    return time.perf_counter() - begin
+
+
+def _import_share(arguments: tuple[str, ...], folder: Path) -> float:
+    """The share of a process that modules take, where writing the account of it is part of neither."""
+    begin = time.perf_counter()
+    words = [sys.executable, "-X", "importtime", *arguments]
+    done = subprocess.run(words, cwd=folder, env=_environment(), check=True, capture_output=True)
+    spent = time.perf_counter() - begin
+    return sum(map(int, IMPORT_LINE.findall(done.stderr))) / 1e6 / spent
+
+
+def _environment() -> dict[str, str]:
+    """That of this process, from which the package can be imported in another folder too."""
+    paths = [str(Path(__file__).parent.parent), os.environ.get("PYTHONPATH", "")]
+    return os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, paths))}
