@@ -237,7 +237,8 @@ def _write_through(path: Path, content: bytes) -> None:
 
 
 def _reason(error: Exception) -> str:
-    return getattr(error, "strerror", None) or str(error)
+    number = getattr(error, "errno", None)
+    return os.strerror(number) if number else str(error)
 
 
 def _mode_of(target: Path) -> int:

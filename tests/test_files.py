@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import threading
 from pathlib import Path
 
 import pytest
 
-from codesign.files import passing, remove_passing, write_atomically
+from codesign.errors import RunError
+from codesign.files import passing, remove_passing, write_atomically, written_atomically
 
 
 def test_a_link_is_followed_and_stays(tmp_path: Path) -> None:
@@ -38,3 +40,11 @@ def test_a_passing_file_of_an_impossible_name_is_forgotten() -> None:
     with pytest.raises(RuntimeError, match="stopped"), passing(Path("a\0.part")):
         raise RuntimeError("stopped")
     remove_passing()
+
+
+def test_a_full_disk_has_the_words_of_the_system_whoever_writes(tmp_path: Path) -> None:
+    with (
+        pytest.raises(RunError, match=r"cannot write: No space left on device\n  hint: free some space"),
+        written_atomically(tmp_path / "points.parquet"),
+    ):
+        raise OSError(errno.ENOSPC, "Error writing bytes to file. Detail: [errno 28] No space left on device")
