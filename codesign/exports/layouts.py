@@ -27,7 +27,7 @@ _MOST_SERIES = 16
 """Of a plot: as many as can be told apart."""
 
 _FEW = 8
-_MARGIN = 1.08
+MARGIN = 1.08
 _AXES = 0.3
 """Foxglove draws an axis of scale 1 with 0.15 m: so it is a twentieth of the map."""
 
@@ -68,6 +68,20 @@ class Shown:
             return cls(trace, Floor(), None)
         rows, columns = record.free.shape
         return cls(trace, floor_of(record), (rows, columns))
+
+    @property
+    def middle(self) -> tuple[float, float]:
+        """The middle of the map, m."""
+        rows, columns = self.cells or (1, 1)
+        return self.floor.point(self.floor.row + (rows - 1) / 2, self.floor.column + (columns - 1) / 2)
+
+    @property
+    def across(self) -> float:
+        """How far the map reaches, m. Turned by its yaw, its corners reach farther."""
+        rows, columns = self.cells or (10, 10)
+        width, height = columns * self.floor.cell_size, rows * self.floor.cell_size
+        cos, sin = abs(math.cos(self.floor.yaw)), abs(math.sin(self.floor.yaw))
+        return max(width * cos + height * sin, width * sin + height * cos)
 
     def topics(self, *schemas: str) -> tuple[str, ...]:
         """The topics with messages of one of these schemas, in the order of the trace."""
@@ -170,7 +184,7 @@ def _scene(shown: Shown, view: View, frames: bool) -> dict[str, Any]:
             "transforms": {
                 "visible": frames,
                 "showLabel": False,
-                "axisScale": _AXES * _across(shown) if frames else 0,
+                "axisScale": _AXES * shown.across if frames else 0,
                 "lineWidth": 0,
             },
         },
@@ -182,11 +196,10 @@ def _scene(shown: Shown, view: View, frames: bool) -> dict[str, Any]:
 
 def _camera(shown: Shown) -> dict[str, Any]:
     """From above, with x to the right, so that the whole map is seen."""
-    rows, columns = shown.cells or (10, 10)
-    x, y = shown.floor.point(shown.floor.row + (rows - 1) / 2, shown.floor.column + (columns - 1) / 2)
+    x, y = shown.middle
     return {
         "perspective": False,
-        "distance": _MARGIN * _across(shown),
+        "distance": MARGIN * shown.across,
         "phi": 0,
         "thetaOffset": 0,
         "target": [0, 0, 0],
@@ -196,14 +209,6 @@ def _camera(shown: Shown) -> dict[str, Any]:
         "near": 0.01,
         "far": 100_000,
     }
-
-
-def _across(shown: Shown) -> float:
-    """How far the map reaches, m. Turned by its yaw, its corners reach farther."""
-    rows, columns = shown.cells or (10, 10)
-    width, height = columns * shown.floor.cell_size, rows * shown.floor.cell_size
-    cos, sin = abs(math.cos(shown.floor.yaw)), abs(math.sin(shown.floor.yaw))
-    return max(width * cos + height * sin, width * sin + height * cos)
 
 
 def _plot(title: str, paths: Sequence[tuple[str, str]]) -> dict[str, Any]:

@@ -325,7 +325,7 @@ def test_rerun_decodes_grids_transforms_goals_and_log(
             "Transform3D:translation",
             "InstancePoses3D",
             "TextLog:text",
-            ":message",
+            "LaserScan:message",
         ):
             if kind in columns:
                 rows[entity, kind] = rows.get((entity, kind), 0) + int(count)

@@ -19,12 +19,12 @@ COMMANDS = [
     for line in block.splitlines()
     if line.startswith("hwsw")
 ]
+ANSWERS = re.findall(r"^\$ (hwsw .+)\n(.+)$", README, re.MULTILINE)
 
 
 def test_the_readme_has_files_and_commands() -> None:
     assert [name for name, _ in FILES] == ["board.yaml", "rooms.yaml"]
     assert [command.split()[1] for command in COMMANDS] == [
-        "compare",
         "check",
         "run",
         "trace",
@@ -41,9 +41,18 @@ def test_files_and_commands_work_in_order(hwsw: Callable[..., Result], tmp_path:
         assert program == "hwsw"
         result = hwsw(*arguments)
         assert result.exit_code == 0, f"{command}\n{result.output}"
-        if arguments == ["compare"]:
-            assert shown_figures() == printed_figures(result.stdout)
     assert (tmp_path / "front.html").stat().st_size > 10_000
+
+
+def test_the_first_commands_answer_as_it_shows(hwsw: Callable[..., Result]) -> None:
+    assert [command.split()[1] for command, _ in ANSWERS] == ["run", "explain"]
+    for command, answer in ANSWERS:
+        assert hwsw(*command.split()[1:]).stdout == f"{answer}\n"
+
+
+def test_the_table_is_that_of_the_comparison(hwsw: Callable[..., Result]) -> None:
+    assert "`hwsw compare`" in README
+    assert shown_figures() == printed_figures(hwsw("compare").stdout)
 
 
 def shown_figures() -> list[list[str]]:

@@ -126,9 +126,12 @@ def test_all_workers_compute_from_the_first_work_on(tmp_path: Path) -> None:
     log = tmp_path / "log"
     # The first work waits for company.
     run(ProcessExecutor(2), {"slices": [*range(20)]}, log, limit=2, at={0: "meet"})
-    lines = [line.split() for line in log.read_text().splitlines()]
-    assert lines[0][0] == "0"
-    assert len({pid for _, pid in lines[:2]}) == 2
+    begun = [line.split() for line in log.read_text().splitlines()]
+    (first,) = (pid for point, pid in begun if point == "0")
+    # Its worker began nothing else before the other worker began.
+    assert len({pid for _, pid in begun}) == 2
+    others = [number for number, (_, pid) in enumerate(begun) if pid != first]
+    assert others[0] < [number for number, (_, pid) in enumerate(begun) if pid == first][1]
 
 
 SCRIPT = """
