@@ -37,10 +37,10 @@ def run() -> Iterator[dict[str, Any]]:
     """A row for each command."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        _run(("-m", "codesign", *EXPLORE), folder)
+        process_seconds(("-m", "codesign", *EXPLORE), folder)
         for what, arguments, target in COMMANDS:
-            _run(arguments, folder)
-            walls, cpus = zip(*(_run(arguments, folder) for _ in range(RUNS)), strict=True)
+            process_seconds(arguments, folder)
+            walls, cpus = zip(*(process_seconds(arguments, folder) for _ in range(RUNS)), strict=True)
             yield {
                 "what": what,
                 "wall, ms": round(statistics.median(walls) * 1e3),
@@ -50,7 +50,7 @@ def run() -> Iterator[dict[str, Any]]:
             }
 
 
-def _run(arguments: tuple[str, ...], folder: Path) -> tuple[float, float]:
+def process_seconds(arguments: tuple[str, ...], folder: Path) -> tuple[float, float]:
     """Wall and CPU time of a process, s."""
     wall, cpu = time.perf_counter(), _cpu()
     subprocess.run(

@@ -28,6 +28,9 @@ FREE_NOW, WALL, CAME, GONE = range(4)
 _TRUE = {FREE_NOW: (250, 250, 250, 255), WALL: (55, 60, 70, 255), CAME: OBSTACLE, GONE: (225, 235, 225, 255)}
 _BELIEF = {FREE: (214, 232, 250, 255), UNKNOWN: (150, 150, 150, 160), BLOCKED: (40, 60, 140, 255)}
 
+_BANDS = 32
+"""As many as one can tell apart beside each other: more of them take more bytes."""
+
 _LOGARITHMIC = 1e3
 """A field with so much between its least positive value and its greatest is coloured by its logarithm."""
 
@@ -111,12 +114,13 @@ def coloured(kind: str, cells: NDArray[Any]) -> bytes:
 
 
 def _evenly(values: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The logarithms of values over many powers of ten, such as a potential; else the values."""
+    """The logarithms of values over many powers of ten, such as a potential, in bands; else the values."""
     positive = values[values > 0]
     if not positive.size or values.min() < 0 or positive.max() < _LOGARITHMIC * positive.min():
         return values
-    logarithms: NDArray[np.float64] = np.log2(np.maximum(values, positive.min()))
-    return logarithms
+    logarithms = np.log2(np.maximum(values, positive.min()) / positive.min())
+    bands: NDArray[np.float64] = np.floor(logarithms * (_BANDS / logarithms.max()))
+    return bands
 
 
 def grids(

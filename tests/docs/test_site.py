@@ -15,7 +15,10 @@ from places import ROOT
 from docs.make_site import MODULES, build, contents, notebook_page
 
 # Those that myst-parser and Sphinx's own extensions give each other.
-pytestmark = pytest.mark.filterwarnings("ignore::DeprecationWarning", "ignore::PendingDeprecationWarning")
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.filterwarnings("ignore::DeprecationWarning", "ignore::PendingDeprecationWarning"),
+]
 
 ASKING = {"script": "src", "link": "href", "img": "src", "iframe": "src", "source": "src", "video": "src"}
 

@@ -118,6 +118,7 @@ def test_the_reference_has_its_keys(tree: Path) -> None:
     assert "### Task `flood` of planner `flood`" in page
 
 
+@pytest.mark.slow
 def test_the_tests_of_the_house_take_the_room_in(tree: Path) -> None:
     modules = ("tests/test_layers.py", "tests/docs/test_architecture.py", "tests/planners/test_contract.py")
     chosen = "flood or circle or test_the_room or test_the_picture"

@@ -78,7 +78,7 @@ def test_a_plan_that_outlasts_the_mission(drives: Drives) -> None:
     assert mission.account["fpga"].compute_s == pytest.approx(20.0, abs=0.2)
 
 
-@pytest.mark.parametrize("period", ["1 us", "10 ms", "100 s"])
+@pytest.mark.parametrize("period", ["1 us", pytest.param("10 ms", marks=pytest.mark.slow), "100 s"])
 def test_periods_far_off(drives: Drives, period: str) -> None:
     """Turns that are longer than their period, or the mission."""
     _, mission = drives(
