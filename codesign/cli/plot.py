@@ -184,12 +184,14 @@ def schedule(specs: tuple[str, ...], output: Path, width: float | None) -> None:
 
 
 def _is_trace(name: str) -> bool:
-    """Whether the name is that of a file which begins as a trace does."""
+    """Whether the name is that of a trace by its ending, or of a file which begins as a trace does."""
+    if name.endswith(".mcap"):
+        return True
     try:
         with open(name, "rb") as file:
             return file.read(len(_MCAP)) == _MCAP
     except (OSError, ValueError):
-        return name.endswith(".mcap")
+        return False
 
 
 def _records(specs: Sequence[str], show: Show) -> list[Record]:

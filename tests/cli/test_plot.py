@@ -42,7 +42,7 @@ problem:
   goals: [[2, 2]]
   starts: {count: 2, seed: 1}
 mapping:
-  relax: {component: host, style: software, schedule: {first: 7, step: 8, last: 63}}
+  relax: {component: host, style: software, block: [24, 36], iterations: 6, schedule: {first: 7, step: 8, last: 63}}
   decide: {component: host}
 """
 
@@ -175,6 +175,7 @@ def test_a_front_of_other_figures(files: Path, hwsw: Callable[..., Result], tmp_
         (["timeline", "small.yaml", "-o", "out.png"], "name a trace of hwsw run --trace"),
         (["timeline", "missing.mcap", "-o", "out.png"], "missing.mcap"),
         (["timeline", "cut.mcap", "-o", "out.png"], "cut.mcap"),
+        (["map", "other.mcap", "-o", "out.png"], "other.mcap: is no MCAP file"),
         (["schedule", "small.mcap", "-o", "out.png"], "nothing of this kind in the run"),
         (["schedule", "virtex2-pci", "labyrinth", "x", "-o", "out.png"], "needs a run"),
         (["front", "small.sqlite", "-o", "out.png", "--width", "1e9"], "--width"),
@@ -188,6 +189,7 @@ def test_what_cannot_be_drawn_is_refused(
     message: str,
 ) -> None:
     (files / "cut.mcap").write_bytes(b"\x89MCAP0\r\n")
+    (files / "other.mcap").write_text("no trace", encoding="utf-8")
     monkeypatch.chdir(files)
     result = hwsw("plot", *arguments)
     assert result.exit_code in (1, 2), result.output
