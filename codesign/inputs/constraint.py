@@ -334,7 +334,7 @@ def limit_text(constraint: Constraint) -> str:
     figure, unit = constraint.figure, constraint.figure.unit
     is_derived = isinstance(figure, DerivedFigure)
     dimension = None if is_derived else _DIMENSIONS.get(unit)
-    end = "" if unit == "1" else f" * {unit}" if "sqrt" in unit else f" {unit}"
+    end = "" if unit == "1" else f" {unit}"
     texts = []
     for bound, limit in constraint.bounds.items():
         text = f"{100 * limit:.12g} %" if constraint.of_part else f"{limit:.12g}{end}"

@@ -35,6 +35,7 @@ if TYPE_CHECKING:
 
 MAX_FIGURES = 16
 MAX_NAME = 60
+MAX_UNIT = 200
 
 COLUMNS = frozenset(
     {"index", "design", "feasible", "on_front", "state", "why_not", "codesign", "platform", "platform_digest"}
@@ -270,12 +271,16 @@ def _figure(
     elif unit == "1" and node.powers:
         what = f"{show(clip(text, 60))} is in {unit_text(node.powers)}"
         raise RefusalError(what, "leave the unit out", ("unit",))
+    unit = unit or unit_text(node.powers)
+    if len(unit) > MAX_UNIT:
+        hint = "divide it by powers of its unit, such as 1 J^2"
+        raise RefusalError(f"{show(clip(text, 60))} has a unit of {len(unit)} characters", hint)
     return DerivedFigure(
         name,
         "derived",
         f"{text}, of the exploration",
         label or label_of(name),
-        unit or unit_text(node.powers),
+        unit,
         maximise,
         definition=text,
         node=node,
@@ -300,7 +305,7 @@ class WrittenFigure(SpecModel):
         max_length=MAX_TEXT, description="Over figures, such as energy_j * plan_time_worst_s."
     )
     unit: str | None = Field(
-        default=None, max_length=MAX_NAME, description="Its unit, such as mJ s; by default in base units."
+        default=None, max_length=MAX_UNIT, description="Its unit, such as mJ s; by default in base units."
     )
     direction: Literal["minimise", "maximise"] = Field(
         default="minimise", description="Which of two designs an objective of it prefers."

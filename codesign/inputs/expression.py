@@ -5,7 +5,8 @@
     comparison = sum SIGN sum                 SIGN: < <= > >= ≤ ≥
     sum        = product {(+ | -) product}
     product    = factor {(* | /) factor}
-    factor     = - factor | ( sum ) | NUMBER {UNIT} | FIGURE | UNIT | FUNCTION ( sum {, sum} )
+    factor     = - factor | ( sum ) | NUMBER {UNIT [^ POWER]} | FIGURE | UNIT [^ POWER] | FUNCTION ( sum {, sum} )
+    POWER      = a whole number such as 2 or -1, or a fraction in brackets such as (1/2)
     FUNCTION   = min | max | sqrt | log | abs
 
 A unit alone is 1 of it. Numbers are exact decimals until they are evaluated. Units are checked when an expression is
@@ -23,7 +24,7 @@ from fractions import Fraction
 from typing import TYPE_CHECKING
 
 from codesign.errors import choose_hint, clip, show
-from codesign.inputs.unit_powers import NUMBER, Powers, known_units, root, times, unit_text
+from codesign.inputs.unit_powers import NUMBER, Powers, known_units, raised, times, unit_text
 from codesign.models import RefusalError
 from codesign.units import counted
 
@@ -50,13 +51,14 @@ FUNCTIONS: Mapping[str, tuple[int, int]] = {
 
 _MOST = Fraction(10**300)
 _EXPONENT = 3
+_LARGEST_POWER = 999
 _LARGEST = "at most 1e+300, and at least 1e-300, or 0"
 
 SIGNS = ("<=", ">=", "<", ">", "≤", "≥")
 
 _TOKEN = re.compile(
     r"\s*(?:(?P<number>[0-9]+(?:\.[0-9]+)?(?:[eE][+-]?[0-9]+)?)|(?P<word>%|[^\W\d]\w*)"
-    r"|(?P<power>\*\*|\^)|(?P<sign><=|>=|[-+*/(),<>≤≥])|(?P<other>\S))",
+    r"|(?P<power>\*\*|\^\s*(?:-?[0-9]{1,3}(?![0-9.])|\(-?[0-9]{1,64}/[1-9][0-9]{0,63}\))?)|(?P<sign><=|>=|[-+*/(),<>≤≥])|(?P<other>\S))",
     re.S,
 )
 _FORM = "write figures and numbers with + - * / ( ), min, max, sqrt, log and abs"
@@ -179,13 +181,15 @@ class _Reader:
         self._open = 0
 
     def _split(self) -> Iterator[tuple[str, str, int]]:
+        before = ""
         for match in _TOKEN.finditer(self.text):
             kind = str(match.lastgroup)
-            if kind == "power":
+            if kind == "power" and (match[kind] in ("**", "^") or before not in known_units()):
                 self.refuse("there are no powers", match.start(kind), "multiply: slices * slices")
             if kind == "other":
                 self.refuse(f"{show(match[kind])} is not accepted", match.start(kind), _FORM)
-            yield kind, match[kind], match.start(kind)
+            before = match[kind]
+            yield kind, before, match.start(kind)
 
     def refuse(self, what: str, place: int, hint: str | None = None) -> None:
         """Refuse the text.
@@ -283,15 +287,27 @@ class _Reader:
         """A number with its unit: the longest unit at the place, then further ones, which multiply it."""
         powers = NUMBER
         while self._next < len(self._tokens) and self._tokens[self._next][0] == "word":
-            place, unit = self.place, self.take()
-            size, own = known_units().get(unit, (Fraction(0), NUMBER))
-            if not size:
-                self.refuse(f"{show(unit)} is no unit", place, choose_hint(clip(unit, 60), _plain_units()))
+            size, own = self._unit()
             value, powers = value * size, times(powers, own)
         if value > _MOST or 0 < value < 1 / _MOST:
             what = "too large" if value > 1 else "too small"
             self.refuse(f"a number that is {what}", begin, _LARGEST)
         return Node("number", powers, self._since(begin), value=value)
+
+    def _unit(self) -> tuple[Fraction, Powers]:
+        """The size in base units, and the powers, of the unit at the place, with the power behind it."""
+        place, unit = self.place, self.take()
+        size, powers = known_units().get(unit, (Fraction(0), NUMBER))
+        if not size:
+            self.refuse(f"{show(unit)} is no unit", place, choose_hint(clip(unit, 60), _plain_units()))
+        if self.peek()[:1] != "^":
+            return size, powers
+        power = Fraction(self.take()[1:].strip(" ()"))
+        if abs(power) > _LARGEST_POWER:
+            self.refuse("a power that is too large", place, f"at most {_LARGEST_POWER}")
+        if power.denominator > 1 and size != 1:
+            self.refuse(f"a root of {unit} is not exact", place, f"write sqrt(1 {unit})")
+        return (size if size == 1 else size**power.numerator), raised(powers, power)
 
     def _word(self, word: str, begin: int) -> Node:
         if self.peek() == "(":
@@ -299,8 +315,9 @@ class _Reader:
         if word in self.figures:
             return self.figures[word]
         if word in known_units():
-            size, powers = known_units()[word]
-            return Node("number", powers, word, value=size)
+            self._next -= 1
+            size, powers = self._unit()
+            return Node("number", powers, self._since(begin), value=size)
         accepted = [*self.figures, *FUNCTIONS]
         self.refuse(f"there is no figure {show(word)}", begin, choose_hint(clip(word, 60), accepted))
         raise AssertionError("refused")
@@ -324,7 +341,12 @@ class _Reader:
         if name == "log" and powers:
             hint = f"divide by 1 {unit_text(powers)} first"
             self.refuse(f"log of a number with the unit {unit_text(powers)}", begin, hint)
-        return Node(name, root(powers) if name == "sqrt" else powers, self._since(begin), tuple(operands))
+        return Node(
+            name,
+            raised(powers, Fraction(1, 2)) if name == "sqrt" else powers,
+            self._since(begin),
+            tuple(operands),
+        )
 
 
 def _plain_units() -> list[str]:

@@ -51,9 +51,9 @@ def times(left: Powers, right: Powers, sign: int = 1) -> Powers:
     return tuple(sorted((unit, power) for unit, power in powers.items() if power))
 
 
-def root(powers: Powers) -> Powers:
-    """The powers of a square root."""
-    return tuple((unit, power / 2) for unit, power in powers)
+def raised(powers: Powers, power: Fraction) -> Powers:
+    """The powers of a power; of a square root with 1/2."""
+    return tuple((unit, each * power) for unit, each in powers if power)
 
 
 @cache
@@ -72,6 +72,8 @@ def unit_text(powers: Powers) -> str:
 
     >>> unit_text((("J", Fraction(1)), ("s", Fraction(1)))), unit_text((("J", Fraction(1)), ("s", Fraction(-1))))
     ('J s', 'W')
+    >>> unit_text((("J", Fraction(1, 2)), ("s", Fraction(-2))))
+    'J^(1/2) / s^2'
     """
     bases = {scale.base for dimension, scale in SCALES.items() if dimension is not Dimension.TIME}
     named = {powers: unit for unit, (size, powers) in known_units().items() if size == 1 and unit in bases}
@@ -83,7 +85,7 @@ def unit_text(powers: Powers) -> str:
 
 
 def _power_text(unit: str, power: Fraction) -> str:
-    """A unit as often as its power says, as an expression reads it behind a number."""
-    if power.denominator == 1:
-        return " ".join([unit] * int(power))
-    return f"sqrt(1 {_power_text(unit, 2 * power)})"
+    """A unit and its power, as an expression reads it behind a number."""
+    if power == 1:
+        return unit
+    return f"{unit}^{power}" if power.denominator == 1 else f"{unit}^({power})"
