@@ -184,7 +184,7 @@ class EmptyMap(_Sized):
 
 
 class FileMap(PreparedMap):
-    """A map in a file: MovingAI ``.map``, ROS map_server YAML, text, PNG or PGM."""
+    """A map in a file: MovingAI ``.map``, ROS map_server YAML, text, PNG, BMP or PGM."""
 
     file: Annotated[str, Field(min_length=1, max_length=4096)] = Field(
         description="Path of the map, relative to the workload file."

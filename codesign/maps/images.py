@@ -1,6 +1,6 @@
-"""Grey images (PGM and PNG) as integers, and maps from them.
+"""Images (PGM, PNG and BMP) as integers, and maps from them.
 
-PGM is read here. PNG is read by Pillow, after its header is checked for an accepted size.
+PGM is read here. PNG and BMP are read by Pillow, after their header is checked for an accepted size.
 """
 
 from __future__ import annotations
@@ -24,9 +24,9 @@ from codesign.units import counted
 if TYPE_CHECKING:
     from PIL import Image
 
-PNG_SIGNATURE = b"\x89PNG\r\n\x1a\n"
-_PGM_FIELD = re.compile(rb"(?:\s|#[^\n]*\n)*([^\s#]+)")
-_PGM_COMMENT = re.compile(rb"#[^\n]*")
+_SIGNATURES = {"PNG": b"\x89PNG\r\n\x1a\n", "BMP": b"BM"}
+# Possessive: a repetition that may be taken back remembers each comment in a hundred bytes.
+_PGM_FIELD = re.compile(rb"(?:\s|#[^\n]*\n)*+([^\s#]+)")
 _NOT_DECIMAL = bytes(set(range(256)) - set(b"0123456789 \t\n\r\v\f"))
 
 
@@ -48,13 +48,13 @@ class GreyImage:
 
 
 def read_image(path: str | os.PathLike[str]) -> OccupancyGrid:
-    """A PNG or PGM as a map. Pixels of at least half light (128 of 255) are free; colours are averaged.
+    """A PNG, BMP or PGM as a map. Pixels of at least half light (128 of 255) are free; colours are averaged.
 
     Pixels that are less than half opaque are unknown, and not free. So are pixels of the grey 205 where the image looks
     like one of map_server: see ``remarks`` of the grid.
 
     Raises:
-        MapError: the file cannot be read, is neither PNG nor PGM, is damaged or cut, has no pixel or too many.
+        MapError: the file cannot be read, is none of these, is damaged or cut, has no pixel or too many.
     """
     return parse_image(read_bytes(path), str(path))
 
@@ -63,46 +63,51 @@ def parse_image(content: bytes, where: str) -> OccupancyGrid:
     """The grid of ``read_image`` from the content of a file. ``where``: the file, for errors."""
     image = decode_image(content, where)
     light = image.level * 255 >= 128 * image.full * image.channels
-    if image.opacity is None:
-        unknown = _map_server_unknown(image)
-        if unknown is None:
-            return OccupancyGrid(light, source=where)
-        pixels = counted(int(unknown.sum()), "pixel")
-        remark = f"it is a bare image with the greys of map_server: {pixels} of grey 205 taken as unknown"
-        return OccupancyGrid(light & ~unknown, source=where, unknown=unknown, remarks=(remark,))
-    unknown = image.opacity * 255 < 128 * image.full
-    return OccupancyGrid(light & ~unknown, source=where, unknown=unknown)
+    opaque = None if image.opacity is None else image.opacity * 255 >= 128 * image.full
+    grey = _map_server_unknown(image, opaque)
+    if grey is None and opaque is None:
+        return OccupancyGrid(light, source=where)
+    unknown = np.zeros_like(light) if opaque is None else ~opaque
+    remarks: tuple[str, ...] = ()
+    if grey is not None:
+        unknown |= grey
+        pixels = counted(int(grey.sum()), "pixel")
+        remarks = (f"it is a bare image with the greys of map_server: {pixels} of grey 205 taken as unknown",)
+    return OccupancyGrid(light & ~unknown, source=where, unknown=unknown, remarks=remarks)
 
 
-def _map_server_unknown(image: GreyImage) -> NDArray[np.bool_] | None:
+def _map_server_unknown(image: GreyImage, opaque: NDArray[np.bool_] | None) -> NDArray[np.bool_] | None:
     """The pixels of grey 205, which map savers write for unknown; None where the image is no map of theirs.
 
-    It is one where 205 is the grey of most pixels that are neither nearly black nor nearly white. So an edited map
-    counts, and a photograph does not.
+    It is one where 205 is the grey of most opaque pixels that are neither nearly black nor nearly white. So an edited
+    map counts, and a photograph does not.
     """
     white = image.full * image.channels
     unknown = image.level * 255 == 205 * white
     between = (image.level * 255 > white) & (image.level * 255 < 254 * white)
+    if opaque is not None:
+        unknown, between = unknown & opaque, between & opaque
     return unknown if 2 * int(unknown.sum()) > int(between.sum()) else None
 
 
 def is_image(content: bytes) -> bool:
-    """Whether the content begins like a PNG or a netpbm image."""
-    return content.startswith(PNG_SIGNATURE) or re.match(rb"P[1-7][\s#]", content) is not None
+    """Whether the content begins like a PNG, a BMP or a netpbm image."""
+    return content.startswith(tuple(_SIGNATURES.values())) or re.match(rb"P[1-7][\s#]", content) is not None
 
 
 def decode_image(content: bytes, where: str) -> GreyImage:
-    """The pixels of a PNG or PGM (P5 or P2, 8 or 16 bits).
+    """The pixels of a PNG, BMP or PGM (P5 or P2, 8 or 16 bits).
 
     Raises:
         MapError: see ``read_image``.
     """
-    if content.startswith(PNG_SIGNATURE):
-        return _decode_png(content, where)
+    for kind, signature in _SIGNATURES.items():
+        if content.startswith(signature):
+            return _decode_by_pillow(content, kind, where)
     if content[:2] in (b"P2", b"P5"):
         return _decode_pgm(content, where)
     raise MapError(
-        f"the file begins with {show(content[:8])}: neither PNG nor PGM (P5, P2)",
+        f"the file begins with {show(content[:8])}: neither PNG, BMP nor PGM (P5, P2)",
         where,
         "convert it to PNG or to PGM",
     )
@@ -166,7 +171,11 @@ def _binary_levels(data: bytes, pixels: int, full: int, where: str) -> NDArray[n
 
 
 def _text_levels(data: bytes, where: str) -> NDArray[np.int64]:
-    data = _PGM_COMMENT.sub(b"", data)
+    if b"#" in data:
+        kept = bytearray()
+        for line in io.BytesIO(data):
+            kept += line.partition(b"#")[0] + b"\n"
+        data = bytes(kept)
     if len(data.translate(None, _NOT_DECIMAL)) != len(data):
         raise MapError("a pixel of the plain PGM is not a whole number from 0", where)
     if not data.strip():
@@ -174,22 +183,21 @@ def _text_levels(data: bytes, where: str) -> NDArray[np.int64]:
     # As a double, a number of a thousand digits is large and does not wrap. A pixel above the maximum is refused
     # later.
     levels = np.fromstring(data.decode("ascii"), dtype=np.float64, sep=" ")
-    return np.minimum(levels, 2.0**31).astype(np.int64)
+    return np.minimum(levels, 2.0**31, out=levels).astype(np.int64)
 
 
-def _decode_png(content: bytes, where: str) -> GreyImage:
+def _decode_by_pillow(content: bytes, kind: str, where: str) -> GreyImage:
     from PIL import Image
 
-    if len(content) < 24 or content[12:16] != b"IHDR":
-        raise MapError("the PNG has no header", where, "the file may be cut or damaged")
-    width, height = struct.unpack(">II", content[16:24])
-    check_size(height, width, where)
+    check_size(*_declared_size(content, kind, where), where)
     try:
-        with Image.open(io.BytesIO(content), formats=["PNG"]) as image:
+        with Image.open(io.BytesIO(content), formats=[kind]) as image:
             image.load()
-            array, full = _png_array(image)
+            array, full = _pixels(image)
     except Exception as error:  # Pillow raises a dozen kinds, from zlib's to IndexError, on damaged files
-        raise MapError(f"the PNG cannot be decoded: {error!s:.200}", where, "the file may be cut") from None
+        raise MapError(
+            f"the {kind} cannot be decoded: {error!s:.200}", where, "the file may be cut"
+        ) from None
     if array.ndim == 2:
         array = array[:, :, None]
     alpha = array.shape[2] in (2, 4)
@@ -198,11 +206,22 @@ def _decode_png(content: bytes, where: str) -> GreyImage:
     return GreyImage(colours.sum(axis=2, dtype=np.int64), full, colours.shape[2], opacity)
 
 
-def _png_array(image: Image.Image) -> tuple[NDArray[np.generic], int]:
+def _declared_size(content: bytes, kind: str, where: str) -> tuple[int, int]:
+    """(rows, columns) by the header of a PNG or BMP. A BMP of negative height begins with its top row."""
+    if len(content) < 26 or (kind == "PNG" and content[12:16] != b"IHDR"):
+        raise MapError(f"the {kind} has no header", where, "the file may be cut or damaged")
+    bitmap = "<18xHH" if content[14:18] == b"\x0c\0\0\0" else "<18xii"
+    width, height = struct.unpack_from(">16xII" if kind == "PNG" else bitmap, content)
+    return abs(height), abs(width)
+
+
+def _pixels(image: Image.Image) -> tuple[NDArray[np.generic], int]:
     """Pixels H×W or H×W×channels, and the value of full light. Palettes and 1-bit images are expanded."""
+    clear = image.info.get("transparency")
     if image.mode.startswith("I"):
-        return np.asarray(image), 65535
-    if "transparency" in image.info:
+        grey, full = np.asarray(image), 65535
+        return (grey if clear is None else np.dstack([grey, np.where(grey == clear, 0, full)])), full
+    if clear is not None:
         image = image.convert("RGBA")
     elif image.mode == "P":
         image = image.convert("RGB")

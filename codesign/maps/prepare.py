@@ -16,7 +16,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codesign.errors import MapError
-from codesign.frame import Frame
 from codesign.maps.grid import Cell, OccupancyGrid
 from codesign.maps.reach import clearance
 from codesign.maps.read import read_map, yaml_beside
@@ -144,15 +143,13 @@ def downsample(grid: OccupancyGrid, factor: int) -> OccupancyGrid:
     unknown: NDArray[np.bool_] | None = None
     if grid.unknown is not None:
         unknown = np.asarray(tiles(grid.unknown).any(axis=(1, 3))) & ~free
-    resolution, origin = grid.resolution, grid.origin
-    if resolution is not None and origin is not None:
-        origin = Frame(grid.rows, resolution, origin).part(0, 0, grid.rows + down).origin
+    frame = grid.frame
     return replace(
         grid,
         free=free,
         unknown=unknown,
-        resolution=None if resolution is None else resolution * factor,
-        origin=origin,
+        resolution=None if frame is None else frame.resolution * factor,
+        origin=None if frame is None else frame.part(0, 0, grid.rows + down).origin,
     )
 
 
@@ -183,7 +180,7 @@ class Window:
 def cropped(grid: OccupancyGrid, part: Window) -> OccupancyGrid:
     """The part of a map, with the origin of its own lower left corner."""
     frame = grid.frame
-    origin = frame.part(part.row, part.column, part.rows).origin if frame and grid.origin else None
+    origin = None if frame is None else frame.part(part.row, part.column, part.rows).origin
     unknown = None if grid.unknown is None else part.of(grid.unknown)
     return replace(grid, free=part.of(grid.free), unknown=unknown, origin=origin)
 

@@ -20,8 +20,8 @@ _ROS = (".yaml", ".yml")
 def read_map(path: str | os.PathLike[str], *, unknown_is_free: bool = False) -> OccupancyGrid:
     """A map of any format: ROS YAML by its suffix, the others by their content.
 
-    PNG and PGM are recognised by their first bytes, MovingAI by ``type`` (or the suffix ``.map``). All other files are
-    plain text. ``unknown_is_free`` affects ROS maps alone.
+    PNG, BMP and PGM are recognised by their first bytes, MovingAI by ``type`` (or the suffix ``.map``). All other files
+    are plain text. ``unknown_is_free`` affects ROS maps alone.
 
     Raises:
         MapError: see the reader of the format.
@@ -31,7 +31,7 @@ def read_map(path: str | os.PathLike[str], *, unknown_is_free: bool = False) -> 
         return read_ros(path, unknown_is_free=unknown_is_free)
     where = str(path)
     content = read_bytes(path)
-    if is_image(content) or suffix in (".png", ".pgm"):
+    if is_image(content) or suffix in (".png", ".bmp", ".pgm"):
         return parse_image(content, where)
     if content.startswith(b"type ") or suffix == ".map":
         return parse_movingai(content, where)

@@ -1,7 +1,8 @@
 """Maps of ROS map_server: a YAML file that describes how to read an image.
 
 The rules are those of nav2_map_server (map_io.cpp). ROS 1 differs for ``raw`` with ``negate``, and for transparent
-pixels in ``scale``.
+pixels. So do releases of Nav2 up to Jazzy for transparent pixels in ``trinary``: they average alpha with the colours,
+which makes an opaque grey lighter.
 """
 
 from __future__ import annotations
@@ -51,8 +52,8 @@ def read_ros(path: str | os.PathLike[str], *, unknown_is_free: bool = False) -> 
     With x the pixel (0 to 255), p = (255 − x)/255, or x/255 with ``negate``. Above ``occupied_thresh`` p is occupied,
     below ``free_thresh`` free. Between them it is unknown (``trinary``), or neither free nor unknown (``scale``).
     ``raw`` takes x as per cent of occupancy, and values above 100 as unknown. The pixel 205 of gmapping has p =
-    0.19608: unknown with a ``free_thresh`` of 0.196, free with one of 0.25. Colours are averaged. In ``trinary`` alpha
-    is averaged with them, as in map_server. In ``scale`` pixels that are not opaque are unknown.
+    0.19608: unknown with a ``free_thresh`` of 0.196, free with one of 0.25. Colours are averaged. In
+    ``trinary`` and ``scale`` a pixel that is not opaque is unknown, and alpha changes nothing else.
 
     Args:
         path: the YAML file; the path of its image is relative to it.
@@ -85,20 +86,15 @@ def image_of(path: str | os.PathLike[str]) -> Path:
 def _classify(image: GreyImage, description: _Description) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
     """(free, unknown), by the rules in ``read_ros``."""
     white = image.full * image.channels
-    level = image.level
     if description.mode == "raw":
-        per_cent = np.rint(level * (255 / white))
+        per_cent = np.rint(image.level * (255 / white))
         unknown = per_cent > 100
         return (per_cent / 100 < description.free_thresh) & ~unknown, unknown
-    if description.mode == "trinary" and image.opacity is not None:
-        level, white = level + image.opacity, white + image.full
-    occupancy = (level if description.negate else white - level) / white
+    occupancy = (image.level if description.negate else white - image.level) / white
     free = occupancy < description.free_thresh
+    unknown = np.zeros_like(free) if image.opacity is None else image.opacity < image.full
     if description.mode == "trinary":
-        return free, ~free & ~(occupancy > description.occupied_thresh)
-    if image.opacity is None:
-        return free, np.zeros_like(free)
-    unknown = image.opacity < image.full
+        unknown |= ~free & ~(occupancy > description.occupied_thresh)
     return free & ~unknown, unknown
 
 

@@ -15,10 +15,10 @@ from codesign import maps
 from codesign.errors import MapError
 
 
-def png(mode: str) -> bytes:
+def image(mode: str, kind: str = "PNG") -> bytes:
     pixels = np.random.default_rng(5).integers(0, 256, (6, 9), dtype=np.uint8)
     buffer = io.BytesIO()
-    Image.fromarray(pixels).convert(mode).save(buffer, format="PNG")
+    Image.fromarray(pixels).convert(mode).save(buffer, format=kind)
     return buffer.getvalue()
 
 
@@ -31,7 +31,8 @@ SEEDS = {
     "a.scen": [b"version 1\n0\ta.map\t3\t2\t0\t0\t2\t1\t2.41\n1\ta.map\t3\t2\t0\t0\t2\t1\t2.41\n"],
     "a.txt": [b"..#\n#.G\n"],
     "a.pgm": [b"P5 3 2 255\nabcdef", b"P2\n# c\n3 2 9\n1 2 3 4 5 6\n", b"P5 1 2 32000 abcd"],
-    "a.png": [png("L"), png("RGBA"), png("P"), png("1"), png("I;16")],
+    "a.png": [image("L"), image("RGBA"), image("P"), image("1"), image("I;16")],
+    "a.bmp": [image("L", "BMP"), image("RGB", "BMP"), image("1", "BMP")],
     "a.yaml": [YAML],
 }
 FIRST_PIECES = [b"", b"\x00", b"\xff", b"\n", b"-1", b"99999999999", b"NaN", b"1e400", b"1_0", b"[", b"&a *a"]

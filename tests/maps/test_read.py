@@ -249,10 +249,10 @@ def test_transparent_pixels_are_unknown(tmp_path: Path) -> None:
         (b"P2 2 1 255\n1 " + b"9" * 400, "is above"),
         (b"P2 2 1 255\n1", "has 1 pixel,"),
         (b"P2 2 1 255\n#1 2", "has no pixel"),
-        (b"P6 1 1 255\nabc", "neither PNG nor PGM"),
+        (b"P6 1 1 255\nabc", "neither PNG, BMP nor PGM"),
         (b"\x89PNG\r\n\x1a\n", "no header"),
         (b"\x89PNG\r\n\x1a\n" + png_chunk(b"IHDR", struct.pack(">IIBBBBB", 2, 2, 8, 0, 0, 0, 0)), "decoded"),
-        (b"GIF89a", "neither PNG nor PGM"),
+        (b"GIF89a", "neither PNG, BMP nor PGM"),
     ],
 )
 def test_image_faults(tmp_path: Path, content: bytes, message: str) -> None:

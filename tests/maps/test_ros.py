@@ -72,20 +72,6 @@ def test_gmappings_grey_is_unknown_or_free_by_the_threshold(tmp_path: Path) -> N
     assert drawn(maps.read_map(write_ros(tmp_path, free_thresh="0.25"))) == ["..#"]
 
 
-def test_ros_alpha(tmp_path: Path) -> None:
-    """Alpha is averaged in (trinary) as map_server does: grey 205 opaque is (3·205 + 255)/4 = 217.5."""
-    pixels = np.array([[[205, 205, 205, 255], [255, 255, 255, 0], [255, 255, 255, 254]]], dtype=np.uint8)
-    Image.fromarray(pixels).save(tmp_path / "map.png")
-    grid = maps.read_map(write_ros(tmp_path, image="map.png"))
-    assert drawn(grid) == [".#."]
-    assert grid.unknown is not None
-    assert grid.unknown.tolist() == [[False, True, False]]
-    grid = maps.read_map(write_ros(tmp_path, image="map.png", mode="scale", free_thresh="0.25"))
-    assert drawn(grid) == [".##"]
-    assert grid.unknown is not None
-    assert grid.unknown.tolist() == [[False, True, True]]
-
-
 @pytest.mark.parametrize(
     ("changes", "where", "message"),
     [
