@@ -13,11 +13,10 @@ from pydantic import Field
 from codesign.advice.candidates import Candidate
 from codesign.advice.needs import Question, workload_tree
 from codesign.errors import CodesignError, RunError, SpecError
-from codesign.exploration.identity import code_digest
+from codesign.exploration.identity import code_digest, platform_digest
 from codesign.exploration.space import canonical
 from codesign.figures import FIGURES, label
 from codesign.inputs import Platform, Workload, design_point
-from codesign.inputs.components import FpgaComponent
 from codesign.memo import Memo
 from codesign.planners.quality import Quality
 from codesign.results.model import ResultModel
@@ -118,21 +117,12 @@ class Laboratory:
 
     def key(self, candidate: Candidate) -> str:
         """The digest of all that the trial depends on: board, design, map, goals, starts, and the code."""
-        platform = self._platform_digest(candidate)
-        identity = [*self._asked, platform, candidate.planner.name, candidate.mapping, candidate.settings]
+        board = candidate.board.platform
+        if board.name not in self._platforms:
+            self._platforms[board.name] = platform_digest(board)
+        design = [candidate.planner.name, candidate.mapping, candidate.settings]
+        identity = [*self._asked, self._platforms[board.name], *design]
         return hashlib.sha256(canonical(identity).encode()).hexdigest()
-
-    def _platform_digest(self, candidate: Candidate) -> str:
-        platform = candidate.board.platform
-        if platform.name not in self._platforms:
-            chips = {
-                name: spec.chip.model_dump(mode="json")
-                for name, spec in platform.components.items()
-                if isinstance(spec, FpgaComponent)
-            }
-            text = canonical([platform.digest(), chips])
-            self._platforms[platform.name] = hashlib.sha256(text.encode()).hexdigest()
-        return self._platforms[platform.name]
 
     def point(self, candidate: Candidate) -> tuple[Platform, Workload]:
         """Platform and workload of a design.

@@ -1,34 +1,30 @@
 """What a result depends on besides the axis values, as one digest.
 
 A finished point is taken from a store only where computing it again would give the same result: the same
-platform and parts, the same workload and map, the same code. So the code is part of it, by its sources
-rather than by a version number, which may be raised too late.
+platform and parts, the same workload and map, the same code and the same measured rows. So every file that
+ships is part of it by its content. A version number may be raised too late.
 """
 
 from __future__ import annotations
 
-import contextlib
 import hashlib
 import os
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from functools import cache, lru_cache
-from importlib.machinery import EXTENSION_SUFFIXES, SOURCE_SUFFIXES
-from importlib.resources import files
+from importlib.machinery import BYTECODE_SUFFIXES
 from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from codesign.exploration.space import canonical
+from codesign.inputs.files import data_folder
 
 if TYPE_CHECKING:
-    from importlib.resources.abc import Traversable
-
     from codesign.exploration.explored import Explored
     from codesign.inputs import Platform, Workload
     from codesign.maps import OccupancyGrid
 
-_IMPORTED = (*SOURCE_SUFFIXES, *EXTENSION_SUFFIXES)
 _NO_PART_IN_RESULTS = frozenset(
     {
         "calibrate",
@@ -38,9 +34,13 @@ _NO_PART_IN_RESULTS = frozenset(
         "report",
         "reproduce",
         "trace",
-        "__pycache__",
     }
 )
+_PACKAGE = Path(__file__).resolve().parent.parent
+_DATA = ("platforms", "workloads")
+_DATA_IN_RESULTS = tuple(f"platforms/{name}/" for name in ("parts", "hosts"))
+"""The other data are what a user may name: platforms, workloads and maps count by themselves."""
+
 _OF_RESULTS = frozenset(
     f"{name}.py"
     for name in (
@@ -104,16 +104,28 @@ def canonical_digest(value: Any) -> str:
 
 def platform_digest(platform: Platform) -> str:
     """SHA-256 over a platform, and over all parts, hosts and calibrations that it may have."""
-    from codesign.inputs import list_parts, load_part
     from codesign.inputs.calibration_file import all_digests
     from codesign.inputs.host_file import HOSTS
+    from codesign.inputs.part_file import PARTS
 
     folder = platform.document.folder
+    paths = [
+        *PARTS.names((folder / "parts",)).values(),
+        *HOSTS.names((folder / "hosts",)).values(),
+    ]
+    calibrations = all_digests(folder)
+    library = _library_digest(folder, tuple(map(_status, paths)))
+    return canonical_digest([platform.digest(), library, *([calibrations] if calibrations else [])])
+
+
+@lru_cache(maxsize=64)
+def _library_digest(folder: Path, _statuses: tuple[_Status, ...]) -> str:
+    from codesign.inputs import list_parts, load_part
+    from codesign.inputs.host_file import HOSTS
+
     folders, hosts = (folder / "parts",), HOSTS.names((folder / "hosts",))
     parts = [load_part(name, folders).model_dump(mode="json") for name in list_parts(folders)]
-    costs = {name: HOSTS.load(path).digest() for name, path in hosts.items()}
-    calibrations = all_digests(folder)
-    return canonical_digest([platform.digest(), parts, costs, *([calibrations] if calibrations else [])])
+    return canonical_digest([parts, {name: HOSTS.load(path).digest() for name, path in hosts.items()}])
 
 
 def contents_of(explored: Explored) -> dict[str, dict[str, str]]:
@@ -140,7 +152,7 @@ def contents_of(explored: Explored) -> dict[str, dict[str, str]]:
 def files_read(explored: Explored) -> dict[Path, str]:
     """The files that points are made of beside the specs, by what they hold now.
 
-    They are parts, hosts, calibrations, and maps of axes. The part and host files of a package do not change.
+    They are parts, hosts, calibrations, and maps of axes. Shipped files do not change (``code_digest``).
     """
     from codesign.inputs.calibration_file import calibration_folders
     from codesign.inputs.library import FOLDERS
@@ -230,16 +242,18 @@ def _digest_of_files(files: Iterable[Path]) -> str:
 
 @cache
 def code_digest() -> str:
-    """SHA-256 over the sources of this package that a result depends on, and over the installed plug-ins.
+    """SHA-256 over the shipped files that a result depends on, and over the installed plug-ins.
 
-    A plug-in counts by its name, value and version, and by the sources of its package: one that is worked on, as after
-    ``pip install -e``, changes without a new version.
+    The files are sources, measured rows that laws are fitted to, circuits, parts and hosts. A plug-in counts by its
+    name, value and version, and by the files of its package: one that is worked on, as after ``pip install -e``,
+    changes without a new version.
     """
     from codesign.system import catalog
 
     digest = hashlib.sha256()
-    for name, text in _sources(files("codesign"), ""):
-        digest.update(f"{name} {len(text)}\n".encode() + text)
+    for name, path in _shipped():
+        if not _has_no_part(name):
+            digest.update(f"{name} {_digest_at(path, _status(path))}\n".encode())
     hashed = {"codesign"}
     for point in catalog.registered():
         release = f"{point.dist.name} {point.dist.version}" if point.dist is not None else ""
@@ -248,21 +262,21 @@ def code_digest() -> str:
         if package in hashed:
             continue
         hashed.add(package)
-        for path in places:
-            for name, content in _plug_in_sources(path):
-                digest.update(f"{package} {name} {len(content)}\n".encode() + content)
+        for place in places:
+            for name, path in _files_of(place):
+                digest.update(f"{package} {name} {_digest_at(path, _status(path))}\n".encode())
     return digest.hexdigest()
 
 
 @cache
 def package_digest() -> str:
-    """SHA-256 over all sources of this package, those with no part in results too, and over the installed plug-ins.
+    """SHA-256 over all shipped files, those with no part in results too, and over the installed plug-ins.
 
     Two processes with the same digest understand each other's works and outcomes.
     """
     digest = hashlib.sha256(code_digest().encode())
-    for name, text in _sources(files("codesign"), "", lambda path: path.endswith("__pycache__")):
-        digest.update(f"{name} {len(text)}\n".encode() + text)
+    for name, path in _shipped():
+        digest.update(f"{name} {_digest_at(path, _status(path))}\n".encode())
     return digest.hexdigest()
 
 
@@ -287,32 +301,34 @@ def _package_of(module: str) -> tuple[str, tuple[Path, ...]]:
     return module, ()
 
 
-def _plug_in_sources(path: Path) -> list[tuple[str, bytes]]:
-    """The name and content of each file that Python could import from a package's folder, or of one module."""
-    files = sorted(path.rglob("*")) if path.is_dir() else [path]
-    sources = []
-    for file in files:
-        if file.name.endswith(_IMPORTED):
-            # A file removed meanwhile, or not to be read, cannot be imported either.
-            with contextlib.suppress(OSError):
-                sources.append((file.relative_to(path).as_posix(), file.read_bytes()))
-    return sources
+def _has_no_part(name: str) -> bool:
+    """Whether no result depends on a shipped file, by its name as of ``_shipped``."""
+    *folders, file = name.split("/")
+    if folders and folders[0] in _DATA:
+        return not name.startswith(_DATA_IN_RESULTS)
+    return not _NO_PART_IN_RESULTS.isdisjoint((*folders, file)) or (
+        folders == ["exploration"] and file not in _OF_RESULTS
+    )
 
 
-def _has_no_part(path: str) -> bool:
-    folder, _, name = path.rpartition("/")
-    return name in _NO_PART_IN_RESULTS or (folder == "exploration" and name not in _OF_RESULTS)
+def _shipped() -> Iterator[tuple[str, Path]]:
+    """The name and the path of each file that ships: the package, then the data, which may lie inside it."""
+    for name, path in _files_of(_PACKAGE):
+        if name.partition("/")[0] not in _DATA:
+            yield name, path
+    for folder in _DATA:
+        yield from ((f"{folder}/{name}", path) for name, path in _files_of(data_folder(folder)))
 
 
-def _sources(
-    folder: Traversable, prefix: str, left_out: Callable[[str], bool] = _has_no_part
-) -> list[tuple[str, bytes]]:
-    sources = []
-    for item in sorted(folder.iterdir(), key=lambda item: item.name):
-        if left_out(f"{prefix}{item.name}"):
-            continue
-        if item.is_dir():
-            sources.extend(_sources(item, f"{prefix}{item.name}/", left_out))
-        elif Path(item.name).suffix == ".py":
-            sources.append((f"{prefix}{item.name}", item.read_bytes()))
-    return sources
+def _files_of(place: Path) -> list[tuple[str, Path]]:
+    """The files of a package's folder by name, or a module; without hidden ones, and without what Python compiles."""
+    if not place.is_dir():
+        return [(place.name, place)]
+    found = []
+    for folder, inner, names in os.walk(place):
+        inner[:] = [name for name in inner if name != "__pycache__" and not name.startswith(".")]
+        for name in names:
+            if not name.startswith(".") and not name.endswith(tuple(BYTECODE_SUFFIXES)):
+                path = Path(folder, name)
+                found.append((path.relative_to(place).as_posix(), path))
+    return sorted(found)

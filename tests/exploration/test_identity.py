@@ -3,6 +3,7 @@
 import ast
 import shutil
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -10,13 +11,19 @@ from small_maps import MAP, Specs, put_map
 
 import codesign
 from codesign import exploration
+from codesign.advice.boards import Board
+from codesign.advice.candidates import chains_of
+from codesign.advice.needs import ask, parse_needs, problem_section
+from codesign.advice.trials import Laboratory
 from codesign.errors import RunError
 from codesign.exploration import Progress, explore, identity, load_study
 from codesign.exploration.check import check_points
-from codesign.exploration.identity import code_digest
+from codesign.exploration.identity import code_digest, fingerprint, package_digest
+from codesign.inputs.files import data_folder
 from codesign.inputs.part_file import PARTS
 from codesign.planners.plug_in import GROUP
 from codesign.system import catalog
+from codesign.system.problem_map import grid_of
 
 
 def install(
@@ -77,28 +84,107 @@ def test_what_a_stored_result_comes_from_is_in_the_digest() -> None:
     assert {f"{module}.py" for module in modules} | {"__init__.py"} == identity._OF_RESULTS
 
 
+@pytest.fixture
+def shipped(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A copy of what ships, to be changed: what this process runs on stays as it is."""
+    root = tmp_path / "shipped"
+    sources = {"codesign": Path(codesign.__file__).parent}
+    sources |= {name: data_folder(name) for name in ("platforms", "workloads")}
+    for name, source in sources.items():
+        shutil.copytree(source, root / name, ignore=shutil.ignore_patterns("__pycache__"))
+    monkeypatch.setattr(identity, "_PACKAGE", root / "codesign")
+    monkeypatch.setattr(identity, "data_folder", lambda name: root / name)
+    return root
+
+
+Keys = tuple[str, str, str]
+
+
+@pytest.fixture
+def asked() -> Callable[[], Keys]:
+    """The keys of stored answers and of a trial of advice, and what a worker of a cluster is compared by."""
+    platform, labyrinth = codesign.load_platform("virtex4-pci"), codesign.load_workload("labyrinth")
+    grid, needs, file = grid_of(labyrinth), parse_needs("10 Hz"), data_folder("workloads") / "maps/house.yaml"
+    question = ask(needs, problem_section(file, ["133, 144"], (), needs), file)
+    candidate = next(chains_of(Board("virtex4-pci", platform), question.problem))[0]
+
+    def keys() -> Keys:
+        code_digest.cache_clear()
+        package_digest.cache_clear()
+        try:
+            return (
+                fingerprint(platform, labyrinth, grid),
+                Laboratory(question).key(candidate),
+                package_digest(),
+            )
+        finally:
+            code_digest.cache_clear()
+            package_digest.cache_clear()
+
+    return keys
+
+
+SHOWN = {"calibrate", "certificates", "cli", "paper", "report", "reproduce", "trace"}
+"""Folders, or modules, that show results or make files to be named: no result comes from them."""
+
+
+def makes_results(name: str) -> bool:
+    """Whether a result can depend on a shipped file. Of ``exploration`` another test says it."""
+    if not name.startswith("codesign/"):
+        return name.startswith(("platforms/parts/", "platforms/hosts/"))
+    return SHOWN.isdisjoint(name.split("/")) and not name.startswith("codesign/exploration/")
+
+
+def test_every_shipped_file_counts(shipped: Path, asked: Callable[[], Keys]) -> None:
+    sources = sorted(shipped.rglob("*.py"))
+    for number, path in enumerate(sources):
+        if number % 12:
+            path.unlink()
+    files = sorted(path for path in shipped.rglob("*") if path.is_file())
+    assert {".py", ".json", ".v", ".yaml", ".jinja", ".pgm"} <= {path.suffix for path in files}
+    before, wrong = asked(), []
+    for path in files:
+        name, content = path.relative_to(shipped).as_posix(), path.read_bytes()
+        path.write_bytes(content + b"\n")
+        store, advice, cluster = (new != old for new, old in zip(asked(), before, strict=True))
+        if not cluster or advice != store or store < makes_results(name):
+            wrong.append((name, store, advice, cluster))
+        path.write_bytes(content)
+    assert wrong == []
+    assert asked() == before
+
+
+def test_a_file_that_is_new_or_gone_counts(shipped: Path, asked: Callable[[], Keys]) -> None:
+    seen = [asked()]
+    new = shipped / "codesign" / "planners" / "harmonic" / "measured" / "more.json"
+    new.write_text("[]")
+    seen.append(asked())
+    new.unlink()
+    assert asked() == seen[0]
+    (shipped / "platforms" / "hosts" / "cortex-a72.yaml").unlink()
+    seen.append(asked())
+    assert all(len(set(column)) == 3 for column in zip(*seen, strict=True))
+
+
 @pytest.mark.parametrize(
     ("file", "counts"),
     [
         ("exploration/partition.py", True),
         ("exploration/bounds.py", True),
         ("exploration/blocks.py", True),
-        ("pricing/price.py", True),
-        ("planners/harmonic/plan/relax.py", True),
         ("exploration/study.py", False),
         ("exploration/pace.py", False),
         ("report/page.py", False),
+        ("report/templates/style.css", False),
         ("planners/harmonic/paper/speed.py", False),
+        ("planners/__pycache__/plug_in.pyc", False),
+        ("planners/.plug_in.swp", False),
     ],
 )
-def test_a_change_of_code(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, file: str, counts: bool) -> None:
-    package = tmp_path / "codesign"
-    shutil.copytree(
-        Path(codesign.__file__).parent, package, ignore=shutil.ignore_patterns("__pycache__", "*.json")
-    )
-    monkeypatch.setattr(identity, "files", lambda _name: package)
-    before = digest()
-    (package / file).write_bytes((package / file).read_bytes() + b"# changed\n")
+def test_what_only_shows_results_leaves_them(shipped: Path, file: str, counts: bool) -> None:
+    before, path = digest(), shipped / "codesign" / file
+    path.parent.mkdir(exist_ok=True)
+    path.write_bytes((path.read_bytes() if path.exists() else b"") + b"# changed\n")
     assert (digest() != before) is counts
 
 

@@ -18,7 +18,7 @@ import codesign
 from codesign.errors import InputError, SpecError, StoreError
 from codesign.exploration import EntryState, FileStore, MemoryStore, Progress, Space, explore, load_study
 from codesign.exploration.evaluation import computation_digest
-from codesign.exploration.identity import _sources, canonical_digest, code_digest, fingerprint
+from codesign.exploration.identity import canonical_digest, fingerprint
 from codesign.exploration.space import canonical
 from codesign.exploration.store import Batch, Entry, Store
 from codesign.figures import FIGURES
@@ -195,14 +195,6 @@ def test_a_map_that_changes_in_its_file_is_another_map(platform: Platform, tmp_p
         (tmp_path / "room.txt").write_text(text)
         prints.append(fingerprint(platform, codesign.load_workload(source)))
     assert prints[0] != prints[1]
-
-
-def test_the_code_is_part_of_the_key_as_far_as_it_makes_results(tmp_path: Path) -> None:
-    assert len(code_digest()) == 64
-    for name in ("planners/law.py", "cli/words.py", "report/page.py", "planners/page.html", "notes.txt"):
-        (tmp_path / name).parent.mkdir(exist_ok=True)
-        (tmp_path / name).write_text(name)
-    assert [name for name, _ in _sources(tmp_path, "")] == ["planners/law.py"]
 
 
 def test_without_anything_to_explore(platform: Platform, labyrinth: Workload) -> None:
