@@ -19,8 +19,8 @@ from typing import Any, ClassVar, Protocol, Self
 import numpy as np
 from numpy.typing import NDArray
 
-ENDED, BROKEN_OFF, UNFINISHED = "ended", "broken off", "unfinished"
-"""The outcomes of a task."""
+ENDED, PREEMPTED, BROKEN_OFF, UNFINISHED = "ended", "preempted", "broken off", "unfinished"
+"""The outcomes of a task, or of a stretch of it."""
 
 
 @dataclass(frozen=True)
@@ -81,7 +81,8 @@ class MapRecord(Record):
 class TaskRecord(Record):
     """A task that ran on ``source`` from ``time`` to ``end`` (ps), for ``cycles`` clock cycles.
 
-    ``outcome``: "ended"; "broken off", where it was interrupted at ``end``; or "unfinished", where the run ended first.
+    ``outcome``: "ended"; "preempted", where a more urgent task took its core at ``end``, and its next record goes on;
+    "broken off", where it was interrupted at ``end``; or "unfinished", where the run ended first.
     """
 
     TIMES = ("end",)

@@ -12,15 +12,15 @@ import simpy
 from codesign.components.component import ClockDomain, Component
 from codesign.components.fpga import PreemptedError
 from codesign.errors import InputError, RunError, choose_hint
-from codesign.records import BROKEN_OFF, ENDED, UNFINISHED, Listener, TaskRecord
+from codesign.records import BROKEN_OFF, ENDED, PREEMPTED, UNFINISHED, Listener, TaskRecord
 
 
 @dataclass(slots=True, eq=False)
 class _Job:
     """A task that runs or waits; times in ps.
 
-    ``served``: its time on a core so far, without the run since ``since`` where it ``runs``. ``begin``: the first time
-    on a core. ``resume``: the event that it waits for while it does not run.
+    ``served``: its time on a core so far, without the stretch since ``since`` where it ``runs``. ``told``: the part of
+    it that records tell of. ``begun``: it was on a core. ``resume``: the event that it waits for while it does not run.
     """
 
     priority: int
@@ -29,9 +29,10 @@ class _Job:
     duration: int
     task: str
     served: int = 0
+    told: int = 0
     runs: bool = False
     since: int = 0
-    begin: int | None = None
+    begun: bool = False
     resume: simpy.Event | None = None
     key: tuple[int, int] = field(init=False)
 
@@ -107,9 +108,10 @@ class Processor(Component):
     ) -> Generator[simpy.Event, Any, int]:
         """Process generator: run ``units`` units of ``kernel``. Returns the time of the end, ps.
 
-        Its ``TaskRecord`` (named ``task``, otherwise ``kernel``) is written when it ends. The record lasts from the
-        first time on a core to the end, including the time in which the task was preempted. Its cycles are those of
-        its own work that had begun, so a part of a cycle counts as one.
+        Each stretch on a core has a ``TaskRecord`` (named ``task``, otherwise ``kernel``): "preempted", where a more
+        urgent task took the core, and the last one with the outcome of the task. So the records of a core never
+        overlap. The cycles of all stretches together are those of the work that had begun: a part of a cycle counts as
+        one.
 
         Raises:
             PreemptedError: the process was interrupted from outside. ``units`` and ``cycles`` (whole ones) are those
@@ -123,7 +125,7 @@ class Processor(Component):
         self._assign_cores()
         try:
             # One timeout for each stretch of work, never cancelled: the process checks its progress when it wakes.
-            while (rest := job.duration - self._served(job)) or job.begin is None:
+            while (rest := job.duration - self._served(job)) or not job.begun:
                 if job.runs:
                     yield self.environment.timeout(rest)
                 else:
@@ -132,7 +134,7 @@ class Processor(Component):
         except simpy.Interrupt as interrupt:
             raise self._abandon(job, kernel, units, interrupt.cause) from None
         self._leave(job)
-        self._emit_job(job)
+        self._emit_stretch(job, ENDED)
         return self.now
 
     def _served(self, job: _Job) -> int:
@@ -145,12 +147,13 @@ class Processor(Component):
                 self._start(job)
             elif index == self.cores and job.runs:
                 self._stop(job)
+                # A task that is done at this moment leaves by itself, and one that has only begun has done nothing.
+                if job.told < job.served < job.duration:
+                    self._emit_stretch(job, PREEMPTED)
 
     def _start(self, job: _Job) -> None:
         self._begin_work()
-        job.runs, job.since = True, self.now
-        if job.begin is None:
-            job.begin = self.now
+        job.runs, job.since, job.begun = True, self.now, True
         if job.resume is not None:
             job.resume.succeed()
             job.resume = None
@@ -170,20 +173,23 @@ class Processor(Component):
 
     def _abandon(self, job: _Job, kernel: str, units: int, cause: object) -> PreemptedError:
         self._leave(job)
-        if job.begin is None:
+        if not job.begun:
             return PreemptedError(cause, self.now, None, 0, 0)
-        self._emit_job(job, ENDED if job.served == job.duration else BROKEN_OFF)
+        self._emit_stretch(job, ENDED if job.served == job.duration else BROKEN_OFF)
         cost = self.costs[kernel]
         done = job.served // cost if cost else units
         return PreemptedError(cause, self.now, job.task, done, self.clock.cycles_by(job.served))
 
-    def _emit_job(self, job: _Job, outcome: str = ENDED) -> None:
+    def _emit_stretch(self, job: _Job, outcome: str) -> None:
+        """Write the record of the latest stretch; of length 0 where the task is not on a core, and ends all the same."""
+        served = self._served(job)
         if self.wants(TaskRecord):
-            assert job.begin is not None, "only a job that began has a record"
-            cycles = self.clock.cycle_at_or_after(self._served(job))
-            self.emit(TaskRecord(job.begin, self.name, job.task, self.now, cycles, outcome))
+            cycles = self.clock.cycle_at_or_after(served) - self.clock.cycle_at_or_after(job.told)
+            begin = self.now - (served - job.told)
+            self.emit(TaskRecord(begin, self.name, job.task, self.now, cycles, outcome))
+        job.told = served
 
     def _report_unfinished(self) -> None:
         for job in self._jobs:
-            if job.begin is not None:
-                self._emit_job(job, UNFINISHED)
+            if job.begun:
+                self._emit_stretch(job, UNFINISHED)

@@ -73,11 +73,12 @@ def test_an_urgent_task_preempts_and_the_other_goes_on_without_loss() -> None:
     again = later(environment, 40, processor.execute("step", 20, "again", priority=0))
     environment.run()
     assert (control.value, again.value, plan.value, equal.value) == (50, 70, 140, 147)
-    assert [(r.task, r.time, r.end) for r in heard if isinstance(r, TaskRecord)] == [
-        ("control", 30, 50),
-        ("again", 50, 70),
-        ("plan", 0, 140),
-        ("equal", 140, 147),
+    assert [(r.task, r.time, r.end, r.outcome) for r in heard if isinstance(r, TaskRecord)] == [
+        ("plan", 0, 30, "preempted"),
+        ("control", 30, 50, "ended"),
+        ("again", 50, 70, "ended"),
+        ("plan", 70, 140, "ended"),
+        ("equal", 140, 147, "ended"),
     ]
     assert processor.busy == 147
     assert processor.waited == 40 + 10 + 130
@@ -99,7 +100,7 @@ def test_a_task_without_duration_takes_no_time_and_waits_its_turn() -> None:
     waits = later(environment, 4, processor.execute("step", 0, "waits", priority=1))
     environment.run()
     assert (first.value, urgent.value, waits.value, processor.busy) == (0, 4, 9, 9)
-    assert [r.time for r in heard] == [0, 4, 0, 9]
+    assert [r.time for r in heard] == [0, 0, 4, 4, 9]
 
 
 def test_cores_run_side_by_side_and_the_least_urgent_is_preempted() -> None:
@@ -208,13 +209,16 @@ def test_it_equals_a_picosecond_by_picosecond_schedule(asked: list[tuple[int, in
     for index, (at, units, priority) in enumerate(asked):
         later(environment, at, processor.execute("step", units, str(index), priority))
     environment.run()
-    ends = {int(r.task): r.end for r in heard if isinstance(r, TaskRecord)}
+    told = [r for r in heard if isinstance(r, TaskRecord)]
+    ends = {int(r.task): r.end for r in told if r.outcome == "ended"}
 
     left = {index: units for index, (_, units, _) in enumerate(asked)}
     expected: dict[int, int] = {}
     busy = core_busy = time = 0
     while left:
         ready = sorted((i for i in left if asked[i][0] <= time), key=lambda i: (asked[i][2], i))
+        # The records of this picosecond are those of the tasks that are on a core, and of no other.
+        assert sorted(int(r.task) for r in told if r.time <= time < r.end) == sorted(ready[:cores])
         for index in ready[:cores]:
             left[index] -= 1
         busy += bool(ready)
@@ -227,3 +231,5 @@ def test_it_equals_a_picosecond_by_picosecond_schedule(asked: list[tuple[int, in
     assert ends == expected
     assert (processor.busy, processor.core_busy) == (busy, core_busy)
     assert processor.waited == sum(expected[i] - at - units for i, (at, units, _) in enumerate(asked))
+    for index, (_, units, _) in enumerate(asked):
+        assert sum(r.cycles for r in told if r.task == str(index)) == CLOCK.cycle_at_or_after(units)
