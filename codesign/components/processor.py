@@ -181,7 +181,7 @@ class Processor(Component):
         return PreemptedError(cause, self.now, job.task, done, self.clock.cycles_by(job.served))
 
     def _emit_stretch(self, job: _Job, outcome: str) -> None:
-        """Write the record of the latest stretch; of length 0 where the task is not on a core, and ends all the same."""
+        """Write the record of the latest stretch; of length 0 for a task that ends off a core."""
         served = self._served(job)
         if self.wants(TaskRecord):
             cycles = self.clock.cycle_at_or_after(served) - self.clock.cycle_at_or_after(job.told)

@@ -226,10 +226,10 @@ class FleetUpdates(ABC):
         """The robots take the velocities that they chose: one time step, which ends the update."""
 
     @abstractmethod
-    def gaps(self) -> NDArray[np.float64]:
-        """Least distance between the bodies of each pair in the latest ``hold`` or ``act``: below 0, the two touch.
+    def touches(self) -> NDArray[np.float64]:
+        """When the bodies of each pair first touch in the latest ``hold`` or ``act``: 0, its begin, to 1, its end.
 
-        Float64, cells, one entry a pair in the order of ``numpy.triu_indices(n, 1)``.
+        Float64, infinity where they do not, one entry a pair in the order of ``numpy.triu_indices(n, 1)``.
         """
 
     @abstractmethod
@@ -247,6 +247,10 @@ class FleetUpdates(ABC):
     @abstractmethod
     def arrivals(self, plan: Any) -> list[int | None]:
         """For each robot the updates that were done when it had arrived, or None."""
+
+    @abstractmethod
+    def collisions(self, plan: Any) -> int:
+        """How many pairs of robots touched in the run."""
 
     @abstractmethod
     def time_steps(self, plan: Any) -> int:

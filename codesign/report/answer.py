@@ -144,6 +144,8 @@ def _shortcomings(result: Result, asked: tuple[Constraint, ...]) -> list[str]:
     if result.mission is None and arrivals is not None and not all_arrive(arrivals[1]):
         what, _, _ = arrivals[0].partition(" ")
         wrong.append(f"only {arrived_cell(arrivals[1]).text} {what} arrive")
+    if isinstance(result.quality, RobotsQuality) and result.quality.collisions:
+        wrong.append(f"{counted(result.quality.collisions, 'pair')} of robots collide")
     # What the result already has as a reason is asked for once.
     broken = dict.fromkeys(with_constraints(result, asked).reasons)
     missed = "; ".join(_against(reason) for reason in broken)
@@ -178,9 +180,8 @@ def _fleet_parts(result: Result, asked: tuple[Constraint, ...]) -> list[str]:
     fleet, quality = result.fleet, result.quality
     assert fleet is not None, "the kind of run says so"
     collided = []
-    if isinstance(quality, RobotsQuality):
-        number = quality.collisions
-        collided = [f"{counted(number, 'pair')} of robots collided" if number else "no robots collided"]
+    if isinstance(quality, RobotsQuality) and not quality.collisions:
+        collided = ["no robots collided"]
     pace = _first_sentence(pace_text(fleet))
     ended = f"{fleet.ended} after {_time_text(result, FIRST['fleet'][0], asked)}"
     return [ended, *collided, f"the pace is set by {pace}" if pace else ""]

@@ -230,7 +230,10 @@ def fleet_tables(result: Result) -> tuple[Table, ...]:
 
 
 def _fleet_end(fleet: FleetFigures) -> tuple[tuple[str, Cell], ...]:
-    return (ENDED, word(fleet.ended)), ("all robots at their targets", yes_cell(fleet.completed))
+    return (ENDED, word(fleet.ended)), (
+        "all robots at their targets without a contact",
+        yes_cell(fleet.completed),
+    )
 
 
 def _fleet_table(result: Result, fleet: FleetFigures) -> Table:

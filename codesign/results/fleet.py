@@ -53,7 +53,9 @@ class FleetFigures(ResultModel):
         title="FPGAs", description="one for each robot, all alike: the platform file declares one of them"
     )
     ended: str = Field(description="why the run ended")
-    completed: bool = Field(description="whether all robots stand at their targets")
+    completed: bool = Field(
+        description="whether all robots stand at their targets and no two touched on the way"
+    )
     updates: int = Field(description="updates of all velocities that were done")
     span_s: float = Field(
         title="time of all updates",

@@ -160,7 +160,7 @@ def test_the_lever_of_a_mission_is_told_as_what_helps() -> None:
 
 
 def test_a_fleet_says_whether_robots_collided() -> None:
-    assert "2 pairs of robots collided" in answer(a_fleet_result()).sentence
+    assert "2 pairs of robots collide" in answer(a_fleet_result()).sentence
     assert "fits, but only 7 of 8 robots arrive" in answer(a_fleet_result()).sentence
     assert "no robots collided" in answer(a_fleet_result(collisions=0)).sentence
     assert figures(a_fleet_result())["robots that arrive"] == "7 of 8"

@@ -43,7 +43,10 @@ def test_collisions_stand_first_in_table_and_headline() -> None:
 
 def test_the_first_rows_of_a_fleet_say_how_it_ended() -> None:
     first = result_tables(a_fleet_result(a_fleet(ended="an update limit", completed=False)))[0]
-    assert [row[0].text for row in first.rows[:2]] == ["ended", "all robots at their targets"]
+    assert [row[0].text for row in first.rows[:2]] == [
+        "ended",
+        "all robots at their targets without a contact",
+    ]
     assert [row[1].value for row in first.rows[:2]] == ["an update limit", False]
 
 

@@ -14,7 +14,7 @@ from codesign.scenarios.fleet.frames import FrameSender
 from codesign.scenarios.fleet.trace import FleetTrace
 from codesign.system.messages import LostMessageError
 from codesign.system.place import DISPLAY
-from codesign.units import PICOSECONDS_PER_SECOND
+from codesign.units import PICOSECONDS_PER_SECOND, counted
 
 if TYPE_CHECKING:
     from codesign.components import Fpga
@@ -137,7 +137,8 @@ class _FleetRun:
         self.missed += missed
         self.trace.decided(begin, self.fpgas, missed)
         self.machine.follow_up(self.machine.system.planner.planning_task)
-        if self.scenario.pace == "real_time":
+        taken = self.step_ps if self.scenario.pace == "real_time" else 0
+        if taken:
             if self.frames is not None:
                 self.frames.offer()
             yield from self._step_out(begin, decided, missed)
@@ -147,7 +148,7 @@ class _FleetRun:
             work.act()
         if work.departure is None:
             self.ends.append(self.machine.now)
-            self.trace.moved(len(self.begins))
+            self.trace.moved(len(self.begins), 1, taken)
 
     def _step_out(self, begin: int, decided: int, missed: bool) -> Generator[Any, Any, None]:
         """Process generator: to the end of the time step in which the robots take their new velocities."""
@@ -157,7 +158,7 @@ class _FleetRun:
         if missed:
             self.work.hold(steps)
             if self.work.departure is None:
-                self.trace.moved(len(self.begins))
+                self.trace.moved(len(self.begins), steps, steps * self.step_ps)
                 yield self.environment.timeout(self.step_ps)
 
     def _robot(self, robot: int) -> Generator[Any, Any, None]:
@@ -185,14 +186,15 @@ class _FleetRun:
         plan = self.work.plan()
         arrivals = self.work.arrivals(plan)
         arrived = sum(arrival is not None for arrival in arrivals)
-        completed = arrived == len(self.fpgas)
+        all_arrived, collisions = arrived == len(self.fpgas), self.work.collisions(plan)
         ended = (
             self._failure
             or stopped
             or self.work.departure
-            or (ARRIVED if completed else _waiting(self.work.done, arrived, len(self.fpgas)))
+            or (_there(collisions) if all_arrived else _waiting(self.work.done, arrived, len(self.fpgas)))
         )
         self.trace.ended(ended, plan)
+        completed = all_arrived and not collisions
         figures = self._figures(ended, completed, arrivals, self.work.time_steps(plan))
         return Flight(plan, figures, self.fpgas, self.loaded, tuple(self.ends), events)
 
@@ -231,6 +233,13 @@ class _FleetRun:
             fpga_busy_s=sum(busy) / PICOSECONDS_PER_SECOND,
             fpga_utilisation=(min(busy) / whole, max(busy) / whole),
         )
+
+
+def _there(collisions: int) -> str:
+    """All robots have arrived: bodies do not stop each other here, so some may have driven through one another."""
+    if not collisions:
+        return ARRIVED
+    return f"{ARRIVED}, but {counted(collisions, 'pair')} of them touched on the way and drove on"
 
 
 def _waiting(updates: int, arrived: int, robots: int) -> str:

@@ -9,6 +9,7 @@ import numpy as np
 from codesign.planners.styles import FleetUpdates
 from codesign.records import MissionRecord, PositionsRecord, TaskRecord, TrajectoryRecord
 from codesign.scenarios.records import tell_map
+from codesign.units import format_time
 
 if TYPE_CHECKING:
     from codesign.components import Fpga
@@ -26,15 +27,17 @@ class FleetTrace:
 
     ``PositionsRecord`` at the begin, after each update, and where robots that decided late begin to take their new
     velocities; ``TaskRecord`` for each robot and update, or the slowest's; ``MissionRecord`` for ``deadline_missed``,
-    ``goal_reached`` (one robot each), ``contact`` (two robots touch, once until they have parted) and ``ended``; a
-    ``TrajectoryRecord`` for each robot at the end.
+    ``goal_reached`` (one robot each), ``contact`` (two robots begin to touch) and ``ended``; a ``TrajectoryRecord`` for
+    each robot at the end.
+
+    A contact has the moment at which the bodies first touch, between two updates as at one. Robots of a free-running
+    fleet take their time step at once, so there the text alone says when in the step.
     """
 
     def __init__(self, machine: Machine, work: FleetUpdates) -> None:
         self._machine = machine
         self._work = work
         self._robots = len(work.cycles)
-        self._touching: set[tuple[int, int]] = set()
         self._arrived = np.zeros(self._robots, np.bool_)
 
     def begin(self) -> None:
@@ -71,19 +74,25 @@ class FleetTrace:
             text = f"update {update} took longer than its time step; robot {slowest} was last"
             self._tell("deadline_missed", text)
 
-    def moved(self, update: int) -> None:
-        """The robots have moved on to the state that they are in now, in this update, counted from 1."""
+    def moved(self, update: int, steps: int, taken: int) -> None:
+        """The robots have moved on for ``steps`` time steps, in this update, counted from 1.
+
+        ``taken``: the time that this took here, ps; 0 for robots that are simulated by the boards themselves.
+        """
         if not self._machine.listening:
             return
+        first = self._work.touches()
+        # A pair that touches at the begin of a motion was told of at the end of the one before.
+        new = np.flatnonzero((first > 0.0) & (first <= 1.0))
+        if len(new):
+            pairs = np.column_stack(np.triu_indices(self._robots, 1))[new]
+            for share, (one, other) in sorted(zip(first[new].tolist(), pairs.tolist(), strict=True)):
+                after = format_time(round(share * steps * self._work.step_ps, -6))
+                text = (
+                    f"robots {one} and {other} touch {after} after they began the motion of update {update}"
+                )
+                self._tell("contact", text, self._machine.now - taken + round(share * taken))
         self._positions()
-        pairs = np.flatnonzero(self._work.gaps() < 0.0)
-        touching = set()
-        if len(pairs):
-            firsts, seconds = np.triu_indices(self._robots, 1)
-            touching = set(zip(firsts[pairs].tolist(), seconds[pairs].tolist(), strict=True))
-        for first, second in sorted(touching - self._touching):
-            self._tell("contact", f"robots {first} and {second} touch in update {update}")
-        self._touching = touching
 
     def ended(self, text: str, plan: Any) -> None:
         """The run is over."""
@@ -99,5 +108,5 @@ class FleetTrace:
         work = self._work
         self._machine.tell(PositionsRecord(self._machine.now, _SOURCE, work.done, work.positions))
 
-    def _tell(self, event: str, text: str) -> None:
-        self._machine.tell(MissionRecord(self._machine.now, _SOURCE, event, text))
+    def _tell(self, event: str, text: str, time: int | None = None) -> None:
+        self._machine.tell(MissionRecord(self._machine.now if time is None else time, _SOURCE, event, text))

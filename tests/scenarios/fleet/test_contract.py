@@ -16,6 +16,7 @@ from codesign.records import MissionRecord, PositionsRecord, Record
 from codesign.scenarios.fleet.flight import ARRIVED, fly
 
 CYCLES = 1000
+THROUGH = f"{ARRIVED}, but 1 pair of them touched on the way and drove on"
 UPDATES = 3
 
 
@@ -58,8 +59,8 @@ class Straight(FleetUpdates):
     def act(self) -> None:
         self.updates += 1
 
-    def gaps(self) -> NDArray[np.float64]:
-        return np.array([-1.0 if self.updates == 2 else 1.0, *([1.0] * 5)])
+    def touches(self) -> NDArray[np.float64]:
+        return np.array([0.25 if self.updates == 2 else np.inf, *([np.inf] * 5)])
 
     def steps(self, robot: int, *, visits: bool) -> Generator[Step, None, None]:
         count = 10 if visits else 1
@@ -70,6 +71,9 @@ class Straight(FleetUpdates):
 
     def arrivals(self, plan: int) -> list[int | None]:
         return [plan - 1] * 4
+
+    def collisions(self, plan: int) -> int:
+        return int(plan >= 2)
 
     def time_steps(self, plan: int) -> int:
         return plan
@@ -93,7 +97,7 @@ def test_a_style_of_another_planner_flies(
     flight, records = flown(tmp_path, monkeypatch, Straight(), granularity=granularity)
     # The slowest of four robots takes 4,000 cycles of 20 ns.
     assert flight.ends == tuple(update * 4 * CYCLES * 20_000 for update in (1, 2, 3))
-    assert (flight.plan, flight.figures.ended, flight.figures.updates) == (UPDATES, ARRIVED, UPDATES)
+    assert (flight.plan, flight.figures.ended, flight.figures.updates) == (UPDATES, THROUGH, UPDATES)
     assert flight.figures.robots_s == pytest.approx(0.3)
     positions = [record for record in records if isinstance(record, PositionsRecord)]
     assert [record.positions[0].tolist() for record in positions] == [
@@ -102,7 +106,9 @@ def test_a_style_of_another_planner_flies(
     contacts = [
         record for record in records if isinstance(record, MissionRecord) and record.event == "contact"
     ]
-    assert [record.text for record in contacts] == ["robots 0 and 1 touch in update 2"]
+    assert [(record.time, record.text) for record in contacts] == [
+        (flight.ends[1], "robots 0 and 1 touch 25 ms after they began the motion of update 2")
+    ]
 
 
 def test_a_departure_of_another_planner_ends_the_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,4 +1,4 @@
-"""The least distance between two robots, at updates and between them."""
+"""The least distance between two robots, at updates and between them, and when they first touch."""
 
 from __future__ import annotations
 
@@ -29,6 +29,23 @@ def pair_gaps(
     least = np.empty(count * (count - 1) // 2)
     _pair_gaps(cells, speeds, seconds, least)
     return least
+
+
+def first_touches(
+    before: NDArray[np.float64],
+    after: NDArray[np.float64],
+    drift: NDArray[np.float64],
+    limit: float,
+) -> NDArray[np.float64]:
+    """When the centres of each pair first come nearer than ``limit`` (cells) on one leg, as a share of it.
+
+    ``before``, ``after``: float64 n × 2, the ends of the leg, cells. ``drift``: float64 n × 2, v0 T of ``pair_gaps``:
+    where the velocities at its begin alone would lead, cells. Float64, one entry a pair; infinity where they stay away.
+    """
+    count = len(before)
+    first = np.empty(count * (count - 1) // 2)
+    _first_touches(before, after, drift, limit, first)
+    return first
 
 
 @njit(cache=True, nogil=True)
@@ -64,6 +81,19 @@ def _pair_gaps(cells: Any, speeds: Any, seconds: Any, least: Any) -> None:
 @njit(cache=True, nogil=True)
 def _nearest(ax: Any, ay: Any, bx: Any, by: Any, cx: Any, cy: Any) -> Any:
     """The least |a + b s + c s²| for s from 0 to 1."""
+    best = math.inf
+    for s in _candidates(ax, ay, bx, by, cx, cy):
+        best = min(best, _distance(ax, ay, bx, by, cx, cy, s))
+    return best
+
+
+@njit(cache=True, nogil=True)
+def _candidates(ax: Any, ay: Any, bx: Any, by: Any, cx: Any, cy: Any) -> Any:
+    """Values of s in rising order, from 0 to 1: every minimum of |a + b s + c s²| is among them.
+
+    Between two neighbours the distance falls at most once below any limit that the first is not below: it rises and
+    then falls, or does one of the two.
+    """
     ab, bc = ax * bx + ay * by, bx * cx + by * cy
     bb, ac, cc = bx * bx + by * by, ax * cx + ay * cy, cx * cx + cy * cy
     # Half the derivative of the square is g(s) = ab + (bb + 2 ac) s + 3 bc s² + 2 cc s³. Between the roots of g', which
@@ -82,10 +112,12 @@ def _nearest(ax: Any, ay: Any, bx: Any, by: Any, cx: Any, cy: Any) -> Any:
     #      \    /  \      /         between two of them g rises or falls throughout, so at most one
     #       \__/    \____/          minimum lies there, where g goes from below 0 to above
     #    0    |      |      1
-    best = math.inf
+    found = np.empty(10)
+    count = 0
     for number in range(4):
         low = turns[number]
-        best = min(best, _distance(ax, ay, bx, by, cx, cy, low))
+        found[count] = low
+        count += 1
         if number == 3:
             break
         # A minimum lies where g rises through 0: bracketed by its signs, and halved until nothing is between.
@@ -102,8 +134,51 @@ def _nearest(ax: Any, ay: Any, bx: Any, by: Any, cx: Any, cy: Any) -> Any:
                     low = middle
                 else:
                     high = middle
-            best = min(best, _distance(ax, ay, bx, by, cx, cy, low), _distance(ax, ay, bx, by, cx, cy, high))
-    return best
+            found[count], found[count + 1] = low, high
+            count += 2
+    return found[:count]
+
+
+@njit(cache=True, nogil=True)
+def _first_touches(before: Any, after: Any, drift: Any, limit: Any, first: Any) -> None:
+    count = len(before)
+    pair = 0
+    for robot in range(count - 1):
+        for other in range(robot + 1, count):
+            # The relative motion of the pair on the leg: a + b s + c s².
+            ax, ay = before[other, 0] - before[robot, 0], before[other, 1] - before[robot, 1]
+            bx, by = drift[other, 0] - drift[robot, 0], drift[other, 1] - drift[robot, 1]
+            ex, ey = after[other, 0] - after[robot, 0], after[other, 1] - after[robot, 1]
+            cx, cy = ex - ax - bx, ey - ay - by
+            first[pair] = _first_touch(ax, ay, bx, by, cx, cy, limit)
+            if math.sqrt(ex * ex + ey * ey) < limit:
+                first[pair] = min(first[pair], 1.0)
+            pair += 1
+
+
+@njit(cache=True, nogil=True)
+def _first_touch(ax: Any, ay: Any, bx: Any, by: Any, cx: Any, cy: Any, limit: Any) -> Any:
+    """The least s from 0 to 1 with |a + b s + c s²| < limit; infinity where there is none."""
+    # |a + b s + c s²| ≥ |a| - |b| - |c|: most pairs cannot come that near.
+    away = math.sqrt(ax * ax + ay * ay) - math.sqrt(bx * bx + by * by) - math.sqrt(cx * cx + cy * cy)
+    if away >= limit:
+        return math.inf
+    low = 0.0
+    for candidate in _candidates(ax, ay, bx, by, cx, cy):
+        if _distance(ax, ay, bx, by, cx, cy, candidate) < limit:
+            # The distance passes the limit once between the last candidate, which is not below it, and this one.
+            high = candidate
+            for _ in range(_HALVINGS):
+                middle = 0.5 * (low + high)
+                if middle <= low or middle >= high:
+                    break
+                if _distance(ax, ay, bx, by, cx, cy, middle) < limit:
+                    high = middle
+                else:
+                    low = middle
+            return high
+        low = candidate
+    return math.inf
 
 
 @njit(cache=True, nogil=True)

@@ -9,11 +9,11 @@ from numpy.typing import NDArray
 
 from codesign.planners.styles import FleetUpdates, Step
 from codesign.planners.velocity_obstacle.plan.avoidance import Avoidance
-from codesign.planners.velocity_obstacle.plan.gaps import pair_gaps
+from codesign.planners.velocity_obstacle.plan.gaps import first_touches
 from codesign.planners.velocity_obstacle.plan.loop import Loop
 from codesign.planners.velocity_obstacle.plan.parameters import AvoidParameters
 from codesign.planners.velocity_obstacle.plan.problem import RobotsProblem
-from codesign.planners.velocity_obstacle.plan.quality import arrival_updates
+from codesign.planners.velocity_obstacle.plan.quality import arrival_updates, run_gaps
 from codesign.planners.velocity_obstacle.styles import timing
 
 
@@ -76,11 +76,11 @@ class Updates(FleetUpdates):
         self._before = self._state()
         self.loop.act()
 
-    def gaps(self) -> NDArray[np.float64]:
-        """Least distance between the bodies of each pair in the latest ``hold`` or ``act``, cells."""
+    def touches(self) -> NDArray[np.float64]:
+        """When the bodies of each pair first touch in the latest ``hold`` or ``act``, as a share of it."""
         (cells, speeds, steps), now = self._before, self._state()
-        seconds = np.array([(now[2] - steps) * self._step])
-        return pair_gaps(np.stack([cells, now[0]]), np.stack([speeds, now[1]]), seconds) - 2.0 * self._radius
+        seconds = (now[2] - steps) * self._step
+        return first_touches(cells, now[0], speeds * seconds, 2.0 * self._radius)
 
     def steps(self, robot: int, *, visits: bool) -> Generator[Step, None, None]:
         """The phases of one robot's update.
@@ -101,6 +101,10 @@ class Updates(FleetUpdates):
     def arrivals(self, plan: Avoidance) -> list[int | None]:
         """For each robot the updates that were done when it had arrived, or None."""
         return arrival_updates(plan)
+
+    def collisions(self, plan: Avoidance) -> int:
+        """How many pairs of robots touched in the run, at an update or between two."""
+        return int((run_gaps(plan) < 2.0 * self._radius).sum())
 
     def time_steps(self, plan: Avoidance) -> int:
         """How many time steps the run took."""
