@@ -9,8 +9,8 @@ from codesign.bags.export import BAG_KINDS, BagListener, export_bag
 from codesign.bags.folder import check_new
 from codesign.bags.obstacles import Rule
 from codesign.bags.reading import read_bag
-from codesign.bags.recording import Topics
 from codesign.bags.texts import file_name, goals_csv, latency, map_files, settings_of, workload_text
+from codesign.bags.topics import Topics
 
 __all__ = [
     "BAG_KINDS",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -13,8 +13,10 @@ import numpy as np
 
 from codesign.bags import library
 from codesign.bags.clocks import checked_clock, common_clock
-from codesign.bags.recording import RecordedGoal, RecordedMap, RecordedPlan, Recording, Scans, Series, Topics
-from codesign.errors import CodesignError, InputError, nearest, printable
+from codesign.bags.recording import RecordedGoal, RecordedMap, RecordedPlan, Recording, Scans, Series
+from codesign.bags.topics import Topics, choose_topics
+from codesign.bags.transforms import chain
+from codesign.errors import CodesignError, InputError, printable
 from codesign.frame import Frame
 from codesign.maps.grid import MAX_CELLS
 from codesign.progress import Advance, Show, silent
@@ -32,7 +34,6 @@ _SIDES = (1e-4, 1e3)
 _FAR = 1e7
 """Metres: no robot is farther from the origin of its map."""
 
-_GRID, _ODOMETRY, _SCAN = library.OCCUPANCY_GRID, library.ODOMETRY, library.LASER_SCAN
 _MAGIC = b"\x89MCAP0\r\n"
 _REINDEX = "a bag that was cut is repaired by: ros2 bag reindex DIR -s mcap"
 
@@ -107,8 +108,9 @@ class _Gatherer:
 
     def __init__(self, path: Path, topics: Topics, last_map: bool, show: Show) -> None:
         self._where = printable(str(path), None)
-        self._topics, self._last_map, self._show = topics, last_map, show
+        self._wanted, self._last_map, self._show = topics, last_map, show
         self._out = Recording(path)
+        self._topics: Mapping[str, str] = {}
         self._maps = 0
         self._rows: dict[str, list[tuple[float, ...]]] = defaultdict(list)
         self._edges: dict[tuple[str, str], list[tuple[float, ...]]] = defaultdict(list)
@@ -116,16 +118,7 @@ class _Gatherer:
         self._seen_scans = 0
         self._every = 1
         self._done, self._under_way = 0, ""
-        self._takers: dict[str, tuple[tuple[str, ...], Callable[[float, Any], None]]] = {
-            topics.map: ((_GRID,), self._map),
-            topics.tf: ((library.TF_MESSAGE,), self._tf),
-            topics.tf_static: ((library.TF_MESSAGE,), self._tf_static),
-            topics.scan: ((_SCAN,), self._scan),
-            topics.odom: ((_ODOMETRY,), self._odom),
-            topics.goal: ((library.POSE_STAMPED,), self._goal),
-            topics.plan: ((library.PATH,), self._plan),
-            topics.command: ((library.TWIST, library.TWIST_STAMPED), _no_taker),
-        }
+        self._takers: dict[str, Callable[[float, Any], None]] = {}
 
     def gather(self, reader: Any) -> Recording:
         """All that the bag has of the topics."""
@@ -136,7 +129,7 @@ class _Gatherer:
             raise InputError(f"has {count:,} messages, more than {MAX_MESSAGES:,}", self._where, hint)
         self._out.begin = int(reader.start_time)
         self._out.length = max(0.0, float(reader.duration) * 1e-9)
-        scans = sum(each.msgcount for each in chosen if each.topic == self._topics.scan)
+        scans = sum(each.msgcount for each in chosen if each.topic == self._topics["scan"])
         self._every = 0 if scans else 1
         with _guarded(
             self._out.path, lambda: f"is damaged at message {self._done + 1:,}{self._under_way}", _REINDEX
@@ -149,47 +142,42 @@ class _Gatherer:
         for connection, time, data in messages:
             self._under_way = f", of {connection.topic}"
             seconds = (time - begin) * 1e-9
-            if connection.topic == self._topics.command:
+            if connection.topic == self._topics["command"]:
                 self._rows["command"].append((seconds,))
             else:
                 message: Any = read(data, connection.msgtype)
-                if not self._every and connection.topic == self._topics.scan:
+                if not self._every and connection.topic == self._topics["scan"]:
                     self._every = max(1, math.ceil(scans * len(message.ranges) / MAX_RANGES))
-                self._takers[connection.topic][1](seconds, message)
+                self._takers[connection.topic](seconds, message)
             self._done += 1
             self._under_way = ""
             if self._done % 4096 == 0:
                 self._show(Advance(self._done, max(self._done, count), "messages read"))
 
     def _connections(self, reader: Any) -> list[Any]:
-        present = {printable(each.topic): each.msgtype for each in reader.connections}
+        """The connections of the topics that are read, which are chosen here."""
+        present = {each.topic: each.msgtype for each in reader.connections if each.msgcount}
         if not present:
             raise InputError("holds no message", self._where, "record the bag again")
-        if self._topics.map not in present:
-            grids = sorted(topic for topic, kind in present.items() if kind == _GRID)
-            near = nearest(self._topics.map, present)
-            hint = (
-                f"name it: --map-topic {grids[0]}"
-                if grids
-                else (
-                    f"topics: {', '.join(sorted(present)[:12])}" + (f"; did you mean {near}?" if near else "")
-                )
+        chosen = choose_topics(self._wanted, present, self._where)
+        self._topics = self._out.topics = chosen.names
+        self._out.namespace = chosen.namespace
+        if chosen.names["map"] not in present:
+            listed = ", ".join(printable(topic) for topic in sorted(present)[:12])
+            what = (
+                f"has no topic {chosen.names['map']} of {library.OCCUPANCY_GRID}, and a workload needs a map"
             )
-            what = f"has no topic {printable(self._topics.map)}, and a workload needs a map"
-            raise InputError(
-                what, self._where, f"{hint}; record {self._topics.map} too, whose publisher is map_server"
-            )
-        chosen = []
-        for each in reader.connections:
-            if each.topic in self._takers:
-                accepted = self._takers[each.topic][0]
-                if each.msgtype not in accepted:
-                    what = f"topic {each.topic} has messages of {printable(each.msgtype)}"
-                    raise InputError(
-                        what, self._where, f"accepted: {' or '.join(accepted)}; name another topic"
-                    )
-                chosen.append(each)
-        return chosen
+            hint = f"record the topic of map_server too, or name it: --map-topic TOPIC; topics: {listed}"
+            raise InputError(what, self._where, hint)
+        if chosen.unread:
+            listed = ", ".join(printable(topic) for topic in chosen.unread[:12])
+            self._remark(f"topics that are not read, though their type fits: {listed}")
+        takers = {
+            "map": self._map, "tf": self._tf, "tf_static": self._tf_static, "scan": self._scan, "odom": self._odom,
+            "goal": self._goal, "plan": self._plan, "command": _no_taker,
+        }  # fmt: skip
+        self._takers = {chosen.names[role]: taker for role, taker in takers.items()}
+        return [each for each in reader.connections if each.topic in self._takers]
 
     def _map(self, time: float, message: Any) -> None:
         info = message.info
@@ -301,13 +289,12 @@ class _Gatherer:
         out = self._out
         if out.map is None:
             raise InputError(
-                f"has no message of {self._topics.map}", self._where, "record the bag from its begin"
+                f"has no message of {self._topics['map']}", self._where, "record the bag from its begin"
             )
         if self._maps > 1:
             which = "last" if self._last_map else "first"
-            self._remark(
-                f"{self._maps} different maps on {self._topics.map}: the {which} one is taken, of {out.map.time:.3f} s"
-            )
+            name = f"{self._maps} different maps on {self._topics['map']}"
+            self._remark(f"{name}: the {which} one is taken, of {out.map.time:.3f} s")
         clocks = [self._rows["odom"], self._rows["scan"], *self._edges.values()]
         shift = common_clock([(row[0], row[1]) for rows in clocks for row in rows], out.begin)
         if shift:
@@ -315,14 +302,16 @@ class _Gatherer:
                 f"the clock of the messages is {shift:+,.3f} s from that of the bag: all are put on that of the bag"
             )
         for (parent, child), rows in self._edges.items():
-            name = f"{self._topics.tf} from {parent} to {child}"
-            out.edges[parent, child] = _series(self._timed(rows, shift, name))
-        odom = self._timed(self._rows["odom"], shift, self._topics.odom)
+            name = f"{self._topics['tf']} from {parent} to {child}"
+            moving = any(math.isfinite(row[1]) for row in rows)
+            out.edges[parent, child] = _series(self._timed(rows, shift, name), moving)
+        odom = self._timed(self._rows["odom"], shift, self._topics["odom"])
         if len(odom):
             out.speeds = odom[:, [0, 8, 9]]
             assert out.odometry is not None
-            if all(out.odometry) and out.odometry[0] != out.odometry[1]:
-                out.edges.setdefault(out.odometry, _series(odom))
+            # Where transforms join the two frames, the odometry says the same once more.
+            if all(out.odometry) and chain(out.edges, *out.odometry) is None:
+                out.edges[out.odometry] = _series(odom)
         out.commands = np.array([row[0] for row in self._rows["command"]])
         out.scans = self._scans_of(shift)
         return out
@@ -333,10 +322,10 @@ class _Gatherer:
         return checked_clock(rows, self._out.begin, shift, self._where, name, self._remark)
 
     def _scans_of(self, shift: float) -> Scans | None:
-        times = self._timed(self._rows["scan"], shift, self._topics.scan)
+        times = self._timed(self._rows["scan"], shift, self._topics["scan"])
         if not self._scans:
             return None
-        kept = self._timed(self._rows["kept scan"], shift, self._topics.scan)[:, 0]
+        kept = self._timed(self._rows["kept scan"], shift, self._topics["scan"])[:, 0]
         first, rays = self._scans[0], len(self._scans[0].ranges)
         step, least, most = float(first.angle_increment), float(first.range_min), float(first.range_max)
         if rays < 1 or not 1e-6 <= abs(step) <= 7 or not 0 <= least < most <= _FAR:
@@ -353,8 +342,8 @@ class _Gatherer:
         return Scans(kept, ranges, np.nan_to_num(angles), step, (least, most), frame, self._every, period)
 
 
-def _series(rows: np.ndarray[Any, np.dtype[np.float64]]) -> Series:
-    return Series(rows[:, 0], rows[:, 1:4], rows[:, 4:8])
+def _series(rows: np.ndarray[Any, np.dtype[np.float64]], moving: bool = True) -> Series:
+    return Series(rows[:, 0], rows[:, 1:4], rows[:, 4:8], moving)
 
 
 def _stamp(stamp: Any) -> float:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -11,21 +12,6 @@ from numpy.typing import NDArray
 from codesign.frame import Frame
 
 Seconds = NDArray[np.float64]
-
-
-@dataclass(frozen=True)
-class Topics:
-    """The names of the topics that are read, and of two frames. ``base``: None: the one that /odom names."""
-
-    map: str = "/map"
-    tf: str = "/tf"
-    tf_static: str = "/tf_static"
-    scan: str = "/scan"
-    odom: str = "/odom"
-    goal: str = "/goal_pose"
-    plan: str = "/plan"
-    command: str = "/cmd_vel"
-    base: str | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,11 +30,15 @@ class RecordedMap:
 
 @dataclass(eq=False)
 class Series:
-    """Poses over time: ``times`` (s) rising, ``places`` n × 3 (m), ``turns`` n × 4 (quaternions x, y, z, w)."""
+    """Poses over time: ``times`` (s) rising, ``places`` n × 3 (m), ``turns`` n × 4 (quaternions x, y, z, w).
+
+    ``moving``: false where the transform is static.
+    """
 
     times: Seconds
     places: NDArray[np.float64]
     turns: NDArray[np.float64]
+    moving: bool = True
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,11 +83,14 @@ class RecordedPlan:
 class Recording:
     """All that was read of a bag. Times are seconds since ``begin``, the first message of the bag (ns).
 
+    ``topics``: the names that were read, by role. ``namespace``: of the robot, "" for the root.
     ``edges``: poses of frames by (parent, child). ``speeds``: n × 3 of /odom: time, m/s, rad/s. ``commands``: times.
     ``remarks``: what was assumed or left out, each a sentence.
     """
 
     path: Path
+    topics: Mapping[str, str] = field(default_factory=dict)
+    namespace: str = ""
     begin: int = 0
     length: float = 0.0
     map: RecordedMap | None = None

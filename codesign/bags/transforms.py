@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections import deque
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -30,20 +31,43 @@ class Poses:
         return np.asarray(np.einsum("nij,nkj->nki", self.turns, local) + self.places[:, None, :])
 
 
-def chain(edges: Mapping[tuple[str, str], Series], outer: str, inner: str) -> list[tuple[str, str]] | None:
-    """The edges from frame ``outer`` in to ``inner``, in this order; None where none leads there."""
-    parents = {child: parent for parent, child in edges}
-    found: list[tuple[str, str]] = []
-    here = inner
-    while here != outer:
-        if here not in parents or len(found) > len(edges):
-            return None
-        found.append((parents[here], here))
-        here = parents[here]
+Edge = tuple[str, str]
+
+
+def chain(edges: Iterable[Edge], outer: str, inner: str) -> list[Edge] | None:
+    """The steps (from, to) from frame ``outer`` to ``inner``, along edges or against them; None where none leads there.
+
+    >>> chain([("world", "map"), ("world", "odom"), ("odom", "base")], "map", "base")
+    [('map', 'world'), ('world', 'odom'), ('odom', 'base')]
+    """
+    beside: dict[str, list[str]] = {}
+    for parent, child in edges:
+        beside.setdefault(parent, []).append(child)
+        beside.setdefault(child, []).append(parent)
+    before, waiting = {outer: outer}, deque([outer])
+    while waiting and inner not in before:
+        here = waiting.popleft()
+        for frame in beside.get(here, ()):
+            if frame not in before:
+                before[frame] = here
+                waiting.append(frame)
+    if inner not in before:
+        return None
+    found = []
+    while inner != outer:
+        found.append((before[inner], inner))
+        inner = before[inner]
     return found[::-1]
 
 
-def root_of(edges: Mapping[tuple[str, str], Series], inner: str) -> str:
+def known_times(edges: Mapping[Edge, Series], path: list[Edge]) -> Floats:
+    """The times, rising, at which a moving edge of ``path`` has a message: empty where none moves."""
+    series = (edges.get(step) or edges[step[::-1]] for step in path)
+    moving = [each.times for each in series if each.moving]
+    return np.unique(np.concatenate(moving)) if moving else np.zeros(0)
+
+
+def root_of(edges: Iterable[Edge], inner: str) -> str:
     """The outermost frame around ``inner``."""
     parents = {child: parent for parent, child in edges}
     here = inner
@@ -52,19 +76,23 @@ def root_of(edges: Mapping[tuple[str, str], Series], inner: str) -> str:
     return here
 
 
-def poses(edges: Mapping[tuple[str, str], Series], path: list[tuple[str, str]], times: Floats) -> Poses:
-    """The poses of the last frame of ``path`` in its first, at each time.
+def poses(edges: Mapping[Edge, Series], path: list[Edge], times: Floats) -> Poses:
+    """The poses of the last frame of ``path`` in its first, at each time. ``path``: steps as ``chain`` gives them.
 
     Between two messages a place is interpolated, and so is a turn. Before the first and after the last, the nearest
     holds.
     """
     turns = np.tile(np.eye(3), (len(times), 1, 1))
     places = np.zeros((len(times), 3))
-    for edge in path:
-        series = edges[edge]
+    for step in path:
+        series = edges.get(step) or edges[step[::-1]]
         moved = np.column_stack([np.interp(times, series.times, series.places[:, axis]) for axis in range(3)])
+        turned = _matrices(_turns_at(series, times))
+        if step not in edges:  # against the edge: x' = Rᵀ (x - p)
+            turned = turned.transpose(0, 2, 1)
+            moved = -np.einsum("nij,nj->ni", turned, moved)
         places = np.einsum("nij,nj->ni", turns, moved) + places
-        turns = np.einsum("nij,njk->nik", turns, _matrices(_turns_at(series, times)))
+        turns = np.einsum("nij,njk->nik", turns, turned)
     return Poses(turns, places)
 
 

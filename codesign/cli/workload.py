@@ -31,14 +31,8 @@ def _topics(command: Any) -> Any:
             ("goal", "/goal_pose"), ("plan", "/plan"), ("command", "/cmd_vel"),
         ]
     ):  # fmt: skip
-        option = click.option(
-            f"--{name}-topic",
-            default=topic,
-            show_default=True,
-            metavar="TOPIC",
-            help=f"Read this in place of {topic}.",
-        )
-        command = option(command)
+        words = f"Read this as {topic}; none leaves it out.  [default: by type and namespace]"
+        command = click.option(f"--{name}-topic", metavar="TOPIC", help=words)(command)
     return command
 
 
@@ -62,6 +56,10 @@ def _topics(command: Any) -> Any:
 @click.option(
     "--use-map", type=click.Choice(["first", "last"]), default="last", show_default=True,
     help="Which of several different maps is used.",
+)  # fmt: skip
+@click.option(
+    "--namespace", metavar="NAMESPACE",
+    help="Read the topics of the robot in this namespace.  [default: the one that the bag has]",
 )  # fmt: skip
 @click.option("--base-frame", metavar="FRAME", help="Frame of the robot.  [default: that of the odometry]")
 @click.option(
@@ -101,7 +99,8 @@ def from_bag(
     NAME-goals.csv (what the recorded planner answered, and when). No file is overwritten.
 
     The bag needs /map, and the place of the robot: /tf with /tf_static, or /odom. /goal_pose gives the goals, /scan the
-    obstacles and the sensor, /plan the recorded answers, /cmd_vel the period of the control loop.
+    obstacles and the sensor, /plan the recorded answers, /cmd_vel the period of the control loop. Topics of other names
+    are found by their type; of several robots --namespace names one.
     """
     from codesign.bags import facts_of, file_name, goals_csv, map_files, read_bag, workload_text
     from codesign.cli.progress import LATER_S, progress_shown
@@ -141,7 +140,8 @@ def _choices(options: dict[str, Any]) -> Choices:
         options["slot"] / _SECOND, options["margin"], options["radius"], options["least"],
         None if stay is None else stay / _SECOND,
     )  # fmt: skip
-    return Choices(Topics(**names, base=options["base_frame"]), rule, options["near"])
+    topics = Topics(**names, base=options["base_frame"], namespace=options["namespace"])
+    return Choices(topics, rule, options["near"])
 
 
 def _plan_like(like: str) -> tuple[str, dict[str, Any]]:
@@ -193,7 +193,7 @@ def _write(folder: Path, files: dict[str, bytes]) -> None:
         raise
 
 
-def _answers(platform: str, file: Path, facts: BagFacts, show: Show) -> list[int]:
+def _answers(platform: str, file: Path, facts: BagFacts, show: Show) -> list[int | None]:
     """How long the platform, with the robot of the bag, takes for the first plan to each goal, ps."""
     import codesign
     from codesign.bags import settings_of

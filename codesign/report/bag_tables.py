@@ -11,20 +11,23 @@ from codesign.report.table import Cell, Table, left, right
 from codesign.units import counted, format_time
 
 
-def board_latencies(records: Iterable[Record]) -> list[int]:
-    """Of each goal of a simulated mission in turn, the time from the goal to the first plan after it, ps."""
-    latencies: list[int] = []
-    given: int | None = None
+def board_latencies(records: Iterable[Record]) -> list[int | None]:
+    """Of each goal of a simulated mission in turn, the time from the goal to the first plan after it, ps.
+
+    None where no plan came before the next goal.
+    """
+    latencies: list[int | None] = []
+    given = 0
     for record in records:
         if isinstance(record, GoalRecord):
             given = record.time
-        elif isinstance(record, PlanRecord) and given is not None:
-            latencies.append(record.time - given)
-            given = None
+            latencies.append(None)
+        elif isinstance(record, PlanRecord) and latencies and latencies[-1] is None:
+            latencies[-1] = record.time - given
     return latencies
 
 
-def goals_table(facts: BagFacts, board: str | None = None, latencies: Sequence[int] = ()) -> Table:
+def goals_table(facts: BagFacts, board: str | None = None, latencies: Sequence[int | None] = ()) -> Table:
     """A row for each goal. ``latencies``: what ``board`` answers the goals of the tour in, ps."""
     columns = (*right("goal"), *right("given", unit="s"), *left("place", "cell"), *right("recorded answer"))
     if board is not None:
@@ -43,10 +46,8 @@ def goals_table(facts: BagFacts, board: str | None = None, latencies: Sequence[i
             Cell("-" if answer is None else format_time(round(answer * 1e12)), answer),
         ]
         if board is not None:
-            known = each.toured and leg < len(latencies)
-            row.append(
-                Cell(format_time(latencies[leg]) if known else "-", latencies[leg] * 1e-12 if known else None)
-            )
+            simulated = latencies[leg] if each.toured and leg < len(latencies) else None
+            row.append(Cell("-") if simulated is None else Cell(format_time(simulated), simulated * 1e-12))
         row += [
             Cell(str(each.plans), each.plans),
             Cell("-" if each.reached is None else f"{each.reached:.3f}", each.reached),

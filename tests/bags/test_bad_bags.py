@@ -86,8 +86,10 @@ def test_a_native_trace_is_no_bag(hwsw: Callable[..., Result], specs: tuple[Path
 def test_a_bag_without_a_map_names_the_topics(hwsw: Callable[..., Result], tmp_path: Path) -> None:
     bare = write(tmp_path / "bare", (0.0, "/goal_pose", make().goal(0.0, (1.0, 1.0))))
     refused(hwsw, bare, "has no topic /map", "topics: /goal_pose")
-    other = write(tmp_path / "other", (0.0, "/static_map", make().map(hall())))
-    refused(hwsw, other, "--map-topic /static_map")
+    other = write(
+        tmp_path / "other", (0.0, "/static_map", make().map(hall())), (0.0, "/old_map", make().map(hall()))
+    )
+    refused(hwsw, other, "/old_map, /static_map", "--map-topic /old_map")
     wrong = write(tmp_path / "wrong", (0.0, "/map", make().goal(0.0, (1.0, 1.0))))
     refused(hwsw, wrong, "topic /map has messages of geometry_msgs/msg/PoseStamped")
     empty = write(tmp_path / "empty")

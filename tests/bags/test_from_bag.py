@@ -213,7 +213,7 @@ def test_without_robot_and_scans_plans_give_start_and_goals(tmp_path: Path) -> N
 
 def test_names_of_topics_are_options(hwsw: Callable[..., Result], bag: Path) -> None:
     done = hwsw(
-        "workload", "from-bag", bag, "--scan-topic", "/none", "--command-topic", "/none", "--name", "quiet"
+        "workload", "from-bag", bag, "--scan-topic", "none", "--command-topic", "none", "--name", "quiet"
     )
     assert done.exit_code == 0, done.output
     text = Path("quiet.yaml").read_text()

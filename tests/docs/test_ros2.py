@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
-from dataclasses import fields
 from pathlib import Path
 
 import pytest
@@ -15,7 +14,8 @@ pytest.importorskip("rosbags", reason="rosbags is not installed: pip install 'hw
 
 from recorded_bags import Hall, record
 
-from codesign.bags import Rule, Topics
+from codesign.bags import Rule
+from codesign.bags.topics import ROLES, option_of
 
 PAGE = (ROOT / "docs" / "ros2.md").read_text(encoding="utf-8")
 
@@ -38,10 +38,10 @@ def test_the_bag_of_the_page_gives_what_it_shows(
 
 
 def test_the_tables_name_every_topic() -> None:
-    names = Topics()
-    for item in fields(Topics):
-        if item.name != "base":
-            assert f"`{getattr(names, item.name)}`" in PAGE
+    for role in ROLES.values():
+        assert f"`/{role.usual}`" in PAGE
+    for option in ("--base-frame", "--namespace", option_of("scan")):
+        assert f"`{option}" in PAGE
     rule = Rule()
     assert f"`--slot` {rule.slot:g} s" in PAGE
     assert f"`--margin` {rule.margin:g} m" in PAGE
