@@ -8,8 +8,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping
-from dataclasses import asdict, astuple, dataclass, field
+from dataclasses import asdict, astuple, dataclass
 
 from codesign.errors import RunError
 
@@ -35,45 +34,24 @@ class Counts:
 
 
 @dataclass(frozen=True)
-class OutputRegister:
-    """The output register of a block RAM: ``outputs`` is a pattern of its ports; ``settings`` switch it on."""
-
-    outputs: str
-    settings: Mapping[str, str]
-
-
-@dataclass(frozen=True)
 class Family:
     """How designs for a family of parts are synthesised.
 
-    ``command``: of Yosys, for the hierarchy without flattening.
-    ``registers``: the output registers of its block RAMs, by cell. ``true_two_ports``: whether a block RAM has two
-    ports that both read and write.
+    ``command``: of Yosys, for the hierarchy without flattening. ``true_two_ports``: whether a block RAM has two ports
+    that both read and write.
     """
 
     name: str
     command: str
-    registers: Mapping[str, tuple[OutputRegister, ...]] = field(default_factory=dict)
     true_two_ports: bool = True
 
 
-def _xilinx(name: str, registers: Mapping[str, tuple[OutputRegister, ...]] | None = None) -> Family:
+def _xilinx(name: str) -> Family:
     # Without wide multiplexers: Yosys gives most functions of five and six inputs to MUXF5 and MUXF6 otherwise, two and
     # four LUT each. ISE did so only where it saved time, and the papers count LUT.
     command = f"synth_xilinx -family {name} -noiopad -noclkbuf -nowidelut"
-    return Family(name, command, registers or {})
+    return Family(name, command)
 
-
-_RAMB16 = (
-    OutputRegister("DOP?A(DOP?)?", {"DOA_REG": "1"}),
-    OutputRegister("DOP?B(DOP?)?", {"DOB_REG": "1"}),
-)
-_DP16KD = (
-    OutputRegister(r"DOA\d+", {"REGMODE_A": "OUTREG"}),
-    OutputRegister(r"DOB\d+", {"REGMODE_B": "OUTREG"}),
-)
-_DPB = (OutputRegister("DOA", {"READ_MODE0": "1"}), OutputRegister("DOB", {"READ_MODE1": "1"}))
-_SDPB = (OutputRegister("DO", {"READ_MODE": "1"}),)
 
 FAMILIES = {
     family.name: family
@@ -81,23 +59,10 @@ FAMILIES = {
         _xilinx("xc2v"),
         _xilinx("xc2vp"),
         _xilinx("xc3se"),
-        _xilinx("xc4v", {"RAMB16": _RAMB16}),
-        Family(
-            "xc7",
-            "synth_xilinx -family xc7 -noiopad -noclkbuf",
-            {"RAMB18E1": _RAMB16, "RAMB36E1": _RAMB16},
-        ),
-        Family(
-            "ecp5",
-            "synth_ecp5 -noflatten -nowidelut",
-            {"DP16KD": _DP16KD, "PDPW16KD": (OutputRegister(r"DO\d+", {"REGMODE": "OUTREG"}),)},
-        ),
-        Family(
-            "gowin",
-            "synth_gowin -family gw2a -noflatten -nowidelut -noiopads",
-            {cell: _DPB for cell in ("DPB", "DPX9B")}
-            | {cell: _SDPB for cell in ("SDPB", "SDPX9B", "SP", "SPX9", "pROM", "pROMX9")},
-        ),
+        _xilinx("xc4v"),
+        Family("xc7", "synth_xilinx -family xc7 -noiopad -noclkbuf"),
+        Family("ecp5", "synth_ecp5 -noflatten -nowidelut"),
+        Family("gowin", "synth_gowin -family gw2a -noflatten -nowidelut -noiopads"),
         Family("ice40", "synth_ice40 -noflatten", true_two_ports=False),
     )
 }

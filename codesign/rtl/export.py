@@ -8,18 +8,22 @@ from __future__ import annotations
 import csv
 import io
 import json
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from hashlib import sha256
 from typing import Any
 
 from codesign import __version__
 from codesign.errors import printable
+from codesign.planners import measured
 from codesign.planners.circuits import Circuit, Expected
 from codesign.rtl.bench import BENCH, bench_files, template
 from codesign.rtl.bounds import bound_of
+from codesign.rtl.cells import FAMILIES
 from codesign.rtl.constraints import Building, building
 from codesign.rtl.design import digest_of_circuit, ports_of, sources_of, top_name
+from codesign.rtl.flow import flow_files, holds_memories
+from codesign.rtl.place import placing_files
 from codesign.rtl.placed import Placed
 from codesign.units import format_frequency
 
@@ -46,19 +50,30 @@ def export_files(design: Placed, origin: Origin) -> dict[str, str]:
     circuit, expected = design.style.circuit(design.job), design.style.expected(design.job)
     top = top_name(circuit)
     built = building(design.part, design.clock, top)
+    steps, placing = _open_flow(design, circuit)
     files = {
         **sources_of(circuit),
         **{name: image.hex_text() for name, image in circuit.images.items()},
         **bench_files(circuit, expected),
         **built.files,
+        **steps,
         "golden.csv": _golden_text(circuit, expected),
     }
-    words = _words(design, origin, circuit, expected, built)
+    words = _words(design, origin, circuit, expected, built) | {"steps": list(steps), "placing": placing}
     for name, target in (("test_hwsw.py", "test_hwsw.py"), ("hwsw.core", f"{top}.core")):
         files[target] = template(name).render(words)
-    files["README.md"] = template("README.md").render(words, contents=_contents(circuit, built, top))
+    files["README.md"] = template("README.md").render(words, contents=_contents(circuit, built, top, steps))
     files[MANIFEST] = _manifest(design, origin, circuit, files)
     return files
+
+
+def _open_flow(design: Placed, circuit: Circuit) -> tuple[dict[str, str], str]:
+    """The files of the steps that ``hwsw synth`` runs for the part, and the command that places; "" where none is."""
+    name, exact = measured.family_of(design.part.family)
+    if not exact or not holds_memories(circuit, FAMILIES[name]):
+        return {}, ""
+    placing, files = placing_files(design.part.full_name)
+    return flow_files(circuit, FAMILIES[name]) | files, " ".join(placing)
 
 
 def _words(
@@ -116,7 +131,16 @@ _MEANINGS = {
 }
 
 
-def _contents(circuit: Circuit, built: Building, top: str) -> list[tuple[str, str]]:
+_STEPS = {
+    "map.ys": "Yosys maps every module by itself, as `hwsw synth` does",
+    "output_registers.py": "block RAMs take over the flip-flops behind their outputs",
+    "flatten.ys": "Yosys makes one module of it, and counts its cells",
+    "few_pins.py": "three pins in place of all ports, so that a placer without pins takes the circuit",
+    "pins.cst": "the three pins",
+}
+
+
+def _contents(circuit: Circuit, built: Building, top: str, steps: Iterable[str]) -> list[tuple[str, str]]:
     """Every file, and what it contains."""
     return [
         (f"{top}.v", "the top module"),
@@ -128,6 +152,7 @@ def _contents(circuit: Circuit, built: Building, top: str) -> list[tuple[str, st
         ("golden.csv", "the expected events for cocotb and for programs"),
         ("test_hwsw.py", "the design in cocotb, against golden.csv"),
         *((name, "constraints: the clock") for name in built.files),
+        *((name, _STEPS[name]) for name in steps),
         (f"{top}.core", "the core file of FuseSoC (CAPI 2)"),
         (MANIFEST, "the design point, and the digest of each file"),
     ]

