@@ -31,6 +31,9 @@ POINTS = 20
 """Exported benches of each style."""
 
 
+NARROW = 6
+"""Samples of each style on a map of one row or one column."""
+
 TRIES = 20
 """Bits that are drawn before those that matter are looked for."""
 
@@ -109,6 +112,21 @@ def test_the_verilog_is_without_warnings_in_verilator(style: CircuitStyle, tmp_p
     lint = ("verilator", "--lint-only", "-Wall", "--top-module", top)
     assert output_of(tmp_path, *lint, *files[:-1]) == ""
     assert circuit.top in (tmp_path / files[-2]).read_text(encoding="utf-8")
+
+
+@each_circuit
+def test_a_map_of_one_row_or_one_column_is_without_warnings(style: CircuitStyle, tmp_path: Path) -> None:
+    needs("verilator")
+    needs("icarus")
+    narrow = [seed for seed in range(100) if 1 in getattr(style.sample(seed).problem, "shape", ())]
+    for seed in narrow[:NARROW]:
+        folder = tmp_path / str(seed)
+        folder.mkdir()
+        _, _, files = bench(style, seed, folder)
+        lint = ("verilator", "--lint-only", "-Wall", "--top-module", Path(files[-2]).stem)
+        assert output_of(folder, *lint, *files[:-1]) == "", seed
+        built = ("iverilog", "-g2005", "-Wall", "-s", "hwsw_bench", "-o", "bench.vvp")
+        assert output_of(folder, *built, *files) == "", seed
 
 
 @pytest.mark.slow

@@ -36,7 +36,7 @@ module breadth_first_move #(
             assign to = from + ((north ? -LENGTH : {ADDRESS_BITS{1'b0}}) | (south ? LENGTH : {ADDRESS_BITS{1'b0}})
                                 | {{ADDRESS_BITS-1{west}}, west | east});
             assign at_top = from < LENGTH || ROWS == 1;
-            assign at_bottom = from >= LAST_ROW[ADDRESS_BITS-1:0];
+            if (ROWS > 1) begin : rows assign at_bottom = from >= LAST_ROW[ADDRESS_BITS-1:0]; end else assign at_bottom = 1'b1;
             assign at_left = from == {ADDRESS_BITS{1'b0}};
             assign at_right = from == LAST[ADDRESS_BITS-1:0];
         end else begin : side_by_side
