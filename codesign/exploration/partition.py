@@ -156,6 +156,7 @@ class Parting:
         models: dict[str, tuple[SpecModel, ...]] = {name: (model,) for name, model in self._models.items()}
         sound = np.ones(count, bool)
         shapes: list[NDArray[np.int32]] = []
+        parts: list[NDArray[np.int32]] = []
         for name, axes in self.priced.items():
             numbers = _grouped([self.levels[axis] for axis in axes], count)
             firsts = np.zeros(numbers.max(initial=-1) + 1, np.intp)
@@ -167,9 +168,11 @@ class Parting:
             which[name] = numbers
             sound &= np.array([model is not None for model in each])[which[name]]
             shapes.append(shape[which[name]])
+            parts += [self.levels[axis] for axis in axes if axis.endswith(".part")]
         computed = [column for axis, column in self.levels.items() if axis not in moved]
         group = _grouped([*computed, *shapes], count)
-        yield from self._by_group(group, sound, models, which)
+        part = _grouped(parts, count)
+        yield from self._by_group(group, sound, models, which, part)
 
     def model(self, name: str, levels: Mapping[str, int]) -> SpecModel | None:
         """A component or link with values of its own axes; None where it refuses them."""
@@ -187,6 +190,7 @@ class Parting:
         sound: NDArray[np.bool_],
         models: Mapping[str, tuple[SpecModel, ...]],
         which: Mapping[str, NDArray[np.intp]],
+        part: NDArray[np.intp],
     ) -> Iterator[Work]:
         alone = np.flatnonzero(~sound)
         own = group[sound]
@@ -194,7 +198,8 @@ class Parting:
         order = np.argsort(own.astype(np.uint16) if own.max(initial=0) < 2**16 else own, kind="stable")
         places = np.flatnonzero(sound)[order]
         edges = np.flatnonzero(np.diff(group[places])) + 1
-        for members in np.split(places, edges) if len(places) else []:
+        groups = np.split(places, edges) if len(places) else []
+        for members in (own for group in groups for own in self._by_part(group, part)):
             specs = Specs(models, {name: numbers[members] for name, numbers in which.items()}, len(members))
             axes = self.space.values(int(self.points[members[0]]))
             kin = self._kin(members[0])
@@ -202,6 +207,21 @@ class Parting:
         for begin in range(0, len(alone), MAX_GROUP):
             some = self.points[alone[begin : begin + MAX_GROUP]].tolist()
             yield Alone(tuple(map(self.space.point, some)))
+
+    def _by_part(self, members: NDArray[np.intp], part: NDArray[np.intp]) -> list[NDArray[np.intp]]:
+        """The points of a group; apart by part where a parameter is left to a search, as its value may depend on it."""
+        numbers = np.unique(part[members])
+        if len(numbers) == 1 or not self._is_searched(self.space.values(int(self.points[members[0]]))):
+            return [members]
+        return [members[part[members] == number] for number in numbers]
+
+    def _is_searched(self, axes: Mapping[str, Any]) -> bool:
+        """Whether a parameter of a point is left to a search (``Architecture.find``)."""
+        try:
+            mapping = self.explored.point(axes)[1].mapping
+        except CodesignError:
+            return False
+        return any(each.parameters.to_find for each in mapping.values())
 
     @cached_property
     def _kin_axes(self) -> list[str] | None:

@@ -277,7 +277,8 @@ class Architecture(_Style):
     def find(self, _job: Job[Any, Any], /) -> Found | None:
         """The parameters of a job with the values of those that are left to a search (``TaskParameters.to_find``).
 
-        It is called once a design, after all checks and before the run. By default None: the style has no search.
+        It is called once a design, after all checks and before the run. By default None: the style has no search. The
+        answer may depend on the part: an exploration asks for each.
 
         Raises:
             InputError: the search cannot be made.

@@ -120,7 +120,10 @@ def test_the_schedule_is_found_for_each_point_of_an_axis(tmp_path: Path) -> None
 def test_a_design_that_does_not_fit_is_not_searched(tmp_path: Path) -> None:
     result = run(tmp_path, schedule={"optimal": {"last": 1023}})
     assert not result.feasible
-    assert result.found["relax.schedule"]["reason"] == "not searched, as the design does not fit"
+    assert (
+        result.found["relax.schedule"]["reason"]
+        == "not searched, as the design does not fit with any schedule"
+    )
 
 
 def test_a_run_that_stops_early_keeps_its_last_precision(tmp_path: Path) -> None:

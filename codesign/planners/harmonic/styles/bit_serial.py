@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Generator
+from dataclasses import replace
 from functools import lru_cache
 from typing import Any
 
@@ -51,7 +52,9 @@ class BitSerial(Architecture):
 
     def find(self, job: Job[Problem, RelaxParameters]) -> Found:
         """The schedule of fewest cycles; see ``find.find_schedule``."""
-        demand = self.demand(job)
+        last = job.parameters.precisions[-1]
+        # Any schedule has at least this one's demand.
+        demand = self.demand(replace(job, parameters=job.parameters.model_copy(update={"schedule": (last,)})))
         broken = [
             bound for bound in demand.bounds if bound.limit is not None and bound.figure.value > bound.limit
         ]

@@ -31,7 +31,7 @@ def find_schedule(
 ) -> Found:
     """The parameters of a job with the best schedule for its problem, and the proof.
 
-    ``fits``: whether the design fits its part; of one that does not, no stage is simulated.
+    ``fits``: whether any schedule of the design fits its part; where none does, no stage is simulated.
 
     Raises:
         InputError: a start that the search cannot be made from.
@@ -41,7 +41,9 @@ def find_schedule(
     if parameters.start is Start.LOWER_BOUND and LOWER_BOUND in job.mapped:
         return _found(parameters, (last,), {"reason": "a start at the last precision leaves one stage"})
     if not fits:
-        return _found(parameters, every, {"reason": "not searched, as the design does not fit"})
+        return _found(
+            parameters, every, {"reason": "not searched, as the design does not fit with any schedule"}
+        )
 
     def cost(precision: int, visits: Visits) -> int:
         return int(costs.visits(precision, visits).sum()) + costs.stage_end(precision)
