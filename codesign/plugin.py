@@ -40,7 +40,7 @@ from codesign.planners.styles import (
     TaskStyle,
 )
 from codesign.planners.task_graph import Flow
-from codesign.records import FieldRecord, Record, TaskRecord
+from codesign.records import ArrayOf, FieldRecord, Record, TaskRecord
 
 __all__ = [
     "COMMAND",
@@ -50,6 +50,7 @@ __all__ = [
     "POSE",
     "RESOURCES",
     "Architecture",
+    "ArrayOf",
     "Circuit",
     "CircuitStyle",
     "Demand",

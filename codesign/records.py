@@ -5,8 +5,9 @@ A record is written when its activity ends. Components emit records, and all lis
 receive all of them and change nothing. Without a listener no record is built. The records of a run are the same at
 every granularity of simulation.
 
-Arrays are NumPy arrays with the dtype of their field. A writer chooses their encoding. The first paragraph of a class
-docstring becomes the description of its schema in traces, so a change to it changes the bytes of traces.
+Arrays are NumPy arrays. Each declares its dtype and shape (``ArrayOf``), and a writer chooses the encoding. The first
+paragraph of a class docstring becomes the description of its schema in traces, so a change to it changes the bytes of
+traces.
 """
 
 from __future__ import annotations
@@ -14,13 +15,43 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any, ClassVar, Protocol, Self
+from typing import Annotated, Any, ClassVar, Protocol, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 ENDED, PREEMPTED, BROKEN_OFF, UNFINISHED = "ended", "preempted", "broken off", "unfinished"
 """The outcomes of a task, or of a stretch of it."""
+
+
+@dataclass(frozen=True)
+class ArrayOf:
+    """The form of an array in a record: its dtype, and the length of each side. None is any length.
+
+    A field names it with ``Annotated``, as type hints of NumPy are no interface: their inner form differs by version.
+
+    >>> str(ArrayOf("int32", (None, 2)))
+    'int32, n × 2'
+    """
+
+    dtype: str
+    shape: tuple[int | None, ...]
+
+    def __str__(self) -> str:
+        sides = " × ".join(
+            "nm"[place] if side is None else str(side) for place, side in enumerate(self.shape)
+        )
+        return f"{self.dtype}, {sides}"
+
+
+Cells = Annotated[NDArray[np.int32], ArrayOf("int32", (None, 2))]
+Points = Annotated[NDArray[np.float64], ArrayOf("float64", (None, 2))]
+Place = Annotated[NDArray[np.float64], ArrayOf("float64", (3,))]
+Counts = Annotated[NDArray[np.int32], ArrayOf("int32", (None,))]
+Flags = Annotated[NDArray[np.bool_], ArrayOf("bool", (None,))]
+Ranges = Annotated[NDArray[np.float32], ArrayOf("float32", (None,))]
+FlagGrid = Annotated[NDArray[np.bool_], ArrayOf("bool", (None, None))]
+ValueGrid = Annotated[NDArray[np.float64], ArrayOf("float64", (None, None))]
 
 
 @dataclass(frozen=True)
@@ -62,14 +93,14 @@ class MapRecord(Record):
 
     IN_CELLS = ("goals",)
 
-    free: NDArray[np.bool_]
-    goals: NDArray[np.int32]
+    free: FlagGrid
+    goals: Cells
     resolution: float | None
     row: int = 0
     column: int = 0
-    origin: NDArray[np.float64] | None = None
+    origin: Place | None = None
     radius: float = 0.0
-    unknown: NDArray[np.bool_] | None = None
+    unknown: FlagGrid | None = None
 
     @property
     def corner(self) -> tuple[int, int]:
@@ -129,8 +160,8 @@ class VisitsRecord(Record):
     end: int
     stage: int
     precision: int
-    block: NDArray[np.int32]
-    iterations: NDArray[np.int32]
+    block: Counts
+    iterations: Counts
 
 
 @dataclass(frozen=True)
@@ -151,7 +182,7 @@ class StageRecord(Record):
     iterations: int
     cycles: int
     local_maxima: int
-    potential: NDArray[np.float64]
+    potential: ValueGrid
 
 
 @dataclass(frozen=True)
@@ -165,7 +196,7 @@ class FieldRecord(Record):
 
     name: str
     unit: str
-    values: NDArray[np.float64]
+    values: ValueGrid
 
 
 @dataclass(frozen=True)
@@ -174,7 +205,7 @@ class TrajectoryRecord(Record):
 
     IN_CELLS = ("points",)
 
-    points: NDArray[np.float64]
+    points: Points
     arrived: bool
 
 
@@ -193,7 +224,7 @@ class RobotRecord(Record):
     speed: float
     reach: float
     rays: int
-    hidden: NDArray[np.int32]
+    hidden: Cells
     knows: bool
 
 
@@ -206,7 +237,7 @@ class GoalRecord(Record):
 
     IN_CELLS = ("cells",)
 
-    cells: NDArray[np.int32]
+    cells: Cells
 
 
 @dataclass(frozen=True)
@@ -232,7 +263,7 @@ class ObstacleRecord(Record):
 
     IN_CELLS = ("cells",)
 
-    cells: NDArray[np.int32]
+    cells: Cells
     appeared: bool
 
 
@@ -246,8 +277,8 @@ class BeliefRecord(Record):
     IN_CELLS = ("cells",)
     TIMES = ("seen",)
 
-    cells: NDArray[np.int32]
-    blocked: NDArray[np.bool_]
+    cells: Cells
+    blocked: Flags
     seen: int | None = None
 
 
@@ -284,7 +315,7 @@ class CommandRecord(Record):
     plan: int
     seen: int
     composed: int
-    points: NDArray[np.float64]
+    points: Points
     end: float
 
 
@@ -307,7 +338,7 @@ class PositionsRecord(Record):
     IN_CELLS = ("positions",)
 
     update: int
-    positions: NDArray[np.float64]
+    positions: Points
 
 
 @dataclass(frozen=True)
@@ -322,7 +353,7 @@ class ScanRecord(Record):
     row: float
     column: float
     reach: float
-    ranges: NDArray[np.float32]
+    ranges: Ranges
 
     def moved(self, rows: int, columns: int) -> Self:
         """The record with its place so many rows down and columns right."""

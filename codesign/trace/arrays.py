@@ -10,30 +10,15 @@ Nothing that is decoded is trusted: sizes are bounded and checked against shapes
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from codesign.errors import TraceError
+from codesign.records import ArrayOf
 from codesign.trace.values import MAX_ELEMENTS
-
-SHAPES: dict[str, tuple[int | None, ...]] = {
-    "goals": (None, 2),
-    "points": (None, 2),
-    "block": (None,),
-    "iterations": (None,),
-    "cells": (None, 2),
-    "blocked": (None,),
-    "positions": (None, 2),
-    "origin": (3,),
-    "ranges": (None,),
-    "hidden": (None, 2),
-}
-"""The shapes of arrays that are packed, by field. None: any length."""
-
-_GRIDS = ("free", "unknown", "potential", "values")
-"""The arrays of two dimensions."""
 
 PACKED_TYPES = {"int32": "sint32", "bool": "bool", "float64": "double"}
 """The type of protobuf of a packed array, by dtype."""
@@ -48,18 +33,23 @@ _STORED = {"bool": (BITS,), "float64": ("float64", "float32", PLANES)}
 """How the values of an array may be stored; those of every other dtype as they are."""
 
 
-def packed(name: str, dtype: np.dtype[Any], value: Any) -> NDArray[Any]:
-    """The value of field ``name`` as an array of ``dtype``.
+def is_packed(form: ArrayOf) -> bool:
+    """Whether the field of an array is packed: protobuf has its dtype, and the number of values gives its shape."""
+    return form.dtype in PACKED_TYPES and None not in form.shape[1:]
+
+
+def packed(name: str, form: ArrayOf, value: Any) -> NDArray[Any]:
+    """The value of field ``name`` as an array of this form.
 
     Raises:
         TraceError: it does not agree with the dtype or the shape of the field, or is too large.
     """
-    array = np.asarray(value)
+    array, dtype = np.asarray(value), np.dtype(form.dtype)
     if array.size > MAX_ELEMENTS:
         raise TraceError(f"{name} has {array.size} elements, more than 2^24")
     if array.dtype != dtype and not np.can_cast(array.dtype, dtype, casting="safe"):
         raise TraceError(f"{name} is {array.dtype} in place of {dtype}")
-    if not _has_shape(name, array.shape):
+    if not has_shape(form, array.shape):
         raise TraceError(f"{name} has shape {list(array.shape)}")
     return array.astype(dtype, copy=False)
 
@@ -80,31 +70,30 @@ def array_message(array: NDArray[Any]) -> dict[str, Any]:
     return {"shape": array.shape, "dtype": array.dtype.name, "data": little.tobytes()}
 
 
-def decode_packed(name: str, dtype: np.dtype[Any], values: Any) -> NDArray[Any]:
+def decode_packed(name: str, form: ArrayOf, values: Any) -> NDArray[Any]:
     """The array of a packed field.
 
     Raises:
         TraceError: it is too large, or has no shape of the field.
     """
-    size, shape = len(values), SHAPES[name]
+    size, shape = len(values), form.shape
     if size > MAX_ELEMENTS:
         raise TraceError(f"{name} has {size} elements, more than 2^24")
-    width = 2 if len(shape) == 2 else 1
-    if size % width or (shape[0] is not None and size != shape[0]):
+    rows, odd = divmod(size, math.prod(side or 1 for side in shape[1:]))
+    if odd or shape[0] not in (None, rows):
         raise TraceError(f"{name} has {size} elements")
-    array = np.fromiter(values, dtype, size)
-    return array.reshape(-1, 2) if width == 2 else array
+    return np.fromiter(values, form.dtype, size).reshape(rows, *(side or 1 for side in shape[1:]))
 
 
-def decode_array(name: str, dtype: np.dtype[Any], message: Any) -> NDArray[Any]:
+def decode_array(name: str, form: ArrayOf, message: Any) -> NDArray[Any]:
     """The array of a ``codesign.Array``.
 
     Raises:
         TraceError: it is too large, or does not agree with the dtype or the shape of the field.
     """
-    if message.dtype not in _STORED.get(dtype.name, (dtype.name,)):
-        raise TraceError(f"{name} is no {dtype} array")
-    if len(message.shape) > 4 or not _has_shape(name, tuple(message.shape)):
+    if message.dtype not in _STORED.get(form.dtype, (form.dtype,)):
+        raise TraceError(f"{name} is no {form.dtype} array")
+    if not has_shape(form, message.shape):
         raise TraceError(f"{name} has shape {list(message.shape[:4])}")
     size, data = math.prod(message.shape), message.data
     if size > MAX_ELEMENTS:
@@ -118,14 +107,11 @@ def decode_array(name: str, dtype: np.dtype[Any], message: Any) -> NDArray[Any]:
         values = np.cumsum(lowest_first.view(stored).ravel(), dtype=np.uint64).view(np.float64)
         return values.reshape(message.shape)
     flat = np.frombuffer(data, stored)
-    return (np.unpackbits(flat, count=size) if bits else flat).astype(dtype).reshape(message.shape)
+    return (np.unpackbits(flat, count=size) if bits else flat).astype(form.dtype).reshape(message.shape)
 
 
-def _has_shape(name: str, shape: tuple[int, ...]) -> bool:
-    """Whether the field ``name`` may have this shape."""
-    if name in _GRIDS:
-        return len(shape) == 2
-    accepted = SHAPES.get(name, (None,) * len(shape))
-    return len(shape) == len(accepted) and all(
-        side in (None, length) for side, length in zip(accepted, shape, strict=True)
+def has_shape(form: ArrayOf, shape: Sequence[int]) -> bool:
+    """Whether an array of this form may have this shape."""
+    return len(shape) == len(form.shape) and all(
+        side in (None, length) for side, length in zip(form.shape, shape, strict=True)
     )

@@ -14,7 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codesign.errors import TraceError
-from codesign.records import FieldRecord, MapRecord, Record, StageRecord
+from codesign.records import ArrayOf, FieldRecord, MapRecord, Record, StageRecord
+from codesign.trace.arrays import has_shape
 from codesign.trace.messages import checked
 from codesign.trace.schemas import FieldPlan, plan_of
 from codesign.trace.values import MAX_ELEMENTS, parse_json
@@ -48,17 +49,17 @@ def decode_json(record_type: type[Record], message: bytes) -> Record:
 
 def _field(record_type: type[Record], plan: FieldPlan, data: dict[str, Any]) -> Any:
     if plan.name == _GRIDS.get(record_type):
-        assert plan.dtype is not None
+        assert plan.array is not None
         if record_type is not MapRecord and "data" not in data:
-            return np.zeros((0, 0), plan.dtype)
-        return _grid(data, plan.dtype)
+            return np.zeros((0, 0), plan.array.dtype)
+        return _grid(data, np.dtype(plan.array.dtype))
     if plan.name not in data:
         if plan.optional or plan.has_default:
             return plan.default
         _refuse(record_type, f"{plan.name} is missing")
     value = data[plan.name]
-    if plan.is_array:
-        return _array(record_type, plan, value)
+    if plan.array is not None:
+        return _array(record_type, plan.name, plan.array, value)
     # bool is a subclass of int in Python, but not a number in JSON.
     if type(value) not in _PYTHON_TYPES[plan.kind] or (
         type(value) in (int, float) and abs(value) > _MAX_INTEGER
@@ -67,25 +68,21 @@ def _field(record_type: type[Record], plan: FieldPlan, data: dict[str, Any]) -> 
     return float(value) if plan.kind == "double" else value
 
 
-def _array(record_type: type[Record], plan: FieldPlan, value: Any) -> NDArray[Any]:
-    assert plan.dtype is not None
-    if not isinstance(value, dict) or value.get("dtype") != plan.dtype.name:
-        _refuse(record_type, f"{plan.name} is no {plan.dtype} array")
+def _array(record_type: type[Record], name: str, form: ArrayOf, value: Any) -> NDArray[Any]:
+    if not isinstance(value, dict) or value.get("dtype") != form.dtype:
+        _refuse(record_type, f"{name} is no {form.dtype} array")
     shape = value.get("shape")
     if not isinstance(shape, list) or not all(type(side) is int and side >= 0 for side in shape):
-        _refuse(record_type, f"{plan.name} has no shape")
-    accepted = plan.shape if plan.kind == "packed" else (None,) * len(shape[:4])
-    if len(shape) != len(accepted) or any(
-        side not in (None, given) for side, given in zip(accepted, shape, strict=True)
-    ):
-        _refuse(record_type, f"{plan.name} has shape {shape[:4]}")
-    size = math.prod(shape)
+        _refuse(record_type, f"{name} has no shape")
+    if not has_shape(form, shape):
+        _refuse(record_type, f"{name} has shape {shape[:4]}")
+    size, dtype = math.prod(shape), np.dtype(form.dtype)
     if size > MAX_ELEMENTS:
-        _refuse(record_type, f"{plan.name} has {size} elements, more than 2^24")
+        _refuse(record_type, f"{name} has {size} elements, more than 2^24")
     data = _bytes(value.get("data"))
-    if len(data) != size * plan.dtype.itemsize:
-        _refuse(record_type, f"{plan.name} has {len(data)} bytes for {size} elements")
-    return np.frombuffer(data, plan.dtype.newbyteorder("<")).astype(plan.dtype).reshape(shape)
+    if len(data) != size * dtype.itemsize:
+        _refuse(record_type, f"{name} has {len(data)} bytes for {size} elements")
+    return np.frombuffer(data, dtype.newbyteorder("<")).astype(dtype).reshape(shape)
 
 
 def _grid(message: dict[str, Any], dtype: np.dtype[Any]) -> NDArray[Any]:

@@ -35,7 +35,7 @@ def encoder_of(record_type: type[Record]) -> Callable[[Any], bytes]:
     It raises TraceError where a value does not agree with the type of its field, or is too large.
     """
     plans, message = plan_of(record_type), message_class(record_type)
-    plain = [plan for plan in plans if not plan.is_array and plan.kind != "mapping"]
+    plain = [plan for plan in plans if plan.array is None and plan.kind != "mapping"]
     names, get = [plan.stored for plan in plain], attrgetter(*(plan.name for plan in plain))
     maybe = {plan.stored for plan in plain if plan.optional}
     after = [(place, plan.name) for place, plan in enumerate(plain) if plan.after]
@@ -101,9 +101,9 @@ def _stored(record_type: type[Record], plan: FieldPlan, value: Any) -> Any:
         return None
     if plan.kind == "mapping":
         return _json(record_type, value)
-    assert plan.dtype is not None
+    assert plan.array is not None
     try:
-        array = packed(plan.name, plan.dtype, value)
+        array = packed(plan.name, plan.array, value)
     except TraceError as fault:
         _refuse(record_type, fault.what)
     return array.ravel().tolist() if plan.kind == "packed" else array_message(array)
@@ -162,15 +162,15 @@ def checked(record: Record) -> Record:
 def _decode_field(plan: FieldPlan, parsed: Any, time: int) -> Any:
     value = getattr(parsed, plan.stored)
     if plan.kind == "packed":
-        assert plan.dtype is not None
-        return plan.default if plan.optional and not value else decode_packed(plan.name, plan.dtype, value)
+        assert plan.array is not None
+        return plan.default if plan.optional and not value else decode_packed(plan.name, plan.array, value)
     if (plan.optional or plan.has_default or plan.kind == "array") and not parsed.HasField(plan.stored):
         if plan.optional or plan.has_default:
             return plan.default
         raise TraceError(f"{plan.name} is missing")
     if plan.kind == "array":
-        assert plan.dtype is not None
-        return decode_array(plan.name, plan.dtype, value)
+        assert plan.array is not None
+        return decode_array(plan.name, plan.array, value)
     if plan.kind == "mapping":
         mapping = parse_json(value.encode())
         if not isinstance(mapping, dict):

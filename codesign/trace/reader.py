@@ -12,14 +12,15 @@ from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Any
 
+from codesign import __version__
 from codesign.errors import TraceError, choose_hint, printable
 from codesign.progress import Show, silent
 from codesign.records import Record, SummaryRecord
 from codesign.trace.json_messages import decode_json
-from codesign.trace.listeners import RUN
+from codesign.trace.listeners import FORMAT, RUN
 from codesign.trace.messages import decode
 from codesign.trace.scan import DamagedError, scan
-from codesign.trace.schemas import RECORD_TYPES
+from codesign.trace.schemas import RECORD_TYPES, agrees, message_class
 from codesign.trace.values import parse_json
 from codesign.units import counted, format_count, format_time
 
@@ -67,6 +68,7 @@ class Trace:
     - ``metadata``: texts, by name of the metadata record. ``attachments``: by name.
     - ``fault``: why reading stopped before the end of the file; None for a complete file.
     - ``show``: is told how far the reading of records is. ``last_summary``: the message with the result.
+      ``schemas``: the schemas of the file, by name. ``agreed``: those found to be those of this version.
     """
 
     path: Path
@@ -80,6 +82,8 @@ class Trace:
     fault: str | None = None
     show: Show = field(default=silent, repr=False, compare=False)
     last_summary: tuple[Channel, Any] | None = field(default=None, repr=False, compare=False)
+    schemas: dict[str, bytes] = field(default_factory=dict, repr=False, compare=False)
+    agreed: set[str] = field(default_factory=set, repr=False, compare=False)
 
     def __repr__(self) -> str:
         fate = "" if self.complete else ", not complete"
@@ -106,8 +110,9 @@ class Trace:
         """The result of the run as parsed JSON; None where the file has none.
 
         Raises:
-            TraceError: the attachment is no JSON.
+            TraceError: the attachment is no JSON, or a later version wrote the file.
         """
+        self._check_format()
         if self.last_summary is not None:
             record = self._record(*self.last_summary)
             return record.result if isinstance(record, SummaryRecord) else None
@@ -126,8 +131,10 @@ class Trace:
         for viewers, are left out. In a cut file the records end at the cut.
 
         Raises:
-            TraceError: no topic matches, a message does not agree with its channel, or the file has changed.
+            TraceError: no topic matches, a message does not agree with its channel, the file has changed, or a later
+                version wrote it in a format that this one would misread.
         """
+        self._check_format()
         present = sorted({channel.topic for channel in self.channels})
         for topic in topics:
             if not any(fnmatchcase(name, topic) for name in present):
@@ -196,13 +203,44 @@ class Trace:
         yield self._record(channel, message)
 
     def _record(self, channel: Channel, message: Any) -> Record:
+        kind = RECORD_TYPES[channel.record]
+        message_class(kind)  # A fault of this installation is no fault of the file.
         try:
             if channel.encoding == "json":  # older files
-                return decode_json(RECORD_TYPES[channel.record], message.data)
-            return decode(RECORD_TYPES[channel.record], message.data, message.log_time)
+                return decode_json(kind, message.data)
+            self._check_schema(kind, channel.schema)
+            return decode(kind, message.data, message.log_time)
         except TraceError as fault:
             place = f"{self.path}: {channel.topic[:80]!r}: message {message.sequence}"
-            raise TraceError(fault.what, place, "the file was damaged, or not written by hwsw") from fault
+            damaged = "the file was damaged, or not written by hwsw"
+            hint = fault.hint or (damaged if self._version in ("", __version__) else self._other)
+            raise TraceError(fault.what, place, hint) from fault
+
+    def _check_schema(self, kind: type[Record], schema: str) -> None:
+        """Another version may have written the records with other fields. A file without schemas is believed."""
+        written = self.schemas.get(schema)
+        if written and schema not in self.agreed:
+            if not agrees(kind, written):
+                raise TraceError(
+                    f"{kind.__name__} has other fields in the file than in this version", None, self._other
+                )
+            self.agreed.add(schema)
+
+    def _check_format(self) -> None:
+        written = self.metadata.get(RUN, {}).get("format", FORMAT)[:9]
+        if written.isdecimal() and int(written) > int(FORMAT):
+            what = f"has format {written} of traces, and this version reads up to {FORMAT}"
+            raise TraceError(what, str(self.path), self._other)
+
+    @property
+    def _version(self) -> str:
+        return self.metadata.get(RUN, {}).get("codesign", "")
+
+    @property
+    def _other(self) -> str:
+        """The remedy where another version wrote the file."""
+        by = f"hwsw {printable(self._version)}" if self._version else "another version or program"
+        return f"{by} wrote it, this is hwsw {__version__}: read it with what wrote it"
 
 
 def open_trace(path: str | Path, show: Show = silent) -> Trace:
@@ -231,7 +269,7 @@ def open_trace(path: str | Path, show: Show = silent) -> Trace:
         trace.size = trace.path.stat().st_size
     except OSError as fault:
         raise TraceError(f"cannot be read: {fault.strerror or fault}", str(path)) from fault
-    trace.channels = list(channels.by_id.values())
+    trace.channels, trace.schemas = list(channels.by_id.values()), channels.forms
     if trace.fault and not (trace.channels or trace.metadata or trace.attachments):
         raise TraceError(
             f"has no readable content: {trace.fault}",
@@ -273,6 +311,7 @@ class _Channels:
 
     def __init__(self) -> None:
         self.by_id: dict[int, Channel] = {}
+        self.forms: dict[str, bytes] = {}
         self._schemas: dict[int, str] = {0: ""}
 
     def message(self, item: Any) -> tuple[Channel, Any] | None:
@@ -285,7 +324,7 @@ class _Channels:
                 raise DamagedError(f"a message of channel {item.channel_id}, which is not declared")
             return self.by_id[item.channel_id], item
         if isinstance(item, Schema):
-            self._schemas[item.id] = item.name
+            self._schemas[item.id], self.forms[item.name] = item.name, item.data
         elif isinstance(item, McapChannel):
             if item.schema_id not in self._schemas or len(self.by_id) > MAX_NAMED:
                 raise DamagedError(f"a channel of schema {item.schema_id}, which is not declared")

@@ -17,17 +17,15 @@ A field that may be None, or that has a default, has presence: where a message l
 
 from __future__ import annotations
 
-import types
 import typing
 from dataclasses import MISSING, dataclass, fields
+from types import NoneType, UnionType
 from typing import TYPE_CHECKING, Any
-
-import numpy as np
 
 from codesign import records
 from codesign.errors import TraceError
-from codesign.records import Record
-from codesign.trace.arrays import PACKED_TYPES, SHAPES
+from codesign.records import ArrayOf, Record
+from codesign.trace.arrays import PACKED_TYPES, is_packed
 
 if TYPE_CHECKING:
     from google.protobuf.descriptor_pb2 import FileDescriptorProto
@@ -59,15 +57,15 @@ class FieldPlan:
     """How a field is encoded: a type of protobuf, ``mapping``, ``packed`` or ``array``.
 
     ``name``: of the field of the record, ``stored``: of that of the message. ``after``: a time, stored as ps after that
-    of the record. ``optional``: it may be None. ``default``: its value where a message lacks it, as messages of older
-    files may.
+    of the record. ``optional``: it may be None. ``array``: the form of an array. ``default``: its value where a message
+    lacks it, as messages of older files may.
     """
 
     name: str
     number: int
     kind: str
     optional: bool = False
-    dtype: np.dtype[Any] | None = None
+    array: ArrayOf | None = None
     has_default: bool = False
     default: Any = None
     after: bool = False
@@ -78,23 +76,13 @@ class FieldPlan:
         return PICOSECONDS if self.name == TIME else self.name
 
     @property
-    def is_array(self) -> bool:
-        """Whether its value is an array."""
-        return self.dtype is not None
-
-    @property
-    def shape(self) -> tuple[int | None, ...]:
-        """The shape of a packed array. None: any length."""
-        return SHAPES[self.name]
-
-    @property
     def type_name(self) -> str:
         """The type in a ``.proto`` file, with its label."""
         if self.kind == "array":
             return ARRAY
         if self.kind == "packed":
-            assert self.dtype is not None
-            return f"repeated {PACKED_TYPES[self.dtype.name]}"
+            assert self.array is not None
+            return f"repeated {PACKED_TYPES[self.array.dtype]}"
         if self.name == TIME:
             return "uint32"
         kind = "string" if self.kind == "mapping" else "sint64" if self.after else self.kind
@@ -123,7 +111,7 @@ def plan_of(record_type: type[Record]) -> tuple[FieldPlan, ...]:
         TraceError: a field has a type that no message holds.
     """
     if record_type not in _PLANS:
-        hints = typing.get_type_hints(record_type)
+        hints = typing.get_type_hints(record_type, include_extras=True)
         _PLANS[record_type] = tuple(
             _field_plan(record_type, item.name, number, hints[item.name], item.default)
             for number, item in enumerate(fields(record_type), 1)
@@ -132,26 +120,30 @@ def plan_of(record_type: type[Record]) -> tuple[FieldPlan, ...]:
 
 
 def _field_plan(
-    record_type: type[Record], name: str, number: int, annotation: object, default: object
+    record_type: type[Record], name: str, number: int, annotation: Any, default: object
 ) -> FieldPlan:
     has_default = default is not MISSING
     filler = default if has_default else None
-    optional = isinstance(annotation, types.UnionType)
+    optional = typing.get_origin(annotation) in (typing.Union, UnionType)
     if optional:
-        annotation = next(item for item in typing.get_args(annotation) if item is not types.NoneType)
-    if typing.get_origin(annotation) is dict:
-        return FieldPlan(name, number, "mapping", optional, None, has_default, filler)
-    if typing.get_origin(annotation) is np.ndarray:
-        (item,) = typing.get_args(typing.get_args(annotation)[1])
-        dtype = np.dtype(item)
-        kind = "packed" if name in SHAPES and dtype.name in PACKED_TYPES else "array"
-        return FieldPlan(name, number, kind, optional, dtype, has_default, filler)
-    if annotation not in _PLAIN:
+        annotation = next(item for item in typing.get_args(annotation) if item is not NoneType)
+    array = next(
+        (each for each in getattr(annotation, "__metadata__", ()) if isinstance(each, ArrayOf)), None
+    )
+    if array is not None:
+        kind = "packed" if is_packed(array) else "array"
+    elif typing.get_origin(annotation) is dict:
+        kind = "mapping"
+    elif annotation in _PLAIN:
+        kind = _PLAIN[annotation]
+    else:
         raise TraceError(
-            f"no {record_type.__name__}: {name} has the type {annotation}, which no message holds"
+            f"no {record_type.__name__}: {name} has the type {annotation}, which no message holds",
+            None,
+            "name int, float, str, bool, dict, or an array with its form: Annotated[..., ArrayOf(dtype, shape)]",
         )
     after = name in record_type.TIMES
-    return FieldPlan(name, number, _PLAIN[annotation], optional, None, has_default, filler, after)
+    return FieldPlan(name, number, kind, optional, array, has_default, filler, after)
 
 
 def descriptor_set(record_type: type[Record]) -> bytes:
@@ -159,6 +151,32 @@ def descriptor_set(record_type: type[Record]) -> bytes:
     from google.protobuf.descriptor_pb2 import FileDescriptorSet
 
     return bytes(FileDescriptorSet(file=_files(record_type)).SerializeToString(deterministic=True))
+
+
+def agrees(record_type: type[Record], written: bytes) -> bool:
+    """Whether messages of the ``FileDescriptorSet`` of a file are such records.
+
+    They are if each field of the class has its name and type there, or is absent and has a default. So a later version
+    may add fields, and nothing else.
+    """
+    from google.protobuf.descriptor_pb2 import FileDescriptorSet
+    from google.protobuf.message import DecodeError
+
+    def fields_of(files: Any) -> dict[int, tuple[Any, ...]]:
+        messages = (each for file in files for each in file.message_type if each.name == record_type.__name__)
+        return {
+            each.number: (each.name, each.type, each.type_name, each.label)
+            for message in messages
+            for each in message.field
+        }
+
+    try:
+        there = fields_of(FileDescriptorSet.FromString(written).file)
+    except DecodeError:
+        return False
+    here = fields_of(_files(record_type))
+    bare = {plan.number for plan in plan_of(record_type) if plan.optional or plan.has_default}
+    return all(there.get(number, form if number in bare else None) == form for number, form in here.items())
 
 
 def _files(record_type: type[Record]) -> list[FileDescriptorProto]:

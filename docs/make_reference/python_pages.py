@@ -16,8 +16,8 @@ import codesign
 from codesign import plugin
 from codesign.cli import COMMANDS
 from codesign.cli import main as cli
-from codesign.records import Record
-from codesign.trace.schemas import RECORD_TYPES, schema_name, topic_of
+from codesign.records import ArrayOf, Record
+from codesign.trace.schemas import RECORD_TYPES, plan_of, schema_name, topic_of
 from docs.make_reference.docstrings import markdown, signature_text
 from docs.make_reference.model_tables import cell, sentence, table
 
@@ -165,8 +165,12 @@ def trace_page() -> list[str]:
     shared = {field.name for field in dataclasses.fields(Record)}
     for name, record in RECORD_TYPES.items():
         lines += [f"## `{name}`", "", markdown(record.__doc__ or ""), ""]
+        arrays = {plan.name: plan.array for plan in plan_of(record)}
         fields = [each for each in dataclasses.fields(record) if each.name not in shared]
-        shown = [(f"`{each.name}`", f"`{_field_type(each.type)}`", _field_default(each)) for each in fields]
+        shown = [
+            (f"`{each.name}`", _field_type(each.type, arrays[each.name]), _field_default(each))
+            for each in fields
+        ]
         lines += [*table(("field", "type", "default"), shown), ""]
     return lines
 
@@ -175,8 +179,10 @@ def _topic(record: type[Record]) -> str:
     return topic_of(record, "SOURCE")
 
 
-def _field_type(annotation: Any) -> str:
-    return str(annotation).replace("|", "\\|")
+def _field_type(annotation: Any, array: ArrayOf | None) -> str:
+    if array is None:
+        return f"`{annotation}`".replace("|", "\\|")
+    return f"{array}{', or None' if str(annotation).endswith('None') else ''}"
 
 
 def _field_default(field: dataclasses.Field[Any]) -> str:
