@@ -11,11 +11,13 @@ Every number that a report shows is one of four kinds, and says which:
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
 from functools import partial
 from typing import Any, ClassVar, Literal
+
+from codesign.errors import InputError, choose_hint, clip, show
 
 
 class Status(StrEnum):
@@ -127,13 +129,18 @@ class ResultFigure:
 
     @property
     def column(self) -> str:
-        """The name of its column in CSV and data frames: its name, which ends with its unit.
+        """The name of its column in CSV and data frames: its name, which ends with its unit. It names the figure too.
 
         >>> FIGURES["power"].column, FIGURES["energy_j"].column, FIGURES["slices"].column
         ('power_w', 'energy_j', 'slices')
+        >>> ResultFigure("pace", "derived", "", unit="/ s s").column
+        'pace_per_s_s'
         """
-        suffix = f"_{self.unit.lower()}"
-        return self.name if self.unit == "1" or self.name.endswith(suffix) else f"{self.name}{suffix}"
+        suffix = "_" + re.sub(r"\W+", "_", self.unit.lower().replace("/ ", "per ").removesuffix(")"))
+        said = named_unit(self.name)[1] == self.unit or self.name.endswith(suffix)
+        return (
+            self.name if said or self.unit == "1" or not self.name.isidentifier() else f"{self.name}{suffix}"
+        )
 
     @property
     def is_resource(self) -> bool:
@@ -296,6 +303,29 @@ def named(figure: ResultFigure | str) -> ResultFigure:
     if isinstance(figure, ResultFigure):
         return figure
     return FIGURES.get(figure) or ResultFigure(figure, "derived", "", figure.replace("_", " "), "1")
+
+
+def found(word: object, known: Mapping[str, ResultFigure] = FIGURES) -> ResultFigure | None:
+    """The figure of a name, or of the name of its column; None where no figure has it. A figure stays what it is."""
+    if isinstance(word, ResultFigure) or not isinstance(word, str):
+        return word if isinstance(word, ResultFigure) else None
+    return known.get(word) or next((each for each in known.values() if each.column == word), None)
+
+
+def figure_of(word: ResultFigure | str, known: Mapping[str, ResultFigure] = FIGURES) -> ResultFigure:
+    """The figure of a name, or of the name of its column (``power_w``). A figure stays what it is.
+
+    Raises:
+        InputError: no figure has this name.
+
+    >>> figure_of("power_w").name
+    'power'
+    """
+    figure = found(word, known)
+    if figure is None:
+        text = clip(str(word), 60)
+        raise InputError(f"{show(text)} is no figure", None, choose_hint(text, known))
+    return figure
 
 
 def _declared(name: str) -> ResultFigure:

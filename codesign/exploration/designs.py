@@ -118,13 +118,21 @@ class StudyPoint:
         """
         return self.study.result(self.index)
 
-    def figure(self, figure: ResultFigure) -> float | None:
-        """One figure, or None where it has none."""
-        return self.study.outcomes.value(figure, self.index)
+    def figure(self, figure: ResultFigure | str) -> float | None:
+        """One figure, also by its name, or None where it has none.
 
-    def interval(self, figure: ResultFigure) -> tuple[float, float] | None:
-        """The least and the greatest value of a figure inside all intervals; None where it rests on none."""
-        return self.study.outcomes.ends(figure, self.index)
+        Raises:
+            InputError: the study has no figure of this name.
+        """
+        return self.study.outcomes.value(self.study.figure_of(figure), self.index)
+
+    def interval(self, figure: ResultFigure | str) -> tuple[float, float] | None:
+        """The least and the greatest value of a figure inside all intervals; None where it rests on none.
+
+        Raises:
+            InputError: the study has no figure of this name.
+        """
+        return self.study.outcomes.ends(self.study.figure_of(figure), self.index)
 
     def specs(self) -> tuple[Platform, Workload]:
         """Platform and workload of the point, as ``codesign.simulate`` takes them.
@@ -300,13 +308,22 @@ class Design:
                 out.append(Out(broken.reason(place)))
         return tuple(out)
 
-    def figure(self, figure: ResultFigure) -> float | None:
-        """The aggregated figure; None where it has no value in some condition. A share that meets a limit has all."""
-        value = float(self.study.judged.figure(figure)[self.index])
+    def figure(self, figure: ResultFigure | str) -> float | None:
+        """The aggregated figure; None where it has no value in some condition. A share that meets a limit has all.
+
+        Raises:
+            InputError: the study has no figure of this name.
+        """
+        value = float(self.study.judged.figure(self.study.figure_of(figure))[self.index])
         return None if math.isnan(value) else value
 
-    def spread(self, figure: ResultFigure) -> Spread | None:
-        """The spread of the figure over the conditions that have it; None where none has."""
+    def spread(self, figure: ResultFigure | str) -> Spread | None:
+        """The spread of the figure over the conditions that have it; None where none has.
+
+        Raises:
+            InputError: the study has no figure of this name.
+        """
+        figure = self.study.figure_of(figure)
         judged, world = self.study.judged, self.study.world
         plain = judged.plain(figure)[self.index]
         held = plain[~np.isnan(plain)]

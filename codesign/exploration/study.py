@@ -31,7 +31,7 @@ from codesign.exploration.search import ExcludedBox, Searched
 from codesign.exploration.sensitivity import axis_effects
 from codesign.exploration.space import Space
 from codesign.exploration.specs import Specs
-from codesign.figures import ResultFigure
+from codesign.figures import FIGURES, ResultFigure, figure_of
 from codesign.inputs.aggregate import Rule
 from codesign.inputs.boxes import When
 from codesign.inputs.constraint import Constraint, needs_of
@@ -378,6 +378,14 @@ class Study(InNotebooks):
             InputError: pandas is not installed.
         """
         return data_frame(study_columns(self))
+
+    def figure_of(self, word: ResultFigure | str) -> ResultFigure:
+        """The declared or derived figure of a name, or of the name of its column.
+
+        Raises:
+            InputError: no figure has this name.
+        """
+        return word if isinstance(word, ResultFigure) else figure_of(word, {**FIGURES, **self.figures})
 
     @cached_property
     def figure_columns(self) -> list[FigureColumn]:

@@ -20,7 +20,7 @@ from pydantic import (
 from pydantic_core import CoreSchema, core_schema
 
 from codesign.errors import Fault, InputError, SpecError, choose_hint, clip, show
-from codesign.figures import FIGURES, SHORT_NAMES, ResultFigure
+from codesign.figures import FIGURES, SHORT_NAMES, ResultFigure, found
 from codesign.inputs.derived import DerivedFigure, derived, difference, in_scope, known_figures, nodes
 from codesign.inputs.expression import MAX_TEXT, parse_comparison
 from codesign.models import RefusalError, SpecModel, refused
@@ -35,11 +35,9 @@ def declared(name: Any) -> ResultFigure:
     Raises:
         RefusalError: no figure is declared under this name.
     """
-    if isinstance(name, ResultFigure):
-        return name
     known = known_figures()
-    if isinstance(name, str) and name in known:
-        return known[name]
+    if (figure := found(name, known)) is not None:
+        return figure
     if isinstance(name, str) and not _PLAIN_NAME.fullmatch(name):
         return derived(name, name)
     word = clip(str(name), 60)
@@ -213,7 +211,7 @@ def constraint_of(text: str) -> Constraint:
         raise RefusalError(f"{show(sign)} compares nothing", f"accepted: {', '.join(_OPERATORS)}")
     if not value:
         raise RefusalError(f"{show(text)} has no value", form)
-    figure = known_figures().get(SHORT_NAMES.get(name, name))
+    figure = found(SHORT_NAMES.get(name, name), known_figures())
     if figure is None and _PLAIN_NAME.fullmatch(name) and name[0] not in "-0123456789":
         hint = choose_hint(clip(name, 60), (*SHORT_NAMES, *known_figures()))
         raise RefusalError(f"{show(name)} is no figure", hint)

@@ -72,11 +72,6 @@ class DerivedFigure(ResultFigure):
         """The declared figures that it is made of."""
         return self.node.names
 
-    @property
-    def column(self) -> str:
-        """The name of its column in CSV and data frames: its own."""
-        return self.name
-
     def of(self, figure: Callable[[str], float | None]) -> float | None:
         """Its value for one point, by the values of the declared figures; None where it has none."""
         from codesign.inputs.expression_values import as_number, column
@@ -227,12 +222,13 @@ def known_figures() -> Mapping[str, ResultFigure]:
 
 
 def nodes() -> dict[str, Node]:
-    """What each name in an expression stands for: the known figures, and their short names."""
+    """What each name in an expression stands for: the known figures, their columns, and their short names."""
     known = {
         name: figure.node if isinstance(figure, DerivedFigure) else figure_node(name, figure.unit)
         for name, figure in known_figures().items()
     }
-    return {**{short: known[name] for short, name in SHORT_NAMES.items()}, **known}
+    columns = {figure.column: known[name] for name, figure in known_figures().items()}
+    return {**{short: known[name] for short, name in SHORT_NAMES.items()}, **columns, **known}
 
 
 def derived(
@@ -329,7 +325,7 @@ def read_figures(raw: Any) -> dict[str, DerivedFigure]:
         try:
             _check_name(name, raw)
             with in_scope(figures):
-                figures[name] = _read(name, written)
+                figures[name] = _with_column(_read(name, written), raw, figures)
         except RefusalError as refusal:
             refusals.append(refusal_details(refusal, (str(name),)))
         except ValidationError as error:
@@ -372,6 +368,21 @@ def _check_name(name: Any, names: Collection[Any]) -> None:
     of_interval = stem != name and (stem in declared or stem in names)
     if name in COLUMNS or name in declared or of_interval:
         raise RefusalError(f"{name} is a column of tables", "choose another name", of_key=True)
+
+
+def _with_column(
+    figure: DerivedFigure, names: Collection[Any], before: Mapping[str, DerivedFigure]
+) -> DerivedFigure:
+    """The figure, where the column of its name and unit is no name or column of another figure."""
+    others = [*FIGURES.values(), *before.values()]
+    taken = {*names, *COLUMNS, *(each.name for each in others), *(each.column for each in others)} - {
+        figure.name
+    }
+    for column in (figure.column, f"{figure.column}_low", f"{figure.column}_high"):
+        if column in taken:
+            what = f"{figure.name} in {figure.unit} has the column {figure.column} of tables, and {column} is another"
+            raise RefusalError(what, "choose another name", of_key=True)
+    return figure
 
 
 def _as_written(figures: Mapping[str, DerivedFigure]) -> dict[str, Any]:

@@ -38,8 +38,7 @@ MARKS: dict[str, tuple[str, str, str]] = {
 class Picture(InNotebooks):
     """A picture for a page: its title, what it shows in words (``alt``), its bytes, and a caption.
 
-    ``figure`` is that of matplotlib, to be restyled: ``write`` draws it as it is at that time. None where a picture was
-    not drawn here.
+    ``drawing``: of matplotlib (``figure``). None where a picture is made of the bytes of another.
     """
 
     title: str
@@ -47,7 +46,18 @@ class Picture(InNotebooks):
     format: Format
     data: bytes = field(repr=False)
     caption: str = ""
-    figure: Figure | None = field(default=None, repr=False, compare=False)
+    drawing: Figure | None = field(default=None, repr=False, compare=False)
+
+    @property
+    def figure(self) -> Figure:
+        """The figure of matplotlib, to be restyled: ``write`` draws it as it is at that time.
+
+        Raises:
+            InputError: the picture was not drawn here.
+        """
+        if self.drawing is None:
+            raise InputError(f"the picture {self.title!r} has no figure", None, "write its data to a file")
+        return self.drawing
 
     def write(self, path: Path | str, width_mm: float | None = None) -> None:
         """Write the figure as PDF, SVG or PNG, by the end of the name.
@@ -55,10 +65,9 @@ class Picture(InNotebooks):
         ``width_mm``: of the figure, to a few mm, as margins without ink are cut off. Its letters keep their size.
 
         Raises:
-            InputError: the name ends otherwise. RunError: the file cannot be written.
+            InputError: the name ends otherwise, or the picture has no figure. RunError: the file cannot be written.
         """
         format = format_of(Path(path))
-        assert self.figure is not None, "drawn here"
         if width_mm is not None:
             set_width(self.figure, width_mm)
         write_atomically(Path(path), picture_bytes(self.figure, format))

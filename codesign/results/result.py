@@ -14,7 +14,7 @@ from pydantic import Field, field_validator
 
 from codesign.data_frames import data_frame
 from codesign.errors import clip
-from codesign.figures import FIGURES, Figure, ResultFigure, described, label
+from codesign.figures import FIGURES, Figure, ResultFigure, described, figure_of, label
 from codesign.inputs.derived import DerivedFigure, derived_interval
 from codesign.notebooks import InNotebooks
 from codesign.planners.quality import Quality, RobotsQuality
@@ -286,17 +286,26 @@ class Result(InNotebooks, ResultModel):
         """Whether the design was run. One that does not fit was not; one with a plan of too few starts was."""
         return self.utilisation is not None
 
-    def figure(self, figure: ResultFigure) -> float | None:
-        """The value of a declared figure, in its unit; None where there is none: no run, or no field of this name."""
+    def figure(self, figure: ResultFigure | str) -> float | None:
+        """The value of a figure, or of the declared figure of a name, in its unit; None where the run has none.
+
+        Raises:
+            InputError: no figure has this name.
+        """
+        figure = figure_of(figure)
         if figure.of_whole_path and self.mission is not None and not self.mission.reached:
             return None
         return figure.value(self) if figure.value is not None else _total(_held(self, figure.path))
 
-    def interval(self, figure: ResultFigure) -> tuple[float, float] | None:
-        """The least and the greatest value of a declared figure, inside the intervals of all figures that it rests on.
+    def interval(self, figure: ResultFigure | str) -> tuple[float, float] | None:
+        """The least and the greatest value of a figure, inside the intervals of all figures that it rests on.
 
         None where it rests on none, or is no sum of terms (``Terms.open``).
+
+        Raises:
+            InputError: no figure has this name.
         """
+        figure = figure_of(figure)
         if isinstance(figure, DerivedFigure):
             return derived_interval(
                 figure,

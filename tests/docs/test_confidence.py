@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import doctest
 import re
 import shlex
 from collections.abc import Callable
@@ -30,8 +29,3 @@ def test_commands_print_what_the_page_shows(
     assert len(shown.splitlines()) > 3
     for line in shown.splitlines():
         assert line == "..." or words(line) in printed
-
-
-def test_the_python_of_the_page_is_run() -> None:
-    failed, tried = doctest.testfile(str(PAGE), module_relative=False)
-    assert (failed, tried > 9) == (0, True)

@@ -1,9 +1,7 @@
-"""The examples in the docstrings and in docs/exploration.md are run."""
+"""The commands of docs/exploration.md are run."""
 
 from __future__ import annotations
 
-import doctest
-import importlib
 import re
 import shlex
 from collections.abc import Callable
@@ -15,27 +13,7 @@ from places import ROOT
 
 from codesign.figures import FIGURES
 
-MODULES = [
-    "codesign.memo",
-    "codesign.pricing.edges",
-    *(f"codesign.exploration.{name}" for name in ("aggregation", "front", "order", "space")),
-    *(f"codesign.inputs.{name}" for name in ("axis_values", "expression", "ranges", "unit_powers")),
-]
 PAGE = ROOT / "docs" / "exploration.md"
-
-
-@pytest.mark.parametrize("name", MODULES)
-def test_docstrings(name: str) -> None:
-    found = doctest.testmod(importlib.import_module(name))
-    assert found.attempted > 0
-    assert found.failed == 0
-
-
-def test_page() -> None:
-    names: dict[str, object] = {}
-    found = doctest.testfile(str(PAGE), module_relative=False, extraglobs=names)
-    assert found.attempted > 2
-    assert found.failed == 0
 
 
 def test_the_front_over_rooms_and_seeds_is_as_the_page_says(tmp_path: Path) -> None:

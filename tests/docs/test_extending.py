@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import json
+import os
 import re
+import subprocess
 import sys
 import tomllib
 from collections.abc import Callable, Generator, Iterator
 from importlib import import_module, invalidate_caches
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -46,7 +49,6 @@ def example(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     for name, text in files.items():
         (tmp_path / name).parent.mkdir(exist_ok=True)
         (tmp_path / name).write_text(text, encoding="utf-8")
-    (tmp_path / "flood" / "__init__.py").touch()
     project = tomllib.loads(files["pyproject.toml"])["project"]
     installed = tmp_path / f"{project['name']}-{project['version']}.dist-info"
     installed.mkdir()
@@ -63,6 +65,36 @@ def example(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     forget()
     for name in [name for name in sys.modules if name.split(".")[0] in ("flood", "test_flood")]:
         del sys.modules[name]
+
+
+@pytest.mark.skipif(find_spec("hatchling") is None, reason="the build backend of the page is not installed")
+def test_the_package_of_the_page_is_installed_by_pip_and_found(example: Path) -> None:
+    """The files as a reader has them, without what the fixture adds; found by no path but that of its installation."""
+    folder, site = example / "as-read", example / "site"
+    for name, text in (block for page in PAGES for block in BLOCK.findall(page.read_text(encoding="utf-8"))):
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        (folder / name).write_text(text, encoding="utf-8")
+    pip = [
+        sys.executable,
+        "-m",
+        "pip",
+        "install",
+        "--quiet",
+        "--no-deps",
+        "--no-build-isolation",
+        "--target",
+        site,
+    ]
+    done = subprocess.run([*pip, folder], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    assert (site / "flood" / "styles.py").is_file()
+    path = os.pathsep.join([str(site), *(each for each in sys.path if each and each != str(example))])
+    listed = subprocess.run(
+        [sys.executable, "-m", "codesign", "list"],
+        cwd=site, env={**os.environ, "PYTHONPATH": path}, capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert "steps to the goal, flooded from it" in listed.stdout, listed.stderr
+    assert listed.returncode == 0
 
 
 def run(hwsw: Run, example: Path, *more: object) -> Any:

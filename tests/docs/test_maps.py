@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 import ast
-import doctest
-import importlib
 import re
 from collections.abc import Callable
 from pathlib import Path
 
-import pytest
 import yaml
 from click.testing import Result
 from places import ROOT
@@ -50,10 +47,3 @@ def test_the_example_of_steps_loads(tmp_path: Path) -> None:
     problem = validate(ProblemSpec, Document("page", tmp_path, tree))
     assert isinstance(problem.map, FileMap)
     assert (str(problem.map.inflate), problem.map.downsample, problem.map.crop) == ("0.3 m", 2, "free")
-
-
-@pytest.mark.parametrize("module", ["generate", "reach", "text"])
-def test_docstring_examples(module: str) -> None:
-    results = doctest.testmod(importlib.import_module(f"codesign.maps.{module}"))
-    assert results.attempted > 0
-    assert results.failed == 0

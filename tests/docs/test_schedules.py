@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import doctest
 import re
 from collections.abc import Callable
 from pathlib import Path
@@ -12,12 +11,6 @@ from click.testing import Result
 from places import ROOT
 
 PAGE = ROOT / "docs" / "schedules.md"
-
-
-def test_page() -> None:
-    done = doctest.testfile(str(PAGE), module_relative=False)
-    assert done.attempted > 5
-    assert done.failed == 0
 
 
 def test_labyrinth_schedules_of_the_page() -> None:

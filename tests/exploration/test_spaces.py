@@ -98,8 +98,9 @@ def test_what_is_written_has_derived_figures_and_no_values_of_axes_that_do_not_e
         figures = entry["figures"]
         own = 1e3 * (figures["energy_j"] * figures["plan_time_worst_s"])
         assert figures["energy_delay"] == pytest.approx(own, rel=1e-12)
-        assert columns["energy_delay"][index] == frame["energy_delay"][index] == figures["energy_delay"]
-        least, most = (columns[f"energy_delay_{end}"][index] for end in ("low", "high"))
+        column = "energy_delay_mj_s"
+        assert columns[column][index] == frame[column][index] == figures["energy_delay"]
+        least, most = (columns[f"{column}_{end}"][index] for end in ("low", "high"))
         assert least <= figures["energy_delay"] <= most
         assert (columns["relax.omega"][index] is None) == (entry["axes"].get("relax.omega") is None)
     page = study_html(study)
