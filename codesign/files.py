@@ -1,8 +1,17 @@
-"""Files are written completely or not at all. Devices, pipes and folders are never replaced."""
+"""Files are written completely or not at all. Devices, pipes and folders are never replaced.
+
+What is written has a temporary name beside its own, with the machine and the process in it. So the next process that
+writes there removes what a killed one left. It is renamed once it is on the disk: after a loss of power there is the
+old file or the new one, and no empty one.
+"""
 
 from __future__ import annotations
 
+import hashlib
 import os
+import platform
+import re
+import secrets
 import shutil
 import stat
 import tempfile
@@ -28,6 +37,95 @@ def cache_folder() -> Path:
     if named:
         return Path(named)
     return Path(os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache")) / "hwsw-codesign"
+
+
+def kept_folder(*names: str) -> Path:
+    """A folder of ``cache_folder`` by its names, made where it is missing.
+
+    What is kept is executed or believed, so a folder that another user owns or may write to is refused.
+
+    Raises:
+        OSError: it cannot be made, written to or trusted; ``strerror`` says why.
+    """
+    folder = cache_folder()
+    for name in ("", *names):
+        folder /= name
+        folder.parent.mkdir(parents=True, exist_ok=True)
+        folder.mkdir(mode=0o700, exist_ok=True)
+        status = folder.stat()
+        if os.name == "posix" and (status.st_uid != os.getuid() or stat.S_IMODE(status.st_mode) & 0o022):
+            raise PermissionError(0, "another user owns the folder or may write to it", str(folder))
+    if not os.access(folder, os.W_OK | os.X_OK):
+        raise PermissionError(0, "the folder cannot be written to", str(folder))
+    return folder
+
+
+def _sign() -> str:
+    """The machine in a temporary name: several may share a disk."""
+    return hashlib.sha256(platform.node().encode()).hexdigest()[:6]
+
+
+def part_of(target: Path) -> Path:
+    """A new temporary name beside ``target``. Parts that dead processes left there are removed."""
+    sweep(target.parent)
+    # The name is cut, so that the longer temporary name is not too long for any file system.
+    return target.with_name(f".{target.name[:16]}.{_sign()}-{os.getpid()}-{secrets.token_hex(4)}.part")
+
+
+def sweep(folder: Path) -> None:
+    """Remove from a folder the parts of processes of this machine and user that ended without removing them."""
+    if os.name != "posix":
+        return
+    part = re.compile(rf"\..*\.{_sign()}-(\d+)-[0-9a-f]{{8}}\.part", re.DOTALL)
+    with suppress(OSError):
+        for name in os.listdir(folder):
+            found = part.fullmatch(name)
+            path = Path(folder, name)
+            if found and not _is_alive(int(found[1])) and path.lstat().st_uid == os.getuid():
+                _remove(path)
+
+
+def _is_alive(process: int) -> bool:
+    try:
+        os.kill(process, 0)
+    except (ProcessLookupError, OverflowError):
+        return False
+    except OSError:
+        return True
+    return True
+
+
+@contextmanager
+def scratch() -> Iterator[Path]:
+    """A temporary folder of the system, removed at the end of the block."""
+    with passing(part_of(Path(tempfile.gettempdir(), "hwsw"))) as folder:
+        folder.mkdir(mode=0o700)
+        yield folder
+
+
+def put(part: Path, target: Path) -> None:
+    """Rename a finished file or folder to ``target``, once it is on the disk."""
+    for folder, _, names in os.walk(part):
+        for name in names:
+            _to_disk(Path(folder, name))
+    _to_disk(part)
+    part.replace(target)
+    _to_disk(target.parent)
+
+
+def _to_disk(path: Path) -> None:
+    folder = path.is_dir()
+    if folder and os.name != "posix":
+        return
+    descriptor = os.open(path, os.O_RDONLY if folder or os.name == "posix" else os.O_RDWR)
+    try:
+        os.fsync(descriptor)
+    except OSError:
+        # Some file systems cannot do it for a folder.
+        if not folder:
+            raise
+    finally:
+        os.close(descriptor)
 
 
 @contextmanager
@@ -159,22 +257,21 @@ def written_atomically(path: Path) -> Iterator[Path]:
     """
     if is_special(path):
         raise RunError("cannot write: is no regular file", str(path), "name a file")
-    target = landing(path)
     try:
-        # The name is cut, so that the longer temporary name is not too long for any file system.
-        handle, name = tempfile.mkstemp(prefix=f".{target.name[:16]}.", suffix=".part", dir=target.parent)
-        os.close(handle)
+        target = landing(path)
+        name = part_of(target)
+        os.close(os.open(name, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o600))
     except (OSError, ValueError) as error:
         raise RunError(
             f"cannot write: {_reason(error)}",
             str(path),
             "name a file in a folder that exists and can be written to",
         ) from error
-    with passing(Path(name)) as part:
+    with passing(name) as part:
         try:
             yield part
             part.chmod(_mode_of(target))
-            part.replace(target)
+            put(part, target)
         except OSError as error:
             raise RunError(
                 f"cannot write: {_reason(error)}", str(path), "free some space, or name another file"
@@ -189,10 +286,11 @@ def write_folder(folder: Path, files: Mapping[str, bytes], stale: Iterable[str] 
     Raises:
         RunError: the folder cannot be made or written to, or the disk is full.
     """
-    target = landing(folder)
     try:
+        target = landing(folder)
         target.parent.mkdir(parents=True, exist_ok=True)
-        part = Path(tempfile.mkdtemp(prefix=f".{target.name[:16]}.", suffix=".part", dir=target.parent))
+        part = part_of(target)
+        part.mkdir(mode=0o700)
     except (OSError, ValueError) as error:
         hint = "name a folder that can be made and written to"
         raise RunError(f"cannot write: {_reason(error)}", str(folder), hint) from error
@@ -207,7 +305,7 @@ def write_folder(folder: Path, files: Mapping[str, bytes], stale: Iterable[str] 
                 _copy(each, part / each.name)
             if target.is_dir():
                 target.rename(old)
-            part.rename(target)
+            put(part, target)
         except OSError as error:
             if old.exists() and not target.exists():
                 old.rename(target)
@@ -242,7 +340,7 @@ def _reason(error: Exception) -> str:
 
 
 def _mode_of(target: Path) -> int:
-    # mkstemp sets 0o600. A file should have the mode of the file that it replaces, or the default mode of its user.
+    # A part has 0o600. A file should have the mode of the file that it replaces, or the default mode of its user.
     try:
         return stat.S_IMODE(target.stat().st_mode)
     except OSError:

@@ -1,4 +1,4 @@
-"""How Ctrl-C and SIGTERM end a command: within about two seconds, whatever it is doing.
+"""How Ctrl-C, SIGTERM and SIGHUP (a closed terminal) end a command: within about two seconds, whatever it is doing.
 
 Python runs the handler of a signal in the main thread, between two Python instructions. It never runs inside a compiled
 kernel, which may take minutes. So the handler interrupts the main thread as usual, and a second thread, the watcher,
@@ -37,6 +37,8 @@ GRACE_S = 1.0
 """Seconds for the main thread to unwind."""
 
 SIGNALS: dict[int, type[Interrupted]] = {signal.SIGINT: Interrupted, signal.SIGTERM: Terminated}
+if os.name == "posix":
+    SIGNALS[signal.SIGHUP] = Terminated
 
 
 class _Ending:
@@ -78,7 +80,7 @@ _ending = _Ending()
 
 
 def end_on_signals() -> None:
-    """Let Ctrl-C and SIGTERM end this process as the module describes.
+    """Let Ctrl-C, SIGTERM and SIGHUP end this process as the module describes.
 
     For the main thread of a process that runs one command. A signal that the process ignores stays ignored.
     """
@@ -162,11 +164,12 @@ _children: set[subprocess.Popen[bytes]] = set()
 
 @contextmanager
 def child(
-    command: Sequence[str], cwd: Path, stdin: int = subprocess.DEVNULL
+    command: Sequence[str], cwd: Path, stdin: int = subprocess.DEVNULL, temporary: Path | None = None
 ) -> Iterator[subprocess.Popen[bytes]]:
     """A tool in a process of its own, with pipes for its output. All its processes end at the end of the block.
 
-    They end with this process too: at an exception, at Ctrl-C and SIGTERM, and when it is killed.
+    They end with this process too: at an exception, at a signal, and when it is killed. ``temporary``: the folder for
+    their temporary files.
 
     Raises:
         OSError: the tool cannot be started.
@@ -176,8 +179,15 @@ def child(
             raise _ending.struck
         pipe = subprocess.PIPE
         own = os.name == "posix"
+        folders = {} if temporary is None else dict.fromkeys(("TMPDIR", "TMP", "TEMP"), str(temporary))
         process = subprocess.Popen(
-            command, cwd=cwd, stdin=stdin, stdout=pipe, stderr=pipe, start_new_session=own
+            command,
+            cwd=cwd,
+            stdin=stdin,
+            stdout=pipe,
+            stderr=pipe,
+            start_new_session=own,
+            env={**os.environ, **folders},
         )
         _children.add(process)
     try:

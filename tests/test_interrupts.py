@@ -28,7 +28,8 @@ Run = Callable[..., Result]
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals of a terminal")
 
-ENDS = {signal.SIGINT: (130, "interrupted"), signal.SIGTERM: (143, "terminated")}
+TERMINATED = (143, "terminated")
+ENDS = {signal.SIGINT: (130, "interrupted"), signal.SIGTERM: TERMINATED, signal.SIGHUP: TERMINATED}
 # Far above what it takes, and far below the minutes that the work itself takes.
 BOUND_S = 30
 
@@ -76,7 +77,9 @@ if __name__ == "__main__":
 """
 
 
-@pytest.mark.parametrize(("number", "strikes"), [(signal.SIGINT, 1), (signal.SIGINT, 2), (signal.SIGTERM, 1)])
+@pytest.mark.parametrize(
+    ("number", "strikes"), [(signal.SIGINT, 1), (signal.SIGINT, 2), (signal.SIGTERM, 1), (signal.SIGHUP, 1)]
+)
 def test_a_signal_ends_a_process_within_a_kernel(
     number: signal.Signals, strikes: int, tmp_path: Path
 ) -> None:

@@ -24,13 +24,13 @@ from codesign.advice.boards import Board, boards_of
 from codesign.advice.cache import kept_trials
 from codesign.advice.candidates import Candidate
 from codesign.advice.certainty import Certainty, certainty_of
-from codesign.advice.files import command_of, write_design
+from codesign.advice.files import command_of, design_file, write_design
 from codesign.advice.needs import Needs, Question, ask, parse_needs, problem_section
 from codesign.advice.search import BUDGET_S, Findings, Progress, search
 from codesign.advice.sentence import verdict
 from codesign.advice.trials import Laboratory, trial_of
 from codesign.errors import RunError
-from codesign.files import cache_folder
+from codesign.files import cache_folder, kept_folder
 
 __all__ = [
     "BUDGET_S",
@@ -41,6 +41,7 @@ __all__ = [
     "advise",
     "ask",
     "boards_of",
+    "design_file",
     "parse_needs",
     "problem_section",
 ]
@@ -60,7 +61,7 @@ def advise(
     ``search``.
 
     Raises:
-        RunError: the workload of the winner cannot be written.
+        RunError: the workload of the winner cannot be written into ``write``.
     """
     laboratory = Laboratory(question)
     with kept_trials() as (store, remark):
@@ -68,12 +69,19 @@ def advise(
     needs = question.needs
     advice, best = judged(boards, findings, needs)
     winner = advice[0] if advice[0].suffices else None
-    command, certainty, next_certainty = None, None, None
+    command, certainty, next_certainty, unkept = None, None, None, ""
     if winner is not None:
         candidate = best[winner.board]
         certainty = _confirmed(laboratory, candidate, winner.design)
-        folder = cache_folder() / "advice" / laboratory.key(candidate)[:12] if write is None else write
-        command = command_of(candidate, write_design(candidate, question, folder, portable=write is not None))
+        try:
+            folder = kept_folder("advice", laboratory.key(candidate)[:12]) if write is None else write
+            file = write_design(candidate, question, folder, portable=write is not None)
+            command = command_of(candidate, file)
+        except (RunError, OSError) as fault:
+            if write is not None:
+                raise
+            why = fault.what if isinstance(fault, RunError) else fault.strerror
+            unkept = f"the winner's workload is not kept (--write FOLDER writes it): {why}"
         next_certainty = _of_next(laboratory, best, cheaper_than(winner, advice))
     return Advice(
         verdict=verdict(
@@ -94,7 +102,9 @@ def advise(
         recommended=None if winner is None else winner.board,
         boards=tuple(advice),
         not_searched=_left(findings),
-        remarks=tuple(text for text in (*question.grid.remarks, *laboratory.failures[:1], remark) if text),
+        remarks=tuple(
+            text for text in (*question.grid.remarks, *laboratory.failures[:1], remark, unkept) if text
+        ),
         simulated=findings.simulated,
         kept=findings.kept,
         command=command,

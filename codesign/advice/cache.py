@@ -13,7 +13,7 @@ from contextlib import contextmanager, suppress
 from codesign.errors import StoreError
 from codesign.exploration.file_store import FileStore
 from codesign.exploration.store import MemoryStore, Store
-from codesign.files import cache_folder
+from codesign.files import cache_folder, kept_folder
 
 MOST_BYTES = 64 * 2**20
 """A larger file is removed before the next question. It holds some 100,000 trials."""
@@ -26,7 +26,7 @@ def kept_trials() -> Iterator[tuple[Store, str]]:
     remark = ""
     path = cache_folder() / "advice.sqlite"
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
+        kept_folder()
         if path.exists() and path.stat().st_size > MOST_BYTES:
             path.unlink()
         store = FileStore(path)

@@ -11,7 +11,7 @@ from typing import Any
 
 import yaml
 
-from codesign.advice.boards import is_file
+from codesign.advice.boards import Board, is_file
 from codesign.advice.candidates import Candidate
 from codesign.advice.needs import Question, workload_tree
 from codesign.errors import RunError
@@ -38,9 +38,14 @@ def write_design(candidate: Candidate, question: Question, folder: Path, *, port
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as fault:
         raise RunError(f"cannot make the folder: {fault.strerror}", str(folder), "name another") from fault
-    path = folder / f"{candidate.board.name}.yaml"
+    path = design_file(folder, candidate.board)
     write_atomically(path, text.encode())
     return path
+
+
+def design_file(folder: Path, board: Board) -> Path:
+    """The workload of a design for a board, in ``folder``."""
+    return folder / f"{board.name}.yaml"
 
 
 def command_of(candidate: Candidate, workload: Path) -> str:

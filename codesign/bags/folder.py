@@ -10,7 +10,7 @@ from typing import Any
 
 from codesign.bags.library import check_installed, typestore
 from codesign.errors import InputError, RunError
-from codesign.files import WholeOrAbsent, landing
+from codesign.files import WholeOrAbsent, landing, part_of, put
 
 VERSION: Any = 9
 """Of the format of rosbag2: that of ROS 2 Jazzy."""
@@ -57,12 +57,9 @@ class BagFolder(WholeOrAbsent):
         self._open: dict[str, Any] = {}
         self._writer: Any = None
         with self._guard():
-            part = Path(
-                tempfile.mkdtemp(
-                    prefix=f".{self._target.name[:16]}.", suffix=".part", dir=self._target.parent
-                )
-            )
+            part = part_of(self._target)
             self._hold(part)
+            part.mkdir()
             # The library names the file of messages after the folder.
             self._part = part / self._target.name
             self._writer = Writer(self._part, version=VERSION, storage_plugin=StoragePlugin.MCAP)
@@ -88,7 +85,7 @@ class BagFolder(WholeOrAbsent):
             self._writer.close()
             if self._target.is_dir():
                 self._target.rmdir()
-            self._part.rename(self._target)
+            put(self._part, self._target)
 
     def _drop(self) -> None:
         if self._writer is not None:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import click
 
-from codesign.cli.options import MapFile
+from codesign.cli.options import MapFile, force_option
 from codesign.errors import EXIT_INFEASIBLE, printable
 
 
@@ -52,6 +52,7 @@ from codesign.errors import EXIT_INFEASIBLE, printable
     help="Write the workload of the winner into this folder.",
 )
 @click.option("--json", "as_json", is_flag=True, help="Print the answer as JSON.")
+@force_option
 def advise(
     map_file: Path,
     goals: tuple[str, ...],
@@ -78,6 +79,7 @@ def advise(
     """
     from codesign import advice
     from codesign.cli.progress import compiling_shown, progress_shown
+    from codesign.cli.replacing import check_replaceable
     from codesign.progress import Advance, Pace
     from codesign.report import render_text
     from codesign.report.advice_tables import advice_table
@@ -96,6 +98,8 @@ def advise(
         changed_cells=change,
     )
     question = advice.ask(needs, section, map_file)
+    for board in asked if write is not None else ():
+        check_replaceable("--write", advice.design_file(write, board))
     budget_s = advice.BUDGET_S if budget is None else budget
     pace, begun = Pace(1), time.process_time()
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from codesign.cli.options import settings_of
+from codesign.cli.options import force_option, settings_of
 from codesign.errors import InputError, printable
 from codesign.models import NAME_PATTERN
 
@@ -81,6 +81,7 @@ def _ps(seconds: float) -> int:
     help="Write the calibration, such as calibrations/mine.yaml.",
 )
 @click.option("--json", "as_json", is_flag=True, help="Print the comparison as JSON.")
+@force_option
 def fpga(
     specs: tuple[str, ...],
     reports: tuple[Path, ...],
@@ -106,7 +107,7 @@ def fpga(
     from codesign.report import render_text
     from codesign.report.calibration_tables import calibration_document, calibration_tables
 
-    check_outputs({"-o": output}, (*reports, *specs, added_to))
+    check_outputs({"-o": output}, (*reports, *specs, added_to), kind="calibration")
     name = "calibration" if output is None else _name_of(output)
     compared = compare_reports(
         reports,

@@ -16,6 +16,7 @@ from codesign.cli.options import (
     cell_of,
     command_line,
     debug_step,
+    force_option,
     memory_option,
     need_option,
     output_options,
@@ -67,6 +68,7 @@ DEFAULT = (
 )
 @click.option("--html", "page", type=click.Path(dir_okay=False, path_type=Path), help="Write an HTML page.")
 @click.option("--json", "as_json", is_flag=True, help="Print the results as JSON.")
+@force_option
 def compare(
     designs: tuple[str, ...],
     like: str | None,

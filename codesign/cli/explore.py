@@ -119,7 +119,6 @@ def explore(
     """
     import codesign
     from codesign import interrupts
-    from codesign.cli.outputs import check_outputs
     from codesign.cli.progress import compiling_shown, progress_shown
     from codesign.exploration.budget import Budget
     from codesign.kernel_cache import is_cold
@@ -130,11 +129,7 @@ def explore(
     platform, workload_spec = _explored(specs, settings_of(settings), *changed)
     one = "" if platform is None or isinstance(platform, list) else f"{platform.name}-"
     file = store or Path(f"{one}{workload_spec.name}.sqlite")
-    check_outputs(
-        files.by_option,
-        (*specs, workload_spec.map_file),
-        store=("--store", file),
-    )
+    files.check((*specs, workload_spec.map_file), ("--store", file))
     interrupts.keep("finished points are kept")
     debug_step("files read and checked")
     budget = Budget(points, None if time_ms is None else time_ms / 1000)
@@ -255,11 +250,10 @@ def report(
 
     --need judges the designs anew, with a further constraint.
     """
-    from codesign.cli.outputs import check_outputs
     from codesign.cli.progress import LATER_S, progress_shown
     from codesign.exploration import load_study
 
-    check_outputs(files.by_option, [store])
+    files.check([store])
     chosen = settings_of(conditions, "--condition")
     with progress_shown(after_s=LATER_S, quiet=as_json or detail == SENTENCE) as show:
         study = load_study(store, show).needing(needs).at(chosen)

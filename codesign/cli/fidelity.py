@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from codesign.cli.options import backend_option, debug_option, debug_step
+from codesign.cli.options import backend_option, debug_option, debug_step, force_option
 from codesign.errors import printable
 
 if TYPE_CHECKING:
@@ -39,6 +39,7 @@ if TYPE_CHECKING:
 @backend_option
 @debug_option
 @click.option("--json", "as_json", is_flag=True, help="Print everything that is compared as JSON.")
+@force_option
 def fidelity(
     page: Path | None, picture: Path | None, quick: bool, jobs: int, backend: str, as_json: bool
 ) -> None:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from codesign.cli.options import MapFile
+from codesign.cli.options import MapFile, force_option
 from codesign.errors import InputError, MapError, printable
 
 if TYPE_CHECKING:
@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     "--png", type=click.Path(dir_okay=False, path_type=Path), help="Write the part shown as an image."
 )
 @click.option("--json", "as_json", is_flag=True, help="Print the figures as JSON.")
+@force_option
 def map_(
     file: Path,
     at: str | None,
@@ -46,13 +47,16 @@ def map_(
     up. Cropping keeps both.
     """
     from codesign import maps
+    from codesign.cli.outputs import check_outputs
     from codesign.cli.progress import LATER_S, progress_shown
     from codesign.inputs.places import parse_place
+    from codesign.maps import map_files
     from codesign.maps.survey import picture, survey
     from codesign.progress import doing
     from codesign.system.map_text import map_lines, place_on
 
     spec = _spec(file, {name: value for name, value in steps.items() if value is not None})
+    check_outputs({"--png": png}, map_files(spec.path))
     with progress_shown(after_s=LATER_S, quiet=as_json) as show:
         doing(show, "reading and preparing the map")
         try:

@@ -13,6 +13,7 @@ from typing import Any, TypeVar
 import click
 from click.core import ParameterSource
 
+from codesign.cli.replacing import FORCE
 from codesign.errors import CodesignError, InputError, clip, printable
 
 
@@ -129,8 +130,24 @@ def output_options(quiet: str, verbose: str) -> Callable[[_Command], _Command]:
     return decorate
 
 
-_PRINTED_ONLY = frozenset({"as_json", "detail", "debug"})
-"""Parameters that change only what is printed."""
+_PRINTED_ONLY = frozenset({"as_json", "detail", "debug", "force"})
+"""Parameters that change only what is printed, or may be replaced."""
+
+
+def _begin_force(context: click.Context, _param: click.Parameter, wanted: bool) -> None:
+    if wanted:
+        context.meta[FORCE] = True
+
+
+force_option = click.option(
+    "--force",
+    is_flag=True,
+    expose_value=False,
+    is_eager=True,
+    callback=_begin_force,
+    help="Replace files of another kind too.",
+)
+"""For every command that writes files: see ``replacing``."""
 
 backend_option = click.option(
     "--backend",

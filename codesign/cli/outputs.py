@@ -1,4 +1,4 @@
-"""Checks of outputs before any work: none may overwrite an input or another output, and all can be written."""
+"""Checks of outputs before any work: none overwrites what it should not (``replacing``), and all can be written."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from pathlib import Path
 
+from codesign.cli.replacing import check_replaceable
 from codesign.errors import InputError
 from codesign.files import is_special, is_stream, landing
 
@@ -21,6 +22,7 @@ def check_outputs(
     *,
     store: tuple[str, Path] | None = None,
     plain: Iterable[str] = (),
+    kind: str = "",
 ) -> None:
     """Check the files that a command will write.
 
@@ -29,9 +31,11 @@ def check_outputs(
         inputs: the files that the command reads. A name that is no file (of a shipped spec) is ignored.
         store: option and SQLite file of explored points, which is read and written.
         plain: the options of ``outputs`` that need a regular file, and accept no FIFO or device.
+        kind: what kind of file the outputs are, a key of ``replacing.KINDS``; by default that of each option.
 
     Raises:
-        InputError: an output cannot be written, or is an input, another output, or standard output.
+        InputError: an output cannot be written, is an input, another output, or standard output, or would replace a
+            file of another kind.
     """
     taken: dict[object, str] = {}
     for path in inputs:
@@ -50,10 +54,13 @@ def check_outputs(
         _check_file(option, path, regular=option in set(plain))
         if not is_stream(path):
             _claim(taken, option, path)
+        check_replaceable(option, path, kind)
+        if option in ("--vcd", "--waves"):
+            check_replaceable(option, path.with_suffix(".gtkw"), ".gtkw")
 
 
 def check_folder(option: str, folder: Path | None, files: Mapping[str, Path | None]) -> None:
-    """Check a folder for plots, which is made if missing. No plot may overwrite one of ``files``.
+    """Check a folder for plots, which is made if missing. No plot may overwrite one of ``files``, or another file.
 
     Raises:
         InputError: the folder can neither be made nor written to, or a file may be overwritten by a plot.
@@ -66,6 +73,8 @@ def check_folder(option: str, folder: Path | None, files: Mapping[str, Path | No
         raise InputError(_reason(fault), f"{option} {folder}", "choose another folder") from fault
     if not nearest.is_dir() or not os.access(nearest, os.W_OK | os.X_OK):
         raise InputError("the folder cannot be made or written to", f"{option} {folder}", "choose another")
+    for present in sorted(folder.glob("*.svg")):
+        check_replaceable(option, present)
     for other, path in files.items():
         if path is not None and path.suffix == ".svg" and landing(path).parent == landing(folder):
             raise InputError(f"a plot may overwrite {path}", option, f"name another file for {other}")

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
-from codesign.cli.options import Quantity, need_option, settings_of
+from codesign.cli.options import Quantity, force_option, need_option, settings_of
 from codesign.errors import InputError, choose_hint, printable
 
 if TYPE_CHECKING:
@@ -25,7 +25,8 @@ _MCAP = b"\x89MCAP"
 
 
 def _picture_options(command: _Command) -> _Command:
-    """The options ``-o`` and ``--width``. The command gets ``output`` and ``width``, mm or None."""
+    """The options ``-o``, ``--width`` and ``--force``. The command gets ``output`` and ``width``, mm or None."""
+    command = force_option(command)
     command = click.option(
         "--width",
         type=click.FloatRange(20, 1000),
@@ -227,7 +228,7 @@ def _drawn(
     from codesign.report.canvas import format_of
 
     format_of(output, "--output")
-    check_outputs({"--output": output}, inputs)
+    check_outputs({"--output": output}, inputs, kind="plot")
     with progress_shown(after_s=LATER_S) as show, compiling_shown(show), plans_shown(show):
         picture = draw(show)
         if picture is None:

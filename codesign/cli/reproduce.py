@@ -9,7 +9,15 @@ from typing import TYPE_CHECKING
 
 import click
 
-from codesign.cli.options import SENTENCE, TABLES, command_line, debug_step, output_options, settings_of
+from codesign.cli.options import (
+    SENTENCE,
+    TABLES,
+    command_line,
+    debug_step,
+    force_option,
+    output_options,
+    settings_of,
+)
 from codesign.errors import InputError, choose_hint, printable
 
 if TYPE_CHECKING:
@@ -44,6 +52,7 @@ _WHOLE_S = 120.0
 )
 @output_options("Print the findings alone.", "Print the sources of the modelled figures too.")
 @click.option("--json", "as_json", is_flag=True, help="Print rows and findings as JSON.")
+@force_option
 def reproduce(
     names: tuple[str, ...],
     quick: bool,

@@ -10,7 +10,14 @@ from typing import TYPE_CHECKING
 
 import click
 
-from codesign.cli.options import backend_option, debug_option, debug_step, set_option, settings_of
+from codesign.cli.options import (
+    backend_option,
+    debug_option,
+    debug_step,
+    force_option,
+    set_option,
+    settings_of,
+)
 from codesign.cli.specs import specs_of
 from codesign.errors import EXIT_FAILED, InputError, choose_hint, printable
 from codesign.units import counted
@@ -54,6 +61,7 @@ if TYPE_CHECKING:
 )
 @debug_option
 @click.option("--json", "as_json", is_flag=True, help="Print every point as JSON.")
+@force_option
 def verify(
     specs: tuple[str, ...],
     point: int | None,

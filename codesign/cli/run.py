@@ -15,6 +15,7 @@ from codesign.cli.options import (
     TABLES,
     command_line,
     debug_step,
+    force_option,
     memory_option,
     need_option,
     output_options,
@@ -71,6 +72,7 @@ _QUIET_SECONDS = 5.0
 )
 @output_options("Print the sentence alone.", "Print all tables after the sentence and its figures.")
 @click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")
+@force_option
 def run(
     specs: tuple[str, ...],
     point: int | None,

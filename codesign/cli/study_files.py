@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import wraps
 from pathlib import Path
@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from codesign.cli.options import command_line
+from codesign.cli.options import command_line, force_option
 from codesign.errors import printable
 
 if TYPE_CHECKING:
@@ -30,6 +30,7 @@ _OPTIONS = (
         type=_FILE,
         help="Write the certificate of the front: why each design off it is off it. hwsw verify-front checks it.",
     ),
+    force_option,
 )
 
 
@@ -42,15 +43,20 @@ class StudyFiles:
     page: Path | None
     certificate: Path | None
 
-    @property
-    def by_option(self) -> Mapping[str, Path | None]:
-        """The files by the options that name them."""
-        return {
+    def check(self, inputs: Iterable[str | Path | None], store: tuple[str, Path] | None = None) -> None:
+        """Check, before any work, that all can be written; see ``check_outputs``."""
+        from codesign.cli.outputs import check_outputs
+        from codesign.exploration.parquet import libraries
+
+        files = {
             "--csv": self.csv,
             "--parquet": self.parquet,
             "--html": self.page,
             "--certify": self.certificate,
         }
+        check_outputs(files, inputs, store=store)
+        if self.parquet is not None:
+            libraries()
 
     def write(self, study: Study, show: Show) -> None:
         """Write those that were asked for."""

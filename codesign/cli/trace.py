@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from codesign.cli.options import Quantity
+from codesign.cli.options import Quantity, force_option
 from codesign.cli.trace_export import export
 from codesign.cli.trace_layout import layout
 from codesign.cli.trace_views import diff, stats, timeline
@@ -67,6 +67,7 @@ _TIME = Quantity("time", "time")
     "--limit", type=click.IntRange(1), default=200, show_default=True, help="The most lines to print."
 )
 @click.option("--json", "as_json", is_flag=True, help="Print each line as JSON.")
+@force_option
 def show(
     file: Path,
     topics: tuple[str, ...],
@@ -84,6 +85,8 @@ def show(
     from codesign.cli.progress import LATER_S, progress_shown
     from codesign.trace import open_trace
 
+    if picture is not None:
+        _check_picture(picture, file)
     with progress_shown(after_s=LATER_S, quiet=as_json) as display:
         opened = open_trace(file, display)
         if at is not None or picture is not None:
@@ -123,23 +126,26 @@ def _moment_lines(opened: Trace, at: int | None, picture: Path | None, as_json: 
 
     seen = moment(opened.records(kinds=MOMENT_KINDS), at, str(opened.path))
     if picture is not None:
-        _draw(seen, picture, opened.path)
+        _draw(seen, picture)
     lines = moment_lines(seen, shutil.get_terminal_size().columns)
     return [json.dumps({"time": seen.time, "lines": lines})] if as_json else lines
 
 
-def _draw(seen: Moment, picture: Path, source: Path) -> None:
+def _check_picture(picture: Path, source: Path) -> None:
     from codesign.cli.outputs import check_outputs
-    from codesign.files import write_atomically
-    from codesign.report import moment_picture
-    from codesign.trace.floor import UNKNOWN
 
-    kind = picture.suffix.lower().removeprefix(".")
-    if kind not in ("png", "svg"):
+    if picture.suffix.lower() not in (".png", ".svg"):
         raise InputError(
             f"{picture} is neither PNG nor SVG", "--picture", "name a file that ends in .png or .svg"
         )
     check_outputs({"--picture": picture}, (source,))
+
+
+def _draw(seen: Moment, picture: Path) -> None:
+    from codesign.files import write_atomically
+    from codesign.report import moment_picture
+    from codesign.trace.floor import UNKNOWN
+
     drawn = moment_picture(
         seen.time,
         seen.start,
@@ -150,7 +156,7 @@ def _draw(seen: Moment, picture: Path, source: Path) -> None:
         way=seen.path,
         driven=seen.driven,
         robots=seen.robots,
-        format="svg" if kind == "svg" else "png",
+        format="svg" if picture.suffix.lower() == ".svg" else "png",
     )
     write_atomically(picture, drawn.data)
 

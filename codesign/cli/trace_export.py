@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from codesign.cli.options import Quantity, command_line, ros2_option
+from codesign.cli.options import Quantity, command_line, force_option, ros2_option
 from codesign.errors import InputError, printable
 
 if TYPE_CHECKING:
@@ -38,6 +38,7 @@ _TIME = Quantity("time", "time")
     "--from", "begin", type=_TIME, default=0, help="Of the waveform: only from this simulated time."
 )
 @click.option("--to", "end", type=_TIME, help="Of the waveform: only up to this simulated time.")
+@force_option
 def export(
     file: Path,
     perfetto: Path | None,

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import click
 
+from codesign.cli.options import force_option
 from codesign.errors import printable
 
 _VIEWERS = ("foxglove", "ros2", "rerun")
@@ -26,6 +27,7 @@ _VIEWERS = ("foxglove", "ros2", "rerun")
     show_default=True,
     help="A layout for Foxglove and Lichtblick, of the trace or of its ROS 2 bag; a blueprint for Rerun.",
 )
+@force_option
 def layout(file: Path, output: Path | None, viewer: str) -> None:
     """Write a layout for the trace FILE: the topics that it has, in panels, seen from above, with plots and events."""
     from codesign.cli.outputs import check_outputs
@@ -36,7 +38,7 @@ def layout(file: Path, output: Path | None, viewer: str) -> None:
     from codesign.trace import open_trace
 
     output = output or file.with_suffix(".rbl" if viewer == "rerun" else ".json")
-    check_outputs({"--output": output}, [file])
+    check_outputs({"--output": output}, [file], kind="blueprint" if viewer == "rerun" else "layout")
     with progress_shown(after_s=LATER_S) as show:
         opened = open_trace(file, show)
         if viewer == "rerun":

@@ -33,14 +33,7 @@ def write_parquet(study: Study, path: Path, show: Show = silent) -> None:
     Raises:
         InputError: pyarrow is not installed. RunError: the file cannot be written.
     """
-    try:
-        import pyarrow as arrow
-        from pyarrow import parquet
-    except ImportError:
-        raise InputError(
-            "a Parquet file needs pyarrow",
-            hint="pip install 'hwsw-codesign[parquet]', or pip install pyarrow",
-        ) from None
+    arrow, parquet = libraries()
     columns = dict(_columns(study, arrow))
     schema = arrow.schema([(name, each[0]) for name, each in columns.items()], _metadata(study))
     count = len(study.outcomes)
@@ -53,6 +46,23 @@ def write_parquet(study: Study, path: Path, show: Show = silent) -> None:
             within = slice(group.start, group.stop)
             arrays = [take(within) for _, take in columns.values()]
             writer.write_table(arrow.Table.from_arrays(arrays, schema=schema))
+
+
+def libraries() -> tuple[Any, Any]:
+    """pyarrow, and its module for Parquet.
+
+    Raises:
+        InputError: it is not installed.
+    """
+    try:
+        import pyarrow
+        from pyarrow import parquet
+    except ImportError:
+        raise InputError(
+            "a Parquet file needs pyarrow",
+            hint="pip install 'hwsw-codesign[parquet]', or pip install pyarrow",
+        ) from None
+    return pyarrow, parquet
 
 
 def _columns(study: Study, arrow: Any) -> Iterator[tuple[str, tuple[Any, Callable[[slice], Any]]]]:

@@ -19,9 +19,8 @@ import time
 from collections.abc import Iterator
 from contextlib import closing, contextmanager
 from pathlib import Path
-from tempfile import mkdtemp
 
-from codesign.files import landing, passing
+from codesign.files import landing, scratch
 
 _TRIES = 50
 _SECONDS_BETWEEN = 0.02
@@ -61,7 +60,7 @@ def connected_copy(path: Path) -> Iterator[sqlite3.Connection]:
         OSError: the files cannot be read, or there is no room for the copy. UnsteadyError: they never stood still.
         sqlite3.Error: what was copied is no database.
     """
-    with passing(Path(mkdtemp(prefix="hwsw-"))) as folder:
+    with scratch() as folder:
         copy = folder / "copy"
         _copy_steady(landing(path), copy)
         with closing(sqlite3.connect(copy, isolation_level=None)) as connection:

@@ -7,8 +7,8 @@ import re
 import stat
 from pathlib import Path
 
-from codesign.errors import MapError
-from codesign.files import passing
+from codesign.errors import MapError, RunError
+from codesign.files import write_atomically
 
 MAX_FILE_BYTES = 64 * 2**20
 """The largest map file that is read. A 16-bit image of ``MAX_CELLS`` pixels takes half of it."""
@@ -50,14 +50,9 @@ def write_bytes(path: str | os.PathLike[str], content: bytes) -> None:
         MapError: the file cannot be written.
     """
     try:
-        target = Path(path)
-        partial = target.with_name(f".{target.name}.{os.getpid()}.partial")
-        with passing(partial):
-            partial.write_bytes(content)
-            partial.replace(target)
-    except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or str(error)
-        raise MapError(f"the file cannot be written: {reason}", str(path)) from None
+        write_atomically(Path(path), content)
+    except RunError as error:
+        raise MapError(error.what, str(path), error.hint) from None
 
 
 def parse_count(text: bytes) -> int | None:

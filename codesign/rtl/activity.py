@@ -7,15 +7,13 @@ and a name may have nets that no gate drives.
 from __future__ import annotations
 
 import re
-import tempfile
 from collections.abc import Iterable
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
 from codesign.errors import RunError
-from codesign.files import passing
+from codesign.files import scratch
 from codesign.planners.circuits import Circuit, Expected
 from codesign.rtl.bench_runs import icarus
 from codesign.rtl.runs import Waves
@@ -49,7 +47,7 @@ def activity(circuit: Circuit, expected: Expected, most: int = MOST_CYCLES) -> A
     """
     cycles = sum(expected.cycles.values())
     first = max(0, (cycles - most) // 2)
-    with passing(Path(tempfile.mkdtemp(prefix="hwsw-activity-"))) as folder:
+    with scratch() as folder:
         file = folder / "waves.vcd"
         last = min(cycles, first + most) - 1
         events = icarus(circuit, expected, Waves(file, first, last), gates=True).events

@@ -4,15 +4,13 @@ from __future__ import annotations
 
 import os
 import shutil
-import stat
-import tempfile
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from hashlib import sha256
 from pathlib import Path
 
-from codesign.files import cache_folder, passing
+from codesign.files import kept_folder, part_of, passing, put, scratch
 
 MOST_BYTES = 512 * 2**20
 """Above it the entries that were unused for the longest time are removed."""
@@ -31,13 +29,6 @@ def digest_of(*parts: str | bytes) -> str:
 
 
 @contextmanager
-def scratch() -> Iterator[Path]:
-    """A temporary folder, removed at the end of the block."""
-    with passing(Path(tempfile.mkdtemp(prefix="hwsw-rtl-"))) as folder:
-        yield folder
-
-
-@contextmanager
 def kept(kind: str, digest: str, make: Callable[[Path], None]) -> Iterator[Path]:
     """The folder of an entry until the end of the block; ``make`` fills it where there is none.
 
@@ -49,32 +40,27 @@ def kept(kind: str, digest: str, make: Callable[[Path], None]) -> Iterator[Path]
             os.utime(folder / digest)
         yield folder / digest
         return
-    with passing(Path(tempfile.mkdtemp(prefix=".making-", dir=folder))) as part:
-        make(part)
-        if folder is None:
+    if folder is None:
+        with scratch() as part:
+            make(part)
             yield part
-            return
+        return
+    with passing(part_of(folder / digest)) as part:
+        part.mkdir(mode=0o700)
+        make(part)
         _prune(folder)
         with suppress(OSError):
-            part.rename(folder / digest)
+            put(part, folder / digest)
         # Another process may have made the same entry at the same time.
         yield folder / digest if (folder / digest).is_dir() else part
 
 
 def _folder(kind: str) -> Path | None:
-    """The folder of all entries of a kind, or None where it cannot be used.
-
-    Its contents are executed, so a folder that another user owns or may write to is not used.
-    """
-    folder = cache_folder() / "rtl" / kind
+    """The folder of all entries of a kind, or None where it cannot be used."""
     try:
-        folder.mkdir(mode=0o700, parents=True, exist_ok=True)
-        status = folder.stat()
+        return kept_folder("rtl", kind)
     except OSError:
         return None
-    if os.name == "posix" and (status.st_uid != os.getuid() or stat.S_IMODE(status.st_mode) & 0o022):
-        return None
-    return folder if os.access(folder, os.W_OK | os.X_OK) else None
 
 
 def _prune(folder: Path) -> None:

@@ -13,6 +13,7 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
 from codesign.errors import RunError
+from codesign.files import scratch
 from codesign.interrupts import child
 
 _WATCH_S = 1.0
@@ -134,7 +135,8 @@ def run(
     end = time.monotonic() + seconds
     offered: bytes | None = stdin
     try:
-        with child(command, cwd, subprocess.PIPE) as process:
+        # Tools leave folders behind where they end early.
+        with scratch() as temporary, child(command, cwd, subprocess.PIPE, temporary) as process:
             while True:
                 left = end - time.monotonic()
                 try:

@@ -6,14 +6,13 @@ The file is complete or absent, and the same records give the same bytes.
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO, TypeVar
 
 from codesign.errors import TraceError
-from codesign.files import WholeOrAbsent, is_special
+from codesign.files import WholeOrAbsent, is_special, part_of, put
 from codesign.records import (
     FieldRecord,
     MapRecord,
@@ -79,7 +78,7 @@ class McapListener(WholeOrAbsent, Recorder):
     The file is written under a temporary name beside ``path`` (a dot, the name, ``.part``) and renamed by ``close``. As
     a context manager it closes at the end of the block. If an exception or Ctrl-C ends the block, the temporary file is
     removed: a trace is complete or absent. Only a killed process leaves its temporary file, and all its complete chunks
-    can be read.
+    can be read until another trace is written there.
 
     Raises:
         TraceError: the file cannot be made or written (missing folder, no permission, full disk). The temporary file is
@@ -91,8 +90,7 @@ class McapListener(WholeOrAbsent, Recorder):
     ) -> None:
         super().__init__(path)
         self.level = level
-        # A long name is cut, because the temporary name is longer.
-        self._part = self._target.with_name(f".{self._target.name[:16]}.{os.getpid()}-{id(self):x}.part")
+        self._part = part_of(self._target)
         self._channels: dict[tuple[type, str], Any] = {}
         self._shown: dict[str, Any] = {}
         self._taken: list[Record] = []
@@ -167,7 +165,7 @@ class McapListener(WholeOrAbsent, Recorder):
         self._check()
         with self._guard():
             self._drop()
-            self._part.replace(self._target)
+            put(self._part, self._target)
 
     def _drop(self) -> None:
         if self._file is not None:

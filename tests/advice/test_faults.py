@@ -71,3 +71,22 @@ def test_a_planner_that_fails_on_one_board_is_reported_and_the_others_go_on(
     code, answer = asked(hwsw, corridor, [fabric], "10 Hz")
     assert code == 0
     assert "fabric: planner breadth_first failed: ZeroDivisionError: division by zero" in answer["remarks"]
+
+
+def test_without_a_folder_to_write_to_the_answer_is_told(
+    hwsw: Run, corridor: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "file").touch()
+    monkeypatch.setenv("CODESIGN_CACHE_DIR", str(tmp_path / "file" / "cache"))
+    fabric = tmp_path / "fabric.yaml"
+    fabric.write_text(FABRIC, encoding="utf-8")
+    code, answer = asked(hwsw, corridor, [fabric], "10 Hz")
+    assert (code, answer["recommended"], answer["command"]) == (0, "fabric", None)
+    remarks = " ".join(answer["remarks"])
+    assert "no trial is kept" in remarks
+    assert "--write FOLDER" in remarks
+    result = hwsw(
+        *("advise", corridor, "--goal", "0,0", "--rate", "10 Hz", "--boards", fabric),
+        *("--write", tmp_path / "file" / "mine"),
+    )
+    assert result.exit_code in (1, 2)

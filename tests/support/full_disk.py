@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 
 from codesign import files
@@ -10,12 +12,12 @@ from codesign import files
 def full_disk(monkeypatch: pytest.MonkeyPatch, after: int) -> None:
     """A disk that is full after so many files."""
     made = []
-    real = files.tempfile.mkstemp
+    real = files.part_of
 
-    def mkstemp(**words: object) -> tuple[int, str]:
-        made.append(words)
+    def part_of(target: Path) -> Path:
+        made.append(target)
         if len(made) > after:
             raise OSError(28, "No space left on device")
-        return real(**words)  # type: ignore[call-overload,no-any-return]
+        return real(target)
 
-    monkeypatch.setattr(files.tempfile, "mkstemp", mkstemp)
+    monkeypatch.setattr(files, "part_of", part_of)
