@@ -60,7 +60,12 @@ class System(Draft):
 
     @property
     def job(self) -> Job[Any, Any]:
-        """What planner and style are asked about: the whole problem, before any of it is planned."""
+        """What planner and style are asked about: the whole problem, before any of it is planned.
+
+        The robot stands at the first start of the problem, where it has one.
+        """
+        starts = self.problem.starts if isinstance(self.problem, Problem) else ()
+        row, column = starts[0] if starts else (0, 0)
         return Job(
             self.problem,
             self.planning,
@@ -69,6 +74,7 @@ class System(Draft):
             inside=self.placement.inside,
             mapped=frozenset(self.parameters),
             external=self.external,
+            position=(float(row), float(column)),
         )
 
 

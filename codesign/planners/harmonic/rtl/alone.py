@@ -15,7 +15,7 @@ from codesign.planners.harmonic.plan.planner import PLANNER
 from codesign.planners.harmonic.plan.relax import HarmonicPlan
 from codesign.planners.harmonic.rtl.expected import DECISION_BITS, decision_value
 from codesign.planners.harmonic.rtl.samples import random_job
-from codesign.planners.harmonic.rtl.stream import index_bits, nearest_cell
+from codesign.planners.harmonic.rtl.stream import index_bits, nearest_cell, place_words
 from codesign.planners.harmonic.styles import counted, timing
 from codesign.planners.harmonic.styles.geometry import field_groups
 from codesign.planners.harmonic.styles.steps import DECIDE, LOAD
@@ -53,7 +53,9 @@ class DecisionCircuit(CircuitStyle):
                 "decision": ("harmonic_decide", "harmonic_decision", "harmonic_field"),
                 "field": ("ram_1w1r",),
             },
-            notes=("The field is loaded once a plan; a run of the circuit decides for one position.",),
+            notes=(
+                f"The field is loaded once a plan. A run of the circuit decides for one position: {place_words(job)}.",
+            ),
         )
 
     def expected(self, job: RelaxJob) -> Expected:

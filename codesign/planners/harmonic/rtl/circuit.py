@@ -12,7 +12,7 @@ from codesign.planners.circuits import SHARED, Bits, Circuit, CircuitStyle, Expe
 from codesign.planners.harmonic.plan.parameters import RelaxParameters, Stop, Termination
 from codesign.planners.harmonic.rtl.expected import DECISION_BITS, SWEEP_BITS, expected_run
 from codesign.planners.harmonic.rtl.samples import random_job
-from codesign.planners.harmonic.rtl.stream import index_bits, stream_bits, stream_words
+from codesign.planners.harmonic.rtl.stream import index_bits, place_words, stream_bits, stream_words
 from codesign.planners.harmonic.styles import counted, timing
 from codesign.planners.harmonic.styles.steps import DECIDE, DETECT, LOAD, READ, RELAX
 from codesign.planners.interface import Problem
@@ -82,6 +82,7 @@ class BitSerialCircuit(CircuitStyle):
             event_bits=event_bits(block, grid, parameters),
             pieces=PIECES,
             elements=block[0] * block[1],
+            notes=(f"A run decides for one position: {place_words(job)}.",) if job.does(DECIDE) else (),
         )
 
     def expected(self, job: Job[Problem, RelaxParameters]) -> Expected:

@@ -87,6 +87,12 @@ def nearest_cell(job: Job[Problem, RelaxParameters]) -> tuple[int, int]:
     return min(max(row, 0), job.problem.rows - 1), min(max(column, 0), job.problem.columns - 1)
 
 
+def place_words(job: Job[Problem, RelaxParameters]) -> str:
+    """The cell that a run decides for, as users count it."""
+    row, column = job.problem.named(nearest_cell(job))
+    return f"row {row}, column {column} of the map, the last word of the stream"
+
+
 def position_word(job: Job[Problem, RelaxParameters]) -> int:
     """The position of the robot; see ``harmonic.v``."""
     problem, parameters = job.problem, job.parameters
