@@ -78,8 +78,8 @@ def verify(
 ) -> None:
     """Simulate the circuit of WORKLOAD on PLATFORM, and compare all that it reports with the model.
 
-    Every event is compared in its kind, its value and its cycle, and every phase in its cycles. A difference is printed
-    with its first cycle.
+    Every event is compared in its kind, its value and its cycle, every phase in its cycles, and a display in every
+    cycle. A difference is printed with its first cycle.
 
     With --all, random design points on random maps are verified. Sample S is the same for the same seed S.
 

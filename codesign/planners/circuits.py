@@ -78,7 +78,8 @@ class Circuit:
     - ``pieces``: for each name of a ``Line`` of the style's demand, the Verilog modules that it counts. A module that
       stands in none is counted with the module that contains it.
     - ``notes``: what a reader of the exported folder must know, sentences.
-    - ``pins``: further outputs of the top, width by name, such as those of a display. A bench does not look at them.
+    - ``pins``: further outputs of the top, width by name, such as those of a display, at most 64 bits in all.
+      ``Expected.pins`` says what they show.
     - ``elements``: how many elements an array has. A simulator is chosen by it.
     """
 
@@ -109,17 +110,33 @@ class Events:
 
 
 @dataclass(frozen=True, eq=False)
+class Pins:
+    """What the outputs in ``Circuit.pins`` show, cycle by cycle, as changes: arrays of one length.
+
+    From ``cycle[i]`` (int64, rising) on they show ``value[i]``, of which the bits ``known[i]`` count (both uint64); the
+    lowest bits are those of the first output. Nothing is said before the first change, nor from cycle ``end`` on. A run
+    is watched to ``end``, also after it is done.
+    """
+
+    cycle: NDArray[np.int64]
+    value: NDArray[np.uint64]
+    known: NDArray[np.uint64]
+    end: int
+
+
+@dataclass(frozen=True, eq=False)
 class Expected:
     """What the model says of a run: its events, and the cycles of each phase as the style's ``work`` counts them.
 
     ``events``: cycles follow from the laws of the style alone, values from the plan alone. ``cycles``: by phase.
     ``contention``: why single cycles may differ though all values are equal (two accesses to one memory); "" where none
-    may.
+    may. ``pins``: what the further outputs show; None only for a circuit without any.
     """
 
     events: Events
     cycles: Mapping[str, int]
     contention: str = ""
+    pins: Pins | None = None
 
 
 class CircuitStyle(ABC):

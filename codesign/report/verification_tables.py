@@ -31,7 +31,13 @@ def verification_table(styles: Sequence[StyleChecked]) -> Table:
 
 
 def _notes(styles: Sequence[StyleChecked]) -> tuple[str, ...]:
+    shown = {each: sum(point.shown for point in each.verified) for each in styles}
     return tuple(
+        f"{each.planner} {each.style}: the outputs of its display are compared in {format_count(cycles)} cycles, up to"
+        " a frame after the end"
+        for each, cycles in shown.items()
+        if cycles
+    ) + tuple(
         f"{each.planner} {each.style}: contention for a memory moves its cycles by {each.deviation:.2%} in the mean"
         for each in styles
         if each.deviation

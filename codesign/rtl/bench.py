@@ -9,7 +9,7 @@ from functools import cache
 from importlib.resources import files
 from typing import Any
 
-from codesign.planners.circuits import Circuit, Expected
+from codesign.planners.circuits import Circuit, Expected, Pins
 from codesign.rtl.bounds import bound_of
 from codesign.rtl.design import range_of, top_name
 
@@ -32,11 +32,12 @@ def template(name: str) -> Any:
 
 
 def bench_files(circuit: Circuit, expected: Expected) -> dict[str, str]:
-    """The bench, and the two files that it reads from the current folder."""
+    """The bench, and the files that it reads from the current folder."""
     return {
         f"{BENCH}.v": _bench_text(circuit, expected),
         "stream.hex": circuit.stream.hex_text() or "0\n",
         "expected.hex": _expected_text(circuit, expected),
+        **({"pins.hex": _pins_text(circuit, expected.pins)} if circuit.pins and expected.pins else {}),
     }
 
 
@@ -47,6 +48,20 @@ def _expected_text(circuit: Circuit, expected: Expected) -> str:
     rows = zip(events.cycle.tolist(), events.kind.tolist(), events.value.tolist(), strict=True)
     lines = [f"{cycle:0{_CYCLE_DIGITS}x}_{kind:x}_{value:0{digits}x}\n" for cycle, kind, value in rows]
     return "".join(lines) or "0\n"
+
+
+def _pins_text(circuit: Circuit, pins: Pins) -> str:
+    """The changes of the further outputs for ``$readmemh``: cycle, value and the bits that count, joined by ``_``."""
+    digits = _pin_digits(circuit)
+    rows = zip(pins.cycle.tolist(), pins.value.tolist(), pins.known.tolist(), strict=True)
+    lines = (
+        f"{cycle:0{_CYCLE_DIGITS}x}_{value:0{digits}x}_{known:0{digits}x}\n" for cycle, value, known in rows
+    )
+    return "".join(lines)
+
+
+def _pin_digits(circuit: Circuit) -> int:
+    return -(-sum(circuit.pins.values()) // 4)
 
 
 def _digits(circuit: Circuit) -> int:
@@ -66,6 +81,10 @@ def _bench_text(circuit: Circuit, expected: Expected) -> str:
         in_range=range_of(circuit.stream.width),
         event_range=range_of(circuit.event_bits),
         pins={name: range_of(width) for name, width in circuit.pins.items()},
+        pin_bits=sum(circuit.pins.values()),
+        pin_width=4 * _pin_digits(circuit),
+        changes=len(expected.pins.cycle) if expected.pins else 0,
+        watched=expected.pins.end if expected.pins else 0,
         kinds=circuit.kinds,
         phases=circuit.phases,
         cycles_by_phase=[expected.cycles.get(phase, 0) for phase in circuit.phases],

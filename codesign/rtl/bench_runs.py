@@ -12,14 +12,14 @@ import numpy as np
 
 from codesign.errors import RunError
 from codesign.files import scratch
-from codesign.planners.circuits import Circuit, Expected
+from codesign.planners.circuits import Circuit, Expected, Pins
 from codesign.rtl import tools
 from codesign.rtl.bench import BENCH, bench_files
 from codesign.rtl.bounds import work_of
 from codesign.rtl.cache import digest_of, kept
 from codesign.rtl.design import sources_of, write_design
 from codesign.rtl.gates import write_gates
-from codesign.rtl.runs import HINT, Progress, Run, Waves, events_of, phases_of, silent
+from codesign.rtl.runs import HINT, Progress, Run, Waves, events_of, phases_of, pins_of, silent
 
 _BUILD_S = 1800.0
 _RUN_S = 3600.0
@@ -27,8 +27,12 @@ _OPTIONS = ("--binary", "--top-module", BENCH, "-o", "run.exe")
 LONG = 3 * 10**8
 """Above this number of elements times cycles, a program that runs fast is worth its compilation."""
 
+WATCHED = 100_000
+"""Cycles after the end in which Icarus looks at further outputs: it takes a minute for a frame of a display."""
+
 _UNKNOWN = 255
 """The kind of an event with bits that are unknown (x)."""
+_ZERO, _SAID = str.maketrans("xz", "00"), str.maketrans("01xz", "1100")
 
 
 def icarus(
@@ -55,7 +59,8 @@ def icarus(
         tools.checked(command, folder, f"Icarus, of {circuit.top},", seconds=_BUILD_S, hint=HINT)
         progress("Icarus simulates the circuit", 0, 0)
         watch = _watch(folder, expected, "Icarus", progress)
-        return _run(circuit, (*vvp, "-n", "run.vvp"), folder, waves, watch)
+        command = (*vvp, "-n", "run.vvp", f"+pins={WATCHED}")
+        return _run(circuit, command, folder, waves, watch, expected)
 
 
 def verilator(
@@ -86,7 +91,8 @@ def verilator(
         with kept("verilator", digest, build) as program:
             progress("Verilator simulates the circuit", 0, 0)
             watch = _watch(folder, expected, "Verilator", progress)
-            return _run(circuit, (str((program / "run.exe").absolute()),), folder, waves, watch)
+            command = (str((program / "run.exe").absolute()),)
+            return _run(circuit, command, folder, waves, watch, expected)
 
 
 def _levels(circuit: Circuit, expected: Expected) -> str:
@@ -124,6 +130,7 @@ def _run(
     folder: Path,
     waves: Waves | None,
     watch: Callable[[], None],
+    expected: Expected,
 ) -> Run:
     window = ("+waves", f"+first={waves.first}", f"+last={waves.last}") if waves else ()
     finished = tools.run((*command, "+log", *window), folder, seconds=_RUN_S, hint=HINT, watch=watch)
@@ -136,9 +143,18 @@ def _run(
     rows = [_event(line.split()[1:]) for line in lines if line.startswith("event ")]
     phases = (line.split()[1:] for line in lines if line.startswith("phase "))
     counts = {int(phase): int(count) for phase, count in phases}
-    _, taken, ended = lines[-1].split()
+    _, taken, ended, last = lines[-1].split()
     events = events_of(np.array(rows, np.uint64).reshape(-1, 3))
-    return Run(events, phases_of(circuit, counts), int(taken), ended == "1")
+    pins = _pins(circuit, lines, int(last)) if circuit.pins and expected.pins else None
+    return Run(events, phases_of(circuit, counts), int(taken), ended == "1", pins)
+
+
+def _pins(circuit: Circuit, lines: list[str], end: int) -> Pins:
+    """The changes of the further outputs in the log; a bit that is unknown in the simulation is none that is known."""
+    changes = [line.split()[1:] for line in lines if line.startswith("pins ")]
+    bits = [(int(cycle), text.translate(_ZERO), text.translate(_SAID)) for cycle, text in changes]
+    rows = np.array([(cycle, 0, int(value, 2)) for cycle, value, _ in bits], np.uint64).reshape(-1, 3)
+    return pins_of(circuit, rows, end, np.array([int(said, 2) for *_, said in bits], np.uint64))
 
 
 def _event(words: list[str]) -> tuple[int, int, int]:

@@ -149,6 +149,7 @@ def _contents(circuit: Circuit, built: Building, top: str, steps: Iterable[str])
         (f"{BENCH}.v", "the self-checking test bench"),
         ("stream.hex", "the load stream, with the map"),
         ("expected.hex", "the expected events: cycle, kind and value in hexadecimal"),
+        *([("pins.hex", "what the further outputs show: each change")] if circuit.pins else []),
         ("golden.csv", "the expected events for cocotb and for programs"),
         ("test_hwsw.py", "the design in cocotb, against golden.csv"),
         *((name, "constraints: the clock") for name in built.files),

@@ -17,7 +17,10 @@ from codesign.rtl import tools
 from codesign.rtl.bounds import bound_of
 from codesign.rtl.cache import digest_of, kept
 from codesign.rtl.design import digest_of_circuit, sources_of, top_name, write_design
-from codesign.rtl.runs import HINT, Progress, Run, Waves, events_of, phases_of, silent, stream_chunks
+from codesign.rtl.runs import HINT, Progress, Run, Waves, events_of, phases_of, pins_of, silent, stream_chunks
+
+_PINS_KIND = 16
+"""The kind under which the driver writes a change of the further outputs: four bits have none of it."""
 
 _COMPILE_S = 900.0
 _RUN_S = 3600.0
@@ -77,13 +80,24 @@ def _build(circuit: Circuit, folder: Path, driver: str, waves: bool) -> None:
     ]
     tools.yosys("\n".join(script) + "\n", folder, f"Yosys, of {circuit.top},", seconds=_COMPILE_S, hint=HINT)
     name = "p_" + top.replace("_", "__")
-    defines = (f"-DTOP={name}", *(("-DWAVES",) if waves else ()))
+    defines = (f"-DTOP={name}", *(("-DWAVES",) if waves else ()), *_pins_define(circuit))
     (folder / "driver.cc").write_text(driver, encoding="utf-8")
     command = (*_compiler(), *_OPTIONS, *defines, f"-I{_headers()}", "driver.cc", "-o", "run.exe")
     tools.checked(command, folder, f"the compiler of C++, of {circuit.top},", seconds=_COMPILE_S, hint=HINT)
     for file in folder.iterdir():
         if file.name != "run.exe":
             file.unlink()
+
+
+def _pins_define(circuit: Circuit) -> tuple[str, ...]:
+    """The further outputs as one number in C++, the first one lowest."""
+    if not circuit.pins:
+        return ()
+    shift, terms = 0, []
+    for name, width in circuit.pins.items():
+        terms.append(f"top.p_{name.replace('_', '__')}.get<uint64_t>() << {shift}")
+        shift += width
+    return (f"-DPINS=({' | '.join(terms)})",)
 
 
 def _headers() -> str:
@@ -108,7 +122,9 @@ def _run(
             done = int((place / "cycle").read_text(encoding="utf-8"))
             progress("cycles simulated in CXXRTL", min(done, cycles), cycles)
 
-    command = (str(program.absolute()), str(len(circuit.stream.words)), str(bound_of(expected)), *window)
+    watched = expected.pins.end if expected.pins else 0
+    bounds = (len(circuit.stream.words), bound_of(expected), watched)
+    command = (str(program.absolute()), *map(str, bounds), *window)
     chunks = stream_chunks(circuit)
     finished = tools.run(command, place, seconds=_RUN_S, stdin=chunks, hint=HINT, watch=watch)
     numbers = (
@@ -120,4 +136,7 @@ def _run(
         )
     counts = {phase: int(count) for phase, count in enumerate(numbers[-18:-2])}
     taken, ended = int(numbers[-2]), bool(numbers[-1])
-    return Run(events_of(numbers[:-18].reshape(-1, 3)), phases_of(circuit, counts), taken, ended)
+    records = numbers[:-18].reshape(-1, 3)
+    of_pins = records[:, 1] == _PINS_KIND
+    pins = pins_of(circuit, records[of_pins], watched) if circuit.pins else None
+    return Run(events_of(records[~of_pins]), phases_of(circuit, counts), taken, ended, pins)

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from codesign.planners.circuits import Circuit, Events
+from codesign.planners.circuits import Circuit, Events, Pins
 
 Progress = Callable[[str, int, int], None]
 """Called with what a simulator does, the cycles that it has simulated, and those expected: 0 while it builds."""
@@ -38,12 +38,14 @@ class Run:
 
     - ``events``: what it reported. ``cycles``: by phase, and under "" those outside of all phases.
     - ``taken``: words of the stream that it took. ``ended``: whether ``done`` was seen within the bound.
+    - ``pins``: what its further outputs showed, up to the cycle that was simulated last; None where it has none.
     """
 
     events: Events
     cycles: Mapping[str, int]
     taken: int
     ended: bool
+    pins: Pins | None = None
 
 
 def phases_of(circuit: Circuit, counts: Mapping[int, int]) -> dict[str, int]:
@@ -61,3 +63,12 @@ def stream_chunks(circuit: Circuit) -> bytes:
 def events_of(records: NDArray[np.uint64]) -> Events:
     """Events from rows of (cycle, kind, value) as uint64."""
     return Events(records[:, 0].astype(np.int64), records[:, 1].astype(np.uint8), records[:, 2].copy())
+
+
+def pins_of(
+    circuit: Circuit, changes: NDArray[np.uint64], end: int, known: NDArray[np.uint64] | None = None
+) -> Pins:
+    """Pins from rows of (cycle, anything, value) as uint64; ``known``: the bits that are 0 or 1, by default all."""
+    every = np.uint64((1 << sum(circuit.pins.values())) - 1)
+    known = np.full(len(changes), every) if known is None else known
+    return Pins(changes[:, 0].astype(np.int64), changes[:, 2].copy(), known, end)

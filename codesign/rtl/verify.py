@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from codesign.planners.circuits import Circuit, CircuitStyle, Events, Expected
+from codesign.planners.circuits import Circuit, CircuitStyle, Events, Expected, Pins
 from codesign.planners.job import Job
 from codesign.rtl.bounds import bound_of
 from codesign.rtl.runs import Progress, Run, Waves, silent
@@ -42,6 +42,7 @@ class Verified:
 
     - ``events``, ``cycles``: how many the model expects; all of them are compared.
     - ``differences``: events, phases and counts that differ. ``first``: the first one, by its cycle.
+    - ``shown``: cycles in which the further outputs, such as those of a display, were compared.
     - ``deviation``: by what share the cycles of all phases differ, where contention excuses it; otherwise 0.
     """
 
@@ -50,6 +51,7 @@ class Verified:
     differences: int
     first: Difference | None
     deviation: float = 0.0
+    shown: int = 0
 
 
 def verify(
@@ -86,13 +88,15 @@ def compared(circuit: Circuit, expected: Expected, run: Run) -> Verified:
     model = expected.events
     unequal = _unequal(model, run.events, cycles=not expected.contention)
     whole = list(_of_run(circuit, expected, run))
-    first = whole[0] if whole else None
+    shown, of_pins = _of_pins(circuit, expected.pins, run)
+    first = next(iter((*whole, *of_pins)), None)
     if len(unequal):
         first = _of_event(circuit, model, run.events, int(unequal[0]))
     total = sum(expected.cycles.values())
     taken = sum(run.cycles.get(phase, 0) for phase in circuit.phases)
     deviation = abs(taken - total) / total if expected.contention and total else 0.0
-    return Verified(len(model.cycle), total, len(unequal) + len(whole), first, deviation)
+    differences = len(unequal) + len(whole) + len(of_pins)
+    return Verified(len(model.cycle), total, differences, first, deviation, shown)
 
 
 def _unequal(model: Events, seen: Events, *, cycles: bool) -> NDArray[np.int64]:
@@ -144,3 +148,40 @@ def _of_run(circuit: Circuit, expected: Expected, run: Run) -> Iterator[Differen
     words = len(circuit.stream.words)
     if run.taken != words:
         yield Difference(-1, f"the circuit takes {run.taken:,} of the {counted(words, 'word')} of its stream")
+
+
+def _of_pins(circuit: Circuit, model: Pins | None, run: Run) -> tuple[int, list[Difference]]:
+    """The cycles in which the further outputs were compared, and each change after which they differ."""
+    if not circuit.pins:
+        return 0, []
+    names = ", ".join(circuit.pins)
+    if model is None or run.pins is None:
+        return 0, [Difference(-1, f"the model says nothing of {names}, so nothing compares them")]
+    seen, end = run.pins, min(model.end, run.pins.end)
+    times = np.union1d(model.cycle, seen.cycle)
+    times = times[(times >= max(model.cycle[0], seen.cycle[0])) & (times < end)]
+    of_model, of_seen = (np.searchsorted(each.cycle, times, side="right") - 1 for each in (model, seen))
+    differ = (model.value[of_model] ^ seen.value[of_seen]) | ~seen.known[of_seen]
+    wrong = np.flatnonzero(differ & model.known[of_model])
+    found = [
+        Difference(
+            int(times[i]),
+            f"the model shows {_pins_words(circuit, model.value[of_model[i]], model.known[of_model[i]])},"
+            f" the circuit {_pins_words(circuit, seen.value[of_seen[i]], seen.known[of_seen[i]])}",
+        )
+        for i in wrong.tolist()
+    ]
+    return max(0, end - int(model.cycle[0])), found
+
+
+def _pins_words(circuit: Circuit, value: np.uint64, known: np.uint64) -> str:
+    """The outputs in bits, ``x`` for one that is not known."""
+    texts, shift = [], 0
+    for name, width in circuit.pins.items():
+        bits = (
+            "x" if not int(known) >> i & 1 else str(int(value) >> i & 1)
+            for i in range(shift + width - 1, shift - 1, -1)
+        )
+        texts.append(f"{name} {''.join(bits)}")
+        shift += width
+    return ", ".join(texts)

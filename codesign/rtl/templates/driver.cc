@@ -1,8 +1,9 @@
 // Drives a circuit that CXXRTL wrote, by the contract of circuits, and reports what it says.
 //
-// run WORDS BOUND [VCD FIRST LAST MODEL]: reads the stream from standard input, chunks of 32 bits. MODEL is a file with
+// run WORDS BOUND WATCHED [VCD FIRST LAST MODEL]: reads the stream from standard input, chunks of 32 bits. MODEL is a file with
 // the events that the model expects, for the scope model of the waveform. Writes numbers of 64 bits: cycle, kind and
-// value of each event, then the cycles of the 16 phases, the words taken, and whether the run ended.
+// value of each event, then the cycles of the 16 phases, the words taken, and whether the run ended. With PINS, the
+// further outputs, it goes on to cycle WATCHED after the end, and writes each change of them as an event of kind 16.
 
 #include <cstdint>
 #include <cstdio>
@@ -72,15 +73,16 @@ static void show(uint64_t cycle) {
 
 int main(int count, char **words) {
     const uint64_t stream_words = strtoull(words[1], nullptr, 10), bound = strtoull(words[2], nullptr, 10);
+    const uint64_t watched = strtoull(words[3], nullptr, 10);
     const size_t chunks = top.p_in__data.chunks;
     std::vector<uint32_t> stream((stream_words + 1) * chunks);
     if (fread(stream.data(), 4, stream_words * chunks, stdin) != stream_words * chunks) return 2;
 #ifdef WAVES
-    if (count > 6) {
-        read_model(words[6]);
-        vcd_file.open(words[3]);
-        first_wave = strtoull(words[4], nullptr, 10);
-        last_wave = strtoull(words[5], nullptr, 10);
+    if (count > 7) {
+        read_model(words[7]);
+        vcd_file.open(words[4]);
+        first_wave = strtoull(words[5], nullptr, 10);
+        last_wave = strtoull(words[6], nullptr, 10);
         cxxrtl::debug_items items;
         top.debug_info(&items, nullptr, "circuit ");
         items.add("model event_valid", cxxrtl::debug_item(model_valid));
@@ -105,7 +107,10 @@ int main(int count, char **words) {
         set_clock(true);
     }
     top.p_start.set<bool>(false);
-    for (uint64_t cycle = 0; cycle < bound && !ended; cycle++) {
+#ifdef PINS
+    uint64_t shown = ~UINT64_C(0);
+#endif
+    for (uint64_t cycle = 0; cycle < (ended ? watched : bound); cycle++) {
         set_clock(false);
         show(cycle);
         sample(cycle, 0);
@@ -114,7 +119,15 @@ int main(int count, char **words) {
             uint64_t event[3] = {cycle, top.p_event__kind.get<uint64_t>(), top.p_event__data.get<uint64_t>()};
             fwrite(event, 8, 3, stdout);
         }
-        ended = top.p_done.get<bool>();
+#ifdef PINS
+        const uint64_t pins = PINS;
+        if (pins != shown) {
+            const uint64_t change[3] = {cycle, 16, pins};
+            fwrite(change, 8, 3, stdout);
+            shown = pins;
+        }
+#endif
+        ended |= top.p_done.get<bool>();
         if (top.p_in__ready.get<bool>() && taken < stream_words) taken++;
         set_clock(true);
         sample(cycle, 1);

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
 from codesign.errors import UnsuitedError
+from codesign.planners.circuits import Circuit
 from codesign.planners.harmonic.plan.parameters import RelaxParameters
 from codesign.planners.harmonic.rtl import CIRCUITS
 from codesign.planners.interface import Problem
@@ -105,3 +107,35 @@ def test_what_no_circuit_has_is_refused(changes: dict[str, Any], key: str) -> No
         CIRCUIT.circuit(job(**changes))
     assert [fault.key for fault in caught.value.faults] == [key]
     assert all(fault.hint for fault in caught.value.faults)
+
+
+@pytest.mark.parametrize(
+    ("file", "before", "after"),
+    [
+        ("harmonic_decide.v", ".east_step(in_data[PLACE_BITS + 1])", ".east_step(in_data[PLACE_BITS])"),
+        (
+            "harmonic_decide.v",
+            ".memory(in_data[PLACE_BITS + 2 +: 3])",
+            ".memory(in_data[PLACE_BITS + 1 +: 3])",
+        ),
+        ("harmonic_decide.v", "left <= precision + 1'b1", "left <= precision"),
+        ("harmonic_decision.v", "rises = second ? b_over : a_over", "rises = second ? a_over : b_over"),
+        ("harmonic_decision.v", "b_over_a == total_over", "b_over_a != total_over"),
+        ("harmonic_field.v", ".OUTPUT_REGISTER(1)", ".OUTPUT_REGISTER(0)"),
+    ],
+)
+def test_a_fault_in_the_decision_is_found(file: str, before: str, after: str, tmp_path: Path) -> None:
+    if tools.command_of("iverilog") is None:
+        pytest.skip("Icarus Verilog is not installed")
+
+    class Faulty(type(DECISION)):  # type: ignore[misc]
+        def circuit(self, point: Job[Any, Any]) -> Circuit:
+            circuit = DECISION.circuit(point)
+            (source,) = (each for each in circuit.sources if each.name == file)
+            text = source.read_text(encoding="utf-8")
+            assert before in text
+            (tmp_path / file).write_text(text.replace(before, after), encoding="utf-8")
+            others = (each for each in circuit.sources if each != source)
+            return replace(circuit, sources=(*others, tmp_path / file))
+
+    assert any(verify(Faulty(), DECISION.sample(seed), "icarus").first is not None for seed in range(12))

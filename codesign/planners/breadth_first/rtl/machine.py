@@ -22,6 +22,7 @@ from codesign.planners.breadth_first.plan.parameters import (
     VgaController,
 )
 from codesign.planners.breadth_first.plan.search import BreadthFirstPlan
+from codesign.planners.breadth_first.rtl.display import PINS, SCREEN, Screen, shown_pins
 from codesign.planners.breadth_first.rtl.samples import random_job
 from codesign.planners.breadth_first.styles import resources, timing
 from codesign.planners.breadth_first.styles.state_machine import StateMachine
@@ -119,6 +120,7 @@ class StateMachineCircuit(CircuitStyle):
 
     planner = "breadth_first"
     style = "state_machine"
+    screen: Screen = SCREEN
 
     def circuit(self, job: SearchJob) -> Circuit:
         """The circuit for a map of this size.
@@ -160,12 +162,12 @@ class StateMachineCircuit(CircuitStyle):
                 "state machine": tuple(each for each in modules if each != DISPLAY),
                 **({"display": (DISPLAY,)} if shown else {}),
             },
-            pins={"horizontal_sync": 1, "vertical_sync": 1, "colour": 3} if shown else {},
+            pins=PINS if shown else {},
             notes=(PIXELS,) if shown else (),
         )
 
     def expected(self, job: SearchJob) -> Expected:
-        """Every pop, push and cell of the path."""
+        """Every pop, push and cell of the path; and what a display puts out."""
         refuse(job)
         parameters = job.parameters
         cycles, plan = phase_cycles(StateMachine().work(job))
@@ -177,11 +179,16 @@ class StateMachineCircuit(CircuitStyle):
         value = side.astype(np.uint64) << np.uint64(bits) | addresses(cell, job.problem.shape, parameters)
         events = Events(cycle[order], kind[order].astype(np.uint8), value[order])
         end = _overflow(plan, events, parameters)
-        if end is None:
+        if end is not None:
+            events.kind[end] = OVERFLOW
+            events = Events(events.cycle[: end + 1], events.kind[: end + 1], events.value[: end + 1])
+            cycles = {INIT: begin, SEARCH: int(events.cycle[-1]) + 1 - begin}
+        if parameters.display is VgaController.NONE:
             return Expected(events, cycles)
-        events.kind[end] = OVERFLOW
-        events = Events(events.cycle[: end + 1], events.kind[: end + 1], events.value[: end + 1])
-        return Expected(events, {INIT: begin, SEARCH: int(events.cycle[-1]) + 1 - begin})
+        visited = int(np.isin(events.kind, (PUSH, OVERFLOW)).sum())
+        tracked = bool((events.kind == PATH_CELL).any())
+        pins = shown_pins(job.problem, plan, visited, tracked, sum(cycles.values()), self.screen)
+        return Expected(events, cycles, pins=pins)
 
     def held_out(self, variables: Mapping[str, int]) -> bool:
         """The sizes that the fit of the logic leaves out."""
