@@ -50,24 +50,21 @@ class Budget:
         """How many points may still be begun; None: any number."""
         return None if self.points is None else self.points - self.used
 
-    def bounded(self, left_s: float, left: float, done: float) -> float:
-        """The seconds left, where ``left`` points would take ``left_s`` and ``done`` of those begun are done."""
-        if self.points is not None and left > 0:
-            left_s *= min(1.0, max(0.0, self.points - done) / left)
-        if self.seconds is not None:
-            left_s = min(left_s, max(0.0, self.seconds - (self.clock() - self._begun)))
-        return left_s
+    def bounded(self, left_s: float) -> float:
+        """The seconds left of works that would take ``left_s``."""
+        if self.seconds is None:
+            return left_s
+        return min(left_s, max(0.0, self.seconds - (self.clock() - self._begun)))
 
-    def spend(self, points: int) -> int:
-        """How many of so many points may be begun now; they count as begun. 0 where the budget is used up."""
+    def spend(self, points: int) -> bool:
+        """Whether so many points may be begun now; they then count as begun."""
         if self._is_over():
-            return 0
-        granted = points if self.left is None else min(points, self.left)
-        self.used += granted
-        if granted < points:
-            assert self.points is not None, "only a budget of points grants fewer"
-            self.ended = self.ended or f"the budget of {counted(self.points, 'point')} was used up"
-        return granted
+            return False
+        if self.left is not None and points > self.left:
+            self.ended = self.ended or f"the budget of {counted(self.points or 0, 'point')} was used up"
+            return False
+        self.used += points
+        return True
 
     def late(self, points: int) -> bool:
         """Whether the time is over for so many points that were granted and not begun: they then count as not begun."""
@@ -82,11 +79,9 @@ class Budget:
         self.ended = self.ended or f"the time of {allotted} was over"
         return True
 
-    def within(self, batches: Iterable[Batch], cut: Callable[[Batch, int], Batch]) -> Iterator[Batch]:
-        """The batches that may be begun, each drawn when it is asked for; the last one ``cut`` to what is left."""
+    def within(self, batches: Iterable[Batch]) -> Iterator[Batch]:
+        """The batches that may be begun, each drawn when it is asked for, up to the first that may not."""
         for batch in batches:
-            granted = self.spend(len(batch))
-            if granted:
-                yield batch if granted == len(batch) else cut(batch, granted)
-            if granted < len(batch):
+            if not self.spend(len(batch)):
                 return
+            yield batch

@@ -74,7 +74,6 @@ class ExplorationPace:
             else:
                 self._alone += len(work)
         self._together = self._left > 0
-        self._all = float(self._left.sum()) + self._alone
         self._computations, self._falls_apart = _Mean(_LONG), _Mean(_LONG)
         self._simulation, self._price, self._fallen, self._by_itself = (_Mean() for _ in range(4))
         self._own_of_price, self._own_of_point = _Mean(), _Mean()
@@ -112,10 +111,7 @@ class ExplorationPace:
             return None
         seconds = sum(filter(None, parts)) / self._workers + sum(filter(None, own))
         left = seconds * self._correction()
-        if budget is None:
-            return left
-        waiting = float(self._left.sum()) + self._alone
-        return budget.bounded(left, waiting, self._all - waiting)
+        return left if budget is None else budget.bounded(left)
 
     def _correction(self) -> float:
         if not self._taken or not self._wall:

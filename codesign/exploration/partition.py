@@ -56,6 +56,11 @@ class Alone:
         """Their places in the enumeration."""
         return tuple(point.index for point in self.points)
 
+    @property
+    def numbers(self) -> Indices:
+        """The same as an array, int64."""
+        return np.array(self.indices, np.int64)
+
     def __len__(self) -> int:
         return len(self.points)
 
@@ -90,19 +95,30 @@ Work = Alone | Together
 """What one worker computes in a row."""
 
 
-def in_order(works: Iterable[Work], decisions: Space, conditions: int) -> list[Work]:
-    """The works in an order that shows the whole space early: by the turns of the designs of their first points.
+class Turns:
+    """The turns of points: an order that shows the whole space early, and does a design before the next one.
 
-    ``conditions``: how many each design meets; a design is done before the next one is begun. See ``Order``.
+    Args:
+        decisions: the space of the designs, whose turns are those of ``Order``.
+        conditions: how many each design meets.
     """
-    turns = np.empty(len(decisions), np.int64)
-    turns[Order.of(decisions).indices(0, len(decisions))] = np.arange(len(decisions))
 
-    def turn(work: Work) -> tuple[int, int]:
-        design, condition = divmod(work.indices[0], conditions)
-        return int(turns[design]), condition
+    def __init__(self, decisions: Space, conditions: int) -> None:
+        self._conditions = conditions
+        self._designs = np.empty(len(decisions), np.int64)
+        self._designs[Order.of(decisions).indices(0, len(decisions))] = np.arange(len(decisions))
 
-    return sorted(works, key=turn)
+    def of(self, points: Indices) -> Indices:
+        """The turn of each point."""
+        return self._designs[points // self._conditions] * self._conditions + points % self._conditions
+
+    def first(self, points: Indices, count: int) -> Indices:
+        """The points that have their turns first, by index."""
+        return np.sort(points[np.argsort(self.of(points))[:count]])
+
+    def sorted(self, works: Iterable[Work]) -> list[Work]:
+        """The works by the first turn of any of their points."""
+        return sorted(works, key=lambda work: int(self.of(work.numbers).min()))
 
 
 def parted(explored: Explored, space: Space, pending: Indices) -> Iterator[Work]:

@@ -35,7 +35,7 @@ from codesign.exploration.identity import canonical_digest, contents_of, files_r
 from codesign.exploration.kept import Kept
 from codesign.exploration.kept_boxes import boxes_of, keep_boxes
 from codesign.exploration.kept_search import forget_search, keep_search, search_of_study
-from codesign.exploration.partition import Alone, Indices, Together, Work, in_order, parted
+from codesign.exploration.partition import Alone, Indices, Together, Turns, Work, parted
 from codesign.exploration.search import Searched
 from codesign.exploration.search_run import Rounds, SearchRun, searched_before
 from codesign.exploration.simulator import check_some_point
@@ -189,15 +189,14 @@ class _Run:
         self._note(every, found)
         forget_search(self.kept, self.key)
         pending = _pending(self.kept, self.tally, every)
-        works = in_order(pending, self.decisions, len(self.space) // len(self.decisions))
-
-        def cut(work: Work, count: int) -> Work:
-            """The first points of work, still priced together."""
-            (part,) = self.works(np.array(work.indices[:count], np.int64))
-            self._note([*every, part], found)
-            return part
-
-        begun = works if budget is None else Dealer(budget.within(works, cut), budget.late)
+        turns = Turns(self.decisions, len(self.space) // len(self.decisions))
+        works, beyond = turns.sorted(pending), list[Work]()
+        if budget is not None and budget.left is not None and budget.left < sum(map(len, works)):
+            points = turns.first(np.concatenate([work.numbers for work in works]), budget.left)
+            # Nothing is begun of what lies beyond: it ends the budget.
+            works, beyond = turns.sorted(self.works(points)), works[:1]
+            self._note([*every, *works], found)
+        begun = works if budget is None else Dealer(budget.within([*works, *beyond]), budget.late)
         # Closed by name: after Ctrl-C the traceback would keep the generator, and with it the workers, alive.
         executor = self._executor(several=len(works) > 1)
         with contextlib.closing(executor.run(begun, self.evaluator)) as coming:

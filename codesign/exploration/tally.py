@@ -19,7 +19,7 @@ from codesign.exploration.evaluation import Done
 from codesign.exploration.judged import Judged
 from codesign.exploration.outcomes import Outcomes
 from codesign.exploration.pace import ExplorationPace
-from codesign.exploration.partition import Together, Work
+from codesign.exploration.partition import Work
 from codesign.exploration.search import Searched
 from codesign.exploration.shared import Shared
 from codesign.exploration.space import Space
@@ -156,8 +156,7 @@ class Tally:
         return Outcomes.empty(self.total)
 
     def _take(self, done: Done) -> None:
-        work = done.work
-        indices = work.numbers if isinstance(work, Together) else np.array(work.indices, np.int64)
+        indices = done.work.numbers
         batch = self._one_by_one(done.entries) if done.priced is None else Outcomes.of_priced(done.priced)
         self._failed += len(batch.failures)
         self._join(indices, batch)

@@ -13,24 +13,21 @@ from codesign.errors import InputError
 from codesign.exploration.budget import Budget
 
 
-def cut(batch: list[int], count: int) -> list[int]:
-    return batch[:count]
-
-
 @given(st.lists(st.integers(1, 5), max_size=8), st.integers(1, 30))
-def test_a_budget_of_points_is_kept_to_the_point(sizes: list[int], points: int) -> None:
+def test_a_budget_of_points_is_kept_and_batches_are_whole(sizes: list[int], points: int) -> None:
     batches = [list(range(size)) for size in sizes]
     budget = Budget(points)
-    granted = list(budget.within(batches, cut))
-    assert sum(map(len, granted)) == budget.used == min(points, sum(sizes))
-    assert bool(budget.ended) == (points < sum(sizes))
+    granted = list(budget.within(batches))
+    assert granted == batches[: len(granted)]
+    assert sum(map(len, granted)) == budget.used <= points
+    assert bool(budget.ended) == (len(granted) < len(batches)) == (points < sum(sizes))
 
 
 def test_a_budget_of_time_begins_nothing_after_it() -> None:
     now = [0.0]
     budget = Budget(seconds=2.5, clock=lambda: now[0])
     begun = []
-    for batch in budget.within([[1], [2], [3], [4], [5]], cut):
+    for batch in budget.within([[1], [2], [3], [4], [5]]):
         begun.append(batch[0])
         now[0] += 1
     assert begun == [1, 2, 3]
@@ -46,14 +43,14 @@ def test_what_is_not_asked_for_is_not_drawn() -> None:
             yield [number]
 
     budget = Budget(points=3)
-    assert len(list(budget.within(batches(), cut))) == 3  # type: ignore[type-var,arg-type]
+    assert len(list(budget.within(batches()))) == 3  # type: ignore[type-var,arg-type]
     assert budget.ended == "the budget of 3 points was used up"
     assert drawn == [0, 1, 2, 3]
 
 
 def test_no_budget_is_all() -> None:
     budget = Budget()
-    assert list(budget.within([[1, 2], [3]], cut)) == [[1, 2], [3]]
+    assert list(budget.within([[1, 2], [3]])) == [[1, 2], [3]]
     assert (budget.ended, budget.left, budget.used) == ("", None, 3)
 
 

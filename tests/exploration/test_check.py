@@ -16,7 +16,7 @@ from codesign.exploration import Space, Study, explore, load_study
 from codesign.exploration.budget import Budget
 from codesign.exploration.check import check_points
 from codesign.exploration.order import Order
-from codesign.exploration.partition import Alone, in_order
+from codesign.exploration.partition import Alone, Turns
 from codesign.inputs import Platform, Workload
 
 Hwsw = Callable[..., Invoked]
@@ -83,7 +83,7 @@ def test_a_budget_of_points(loaded: tuple[Platform, Workload], tmp_path: Path, w
 def test_works_show_the_whole_space_early_and_designs_are_done_one_by_one() -> None:
     decisions = Space({"a.b": list(range(5)), "a.c": list(range(4))}, "")
     space = Space({"a.b": list(range(5)), "a.c": list(range(4)), "a.d": [1, 2]}, "")
-    works = in_order([Alone((point,)) for point in space.points()], decisions, 2)
+    works = Turns(decisions, 2).sorted(Alone((point,)) for point in space.points())
     begun = [work.indices[0] for work in works]
     assert sorted(begun) == list(range(40))
     assert [index // 2 for index in begun[::2]] == [index // 2 for index in begun[1::2]]

@@ -110,7 +110,7 @@ def test_what_comes_back_is_next_where_its_kin_is() -> None:
 def test_works_that_wait_are_not_begun_after_the_time() -> None:
     now = [0.0]
     budget = Budget(seconds=10.0, clock=lambda: now[0])
-    dealer = Dealer(budget.within(works([1, 1, 1, 1, 2]), lambda each, _: each), budget.late)
+    dealer = Dealer(budget.within(works([1, 1, 1, 1, 2])), budget.late)
     assert [place(dealer.draw(seat)) for seat in "AB"] == [0, 4]
     now[0] = 11.0
     assert dealer.draw("A") is dealer.draw("B") is None

@@ -16,7 +16,7 @@ import codesign
 from codesign.errors import CodesignError, SpecError
 from codesign.exploration.evaluation import Pricer, computation_digest
 from codesign.exploration.explored import Explored
-from codesign.exploration.partition import Alone, Together, in_order, parted
+from codesign.exploration.partition import Alone, Together, Turns, parted
 from codesign.exploration.space import Space
 from codesign.inputs import Workload, load_platform
 from codesign.memo import Memo
@@ -174,7 +174,7 @@ def test_the_shipped_studies_are_priced_but_for_named_reasons(name: str) -> None
     space = Space(section.every_axis, "", when=section.when)
     decisions = Space(section.axes, "", when=section.when)
     works = parted(explored, space, np.arange(len(space)))
-    ordered = in_order(works, decisions, len(space) // len(decisions))
+    ordered = Turns(decisions, len(space) // len(decisions)).sorted(works)
     together = [work for work in ordered if isinstance(work, Together)]
     assert together, "some points compute the same"
     pricer, priced = Pricer(explored, space), 0
