@@ -22,6 +22,7 @@ from codesign.exploration.explored import Explored
 from codesign.exploration.simulator import Simulator
 from codesign.exploration.study import Study
 from codesign.figures import FIGURES
+from codesign.report.study_page import study_page
 from codesign.report.study_tables import write_study_csv
 
 CHECKED = 100
@@ -120,7 +121,12 @@ def rows(folder: Path) -> list[Row]:
     step(
         "full result of a point", lambda: study.points[study.front[0]].result, lambda result: result.precision
     )
-    for name, write in (("Parquet", study.to_parquet), ("CSV", lambda path: write_study_csv(study, path))):
+    files = {
+        "Parquet": study.to_parquet,
+        "CSV": lambda path: write_study_csv(study, path),
+        "page": lambda path: study_page(study, path),
+    }
+    for name, write in files.items():
         path = folder / name.lower()
         step(
             name,

@@ -14,7 +14,7 @@ import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
-from functools import partial
+from functools import lru_cache, partial
 from typing import Any, ClassVar, Literal
 
 from codesign.errors import InputError, choose_hint, clip, show
@@ -354,6 +354,7 @@ def described(name: str, more: str = "") -> str:
     return f"{figure.description}{unit}{more}"
 
 
+@lru_cache(maxsize=4096)
 def label(name: str) -> str:
     """A name of the model (a resource, a figure, a phase), or words with such names among them, in a reader's words.
 

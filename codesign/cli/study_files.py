@@ -19,9 +19,11 @@ if TYPE_CHECKING:
 
 _FILE = click.Path(dir_okay=False, path_type=Path)
 _OPTIONS = (
-    click.option("--csv", "csv", type=_FILE, help="Write every point as CSV."),
+    click.option("--csv", "csv", type=_FILE, help="Write every computed point as CSV."),
     click.option(
-        "--parquet", type=_FILE, help="Write every point as a Parquet file, for pandas, Polars and DuckDB."
+        "--parquet",
+        type=_FILE,
+        help="Write every computed point as a Parquet file, for pandas, Polars and DuckDB.",
     ),
     click.option("--html", "page", type=_FILE, help="Write a self-contained HTML page."),
     click.option(

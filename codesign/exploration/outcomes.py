@@ -23,6 +23,8 @@ from codesign.results.result import Reason, Result
 
 Column = NDArray[np.float64]
 Numbers = NDArray[np.int32]
+Some = slice | NDArray[np.int64]
+"""Some points: by a slice, or by their indices."""
 ALL = slice(None)
 
 
@@ -170,6 +172,11 @@ class Outcomes:
             failures,
         )
 
+    @property
+    def computed(self) -> NDArray[np.int64]:
+        """The indices of the points that were computed, those that failed among them."""
+        return np.flatnonzero(self.state != State.MISSING)
+
     def template(self, index: int) -> Result | None:
         """What the result of a point has in common with those of others; None where it has no result."""
         number = int(self.which[index])
@@ -185,7 +192,7 @@ class Outcomes:
         # The number -1 takes the last one.
         return np.array([*map(measure, self.templates), none])[self.which]
 
-    def column(self, figure: ResultFigure, within: slice = ALL) -> Column:
+    def column(self, figure: ResultFigure, within: Some = ALL) -> Column:
         """One figure of each point, or of some of them, as designs are compared by it; NaN: none."""
         if isinstance(figure, DerivedFigure):
             return derived_column(figure, lambda name: self.column(FIGURES[name], within))
@@ -233,7 +240,7 @@ class Outcomes:
         low, high = float(self.lows[figure.name][index]), float(self.highs[figure.name][index])
         return None if math.isnan(low) else (low, high)
 
-    def bounds(self, figure: ResultFigure, within: slice = ALL) -> tuple[Column, Column]:
+    def bounds(self, figure: ResultFigure, within: Some = ALL) -> tuple[Column, Column]:
         """``ends`` of each point, or of some of them: the least values, and the greatest; NaN: none."""
         if isinstance(figure, DerivedFigure):
             columns, bounds = (

@@ -23,12 +23,15 @@ from codesign.progress import Show, silent, tracked
 if TYPE_CHECKING:
     from codesign.exploration.study import Study
 
+Points = NDArray[np.int64]
+"""Some points, by their indices."""
+
 POINTS_A_GROUP = 1 << 17
 _LEVEL = 3
 
 
 def write_parquet(study: Study, path: Path, show: Show = silent) -> None:
-    """Write every point of a study. The file is there whole, or not at all. ``show`` is told how far it is.
+    """Write every computed point of a study. The file is there whole, or not at all. ``show`` is told how far it is.
 
     Raises:
         InputError: pyarrow is not installed. RunError: the file cannot be written.
@@ -36,15 +39,14 @@ def write_parquet(study: Study, path: Path, show: Show = silent) -> None:
     arrow, parquet = libraries()
     columns = dict(_columns(study, arrow))
     schema = arrow.schema([(name, each[0]) for name, each in columns.items()], _metadata(study))
-    count = len(study.outcomes)
+    computed = study.outcomes.computed
+    groups = [computed[begin : begin + POINTS_A_GROUP] for begin in range(0, len(computed), POINTS_A_GROUP)]
     with (
         written_atomically(path) as target,
         parquet.ParquetWriter(target, schema, compression="zstd", compression_level=_LEVEL) as writer,
     ):
-        groups = [range(count)[begin : begin + POINTS_A_GROUP] for begin in range(0, count, POINTS_A_GROUP)]
-        for group in tracked(groups, show, "rows of Parquet written", count, size=len):
-            within = slice(group.start, group.stop)
-            arrays = [take(within) for _, take in columns.values()]
+        for group in tracked(groups, show, "rows of Parquet written", len(computed), size=len):
+            arrays = [take(group) for _, take in columns.values()]
             writer.write_table(arrow.Table.from_arrays(arrays, schema=schema))
 
 
@@ -65,35 +67,35 @@ def libraries() -> tuple[Any, Any]:
     return pyarrow, parquet
 
 
-def _columns(study: Study, arrow: Any) -> Iterator[tuple[str, tuple[Any, Callable[[slice], Any]]]]:
+def _columns(study: Study, arrow: Any) -> Iterator[tuple[str, tuple[Any, Callable[[Points], Any]]]]:
     """By name, the type of each column, and what gives its values of some points."""
     judged, outcomes = study.judged, study.outcomes
 
-    def whole(numbers: Callable[[slice], NDArray[Any]]) -> tuple[Any, Callable[[slice], Any]]:
+    def whole(numbers: Callable[[Points], NDArray[Any]]) -> tuple[Any, Callable[[Points], Any]]:
         return arrow.int64(), lambda within: arrow.array(numbers(within), arrow.int64())
 
-    def flags(numbers: Callable[[slice], NDArray[Any]]) -> tuple[Any, Callable[[slice], Any]]:
+    def flags(numbers: Callable[[Points], NDArray[Any]]) -> tuple[Any, Callable[[Points], Any]]:
         return arrow.bool_(), lambda within: arrow.array(numbers(within), arrow.bool_())
 
-    yield "index", whole(_indices)
+    yield "index", whole(lambda within: within)
     if study.conditions:
-        yield "design", whole(lambda within: _indices(within) // judged.conditions)
+        yield "design", whole(lambda within: within // judged.conditions)
     for axis, values in study.every_axis.items():
         name, entries = axis_column(axis, values)
         yield name, _axis(study, axis, entries, arrow)
     for column in study.figure_columns:
         yield column.name, _figure(column, arrow)
     yield "feasible", flags(lambda within: judged.feasible_points[within])
-    yield "on_front", flags(lambda within: study.on_front[_indices(within) // judged.conditions])
+    yield "on_front", flags(lambda within: study.on_front[within // judged.conditions])
     yield "state", _words(STATES, lambda within: outcomes.state[within], arrow)
     yield "reason", _words(*_reasons(study), arrow)
 
 
-def _axis(study: Study, axis: str, entries: Sequence[Any], arrow: Any) -> tuple[Any, Callable[[slice], Any]]:
+def _axis(study: Study, axis: str, entries: Sequence[Any], arrow: Any) -> tuple[Any, Callable[[Points], Any]]:
     """The values of an axis: numbers, or words of a dictionary; null where it does not exist."""
 
-    def levels(within: slice) -> NDArray[np.int32]:
-        return study.space.levels(_indices(within))[axis]
+    def levels(within: Points) -> NDArray[np.int32]:
+        return study.space.levels(within)[axis]
 
     for kind, types in ((arrow.bool_(), bool), (arrow.int64(), int), (arrow.float64(), int | float)):
         exact = types is bool or not any(isinstance(entry, bool) for entry in entries)
@@ -104,15 +106,15 @@ def _axis(study: Study, axis: str, entries: Sequence[Any], arrow: Any) -> tuple[
 
 
 def _taken(
-    take: Callable[[Any], Any], numbers: Callable[[slice], NDArray[Any]], arrow: Any, within: slice
+    take: Callable[[Any], Any], numbers: Callable[[Points], NDArray[Any]], arrow: Any, within: Points
 ) -> Any:
     return take(_places(numbers(within), arrow))
 
 
-def _figure(column: FigureColumn, arrow: Any) -> tuple[Any, Callable[[slice], Any]]:
+def _figure(column: FigureColumn, arrow: Any) -> tuple[Any, Callable[[Points], Any]]:
     """Numbers; null where a point has none. Counts are integers."""
 
-    def take(within: slice) -> Any:
+    def take(within: Points) -> Any:
         numbers = column.of(within)
         none = np.isnan(numbers)
         if not column.whole:
@@ -123,8 +125,8 @@ def _figure(column: FigureColumn, arrow: Any) -> tuple[Any, Callable[[slice], An
 
 
 def _words(
-    words: Sequence[str], numbers: Callable[[slice], NDArray[Any]], arrow: Any
-) -> tuple[Any, Callable[[slice], Any]]:
+    words: Sequence[str], numbers: Callable[[Points], NDArray[Any]], arrow: Any
+) -> tuple[Any, Callable[[Points], Any]]:
     """Texts by their numbers in a dictionary; -1: null."""
     dictionary = arrow.array(words, arrow.string())
     return arrow.dictionary(arrow.int32(), arrow.string()), lambda within: arrow.DictionaryArray.from_arrays(
@@ -136,7 +138,7 @@ def _places(numbers: NDArray[Any], arrow: Any) -> Any:
     return arrow.array(numbers.astype(np.int32), mask=numbers < 0)
 
 
-def _reasons(study: Study) -> tuple[list[str], Callable[[slice], NDArray[np.int32]]]:
+def _reasons(study: Study) -> tuple[list[str], Callable[[Points], NDArray[np.int32]]]:
     """Every text of what keeps a point out, and the number of the text of each point; -1: nothing does.
 
     The text of a point names each limit that it passes, such as ``resource slices; clock fpga``. That of a failed point
@@ -169,10 +171,6 @@ def _reasons(study: Study) -> tuple[list[str], Callable[[slice], NDArray[np.int3
     kept = [words[number] for number in used.tolist()]
     places = np.array([number if text else -1 for number, text in enumerate(kept)], np.int32)[which]
     return kept, lambda within: places[within]
-
-
-def _indices(within: slice) -> NDArray[np.int64]:
-    return np.arange(within.start, within.stop, dtype=np.int64)
 
 
 def _metadata(study: Study) -> dict[str, str]:

@@ -49,7 +49,7 @@ class StudyRivals:
     def values(self, figure: ResultFigure) -> Floats:
         """The figure of each; NaN: none."""
         if figure.name in PRICED or isinstance(figure, DerivedFigure):
-            return self._outcomes.column(figure)[self.points]
+            return self._outcomes.column(figure, self.points)
 
         # A design without a chip is compared by what it has, not as one that takes nothing.
         def value(number: int) -> float:
@@ -60,7 +60,7 @@ class StudyRivals:
 
     def ends(self, figure: ResultFigure) -> tuple[Floats, Floats]:
         """The ends of the interval of the figure of each; NaN: it has none, or the figure is no sum of terms."""
-        low, high = (each[self.points] for each in self._outcomes.bounds(figure))
+        low, high = self._outcomes.bounds(figure, self.points)
         whole, templates = self._outcomes.whole, self._outcomes.templates
         # Power has an interval of its own, whatever the terms; a full result that has none is not assessed.
         termless = self._of_each(lambda number: number in whole and templates[number].terms is None)

@@ -10,10 +10,11 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from codesign.errors import InputError
 from codesign.exploration.constraints import Floats
-from codesign.exploration.outcomes import STATES, Outcomes
+from codesign.exploration.outcomes import STATES, Outcomes, Some
 from codesign.figures import FIGURES, ResultFigure
 from codesign.inputs.edit import PLATFORM_AXIS
 from codesign.units import PICOSECONDS_PER_SECOND, SCALES, Dimension, parse_quantity
@@ -35,8 +36,8 @@ _SUFFIXES = {
 """The end of a column's name by dimension, where it is not the base unit in lower case."""
 
 
-def study_columns(study: Study, points: range | None = None) -> dict[str, list[Scalar]]:
-    """The columns of a study by name, with one entry a point, in the order of the points; of all, or of a range.
+def study_columns(study: Study, points: NDArray[np.int64] | None = None) -> dict[str, list[Scalar]]:
+    """The columns of a study by name, with one entry a point, by the indices of points; by default of all computed.
 
     The columns are ``index``, the axes, the declared figures that any point has (the objectives first), ``feasible``,
     ``on_front`` and ``state``. Behind a figure that rests on intervals stand its least and its greatest value, in the
@@ -45,9 +46,8 @@ def study_columns(study: Study, points: range | None = None) -> dict[str, list[S
     ``fabric.clock_hz``. Lists and mappings are JSON texts. A figure that a point does not have is None.
     """
     judged = study.judged
-    some = range(len(study.outcomes)) if points is None else points
-    within, indices = slice(some.start, some.stop), np.arange(some.start, some.stop)
-    columns: dict[str, list[Scalar]] = {"index": [*some]}
+    indices = study.outcomes.computed if points is None else points
+    columns: dict[str, list[Scalar]] = {"index": indices.tolist()}
     if study.conditions:
         columns["design"] = [*(indices // judged.conditions).tolist()]
     levels = study.space.levels(indices)
@@ -57,10 +57,10 @@ def study_columns(study: Study, points: range | None = None) -> dict[str, list[S
         entries.append(None)
         columns[name] = [entries[level] for level in levels[axis].tolist()]
     for column in study.figure_columns:
-        columns[column.name] = _entries(column.of(within), whole=column.whole)
-    columns["feasible"] = judged.feasible_points[within].tolist()
+        columns[column.name] = _entries(column.of(indices), whole=column.whole)
+    columns["feasible"] = judged.feasible_points[indices].tolist()
     columns["on_front"] = study.on_front[indices // judged.conditions].tolist()
-    columns["state"] = [STATES[state] for state in study.outcomes.state[within].tolist()]
+    columns["state"] = [STATES[state] for state in study.outcomes.state[indices].tolist()]
     return columns
 
 
@@ -72,7 +72,7 @@ class FigureColumn:
     """
 
     name: str
-    of: Callable[[slice], Floats]
+    of: Callable[[Some], Floats]
     whole: bool = False
 
 
@@ -93,7 +93,7 @@ def figure_columns(study: Study) -> list[FigureColumn]:
     return columns
 
 
-def _end(outcomes: Outcomes, figure: ResultFigure, number: int, within: slice) -> Floats:
+def _end(outcomes: Outcomes, figure: ResultFigure, number: int, within: Some) -> Floats:
     """The least or the greatest value of a figure inside all intervals, of some points."""
     return outcomes.bounds(figure, within)[number]
 
@@ -106,8 +106,8 @@ def _entries(column: Floats, *, whole: bool = False) -> list[Scalar]:
     return [each if each is None else round(each) for each in entries] if whole else entries  # type: ignore[arg-type]
 
 
-def provenance_columns(study: Study, points: range) -> dict[str, list[Scalar]]:
-    """The columns that say where a range of points comes from, for what is written.
+def provenance_columns(study: Study, points: NDArray[np.int64]) -> dict[str, list[Scalar]]:
+    """The columns that say where some points come from, for what is written.
 
     They are the same for all points, but for the digest of the platform.
     """
@@ -119,7 +119,7 @@ def provenance_columns(study: Study, points: range) -> dict[str, list[Scalar]]:
     names = [single] * len(points)
     if PLATFORM_AXIS in study.every_axis:
         values = [*map(str, study.every_axis[PLATFORM_AXIS]), single]
-        levels = study.space.levels(np.arange(points.start, points.stop))[PLATFORM_AXIS]
+        levels = study.space.levels(points)[PLATFORM_AXIS]
         names = [values[level] for level in levels.tolist()]
     for name, text in provenance.stamped().constants.items():
         if name == "workload_digest":

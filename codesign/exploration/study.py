@@ -372,7 +372,7 @@ class Study(InNotebooks):
         return study_document(self).model_dump(mode="json")
 
     def frame(self) -> DataFrame:
-        """The points as a data frame of pandas, with the columns of ``exploration.rows.study_columns``.
+        """The computed points as a data frame of pandas, with the columns of ``exploration.rows.study_columns``.
 
         Raises:
             InputError: pandas is not installed.
@@ -393,7 +393,7 @@ class Study(InNotebooks):
         return figure_columns(self)
 
     def to_parquet(self, path: Path | str, show: Show = silent) -> None:
-        """Write every point as a Parquet file; see ``exploration.parquet.write_parquet``, and what it raises."""
+        """Write every computed point as a Parquet file; see ``exploration.parquet.write_parquet``."""
         from codesign.exploration.parquet import write_parquet
 
         write_parquet(self, Path(path), show)

@@ -18,7 +18,7 @@ from codesign.inputs.aggregate import Share
 from codesign.report.aggregated import condition_text, figure_column, figure_label, kind_of_row, rules_text
 from codesign.report.axes import level_texts, short_names, varying_axes
 from codesign.report.columns import Columns
-from codesign.report.study_tables import why_out
+from codesign.report.study_tables import PointWhys, why_out
 from codesign.report.wording import number_scales
 
 if TYPE_CHECKING:
@@ -58,8 +58,10 @@ def offered_figures(study: Study) -> tuple[ResultFigure, ...]:
     return (*first, *(figure for figure in others if figure not in first and differs(figure)))
 
 
-def chart_data(study: Study) -> dict[str, Any]:
+def chart_data(study: Study, figures: tuple[ResultFigure, ...] = ()) -> dict[str, Any]:
     """The distinct designs as columns, ready for JSON; at most ``MOST_POINTS`` in all conditions together.
+
+    ``figures``: by default all ``offered_figures``.
 
     - ``axes``: names, texts of their levels, and the level of each point;
     - ``frames``: all conditions together, then each of the first ones by itself; each with the figures and why a
@@ -69,7 +71,7 @@ def chart_data(study: Study) -> dict[str, Any]:
     conditions = study.world.each[:MOST_CONDITIONS] if study.conditions else []
     kept = _kept(study, MOST_POINTS // (len(conditions) + 1))
     columns, numbers = Columns(), dict[str, int]()
-    axes, figures = varying_axes(study), offered_figures(study)
+    axes, figures = varying_axes(study), figures or offered_figures(study)
     names = [
         rules_text(study) if conditions else "",
         *map(lambda n: condition_text(study, n), range(len(conditions))),
@@ -120,7 +122,11 @@ def _frame(
     columns: Columns,
     numbers: dict[str, int],
 ) -> dict[str, Any]:
-    whys = (why_out(study, study.designs[index], gaps=True) for index in kept.tolist())
+    if study.conditions:
+        whys = [why_out(study, study.designs[index], gaps=True) for index in kept.tolist()]
+    else:
+        # A design is a point.
+        whys = [*map(PointWhys(study, gaps=True).of, kept.tolist())]
     gaps = relative_gaps(study)[study.first_of_same[kept]]
     gaps[gaps == -math.inf] = math.nan
     misses = [] if np.isnan(gaps).all() else [{**_MISSES, "column": columns.add(gaps)}]

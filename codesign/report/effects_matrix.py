@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from codesign.explanation import AxisEffect
 from codesign.figures import ResultFigure
 from codesign.report.aggregated import figure_label
 from codesign.report.axes import short_names
@@ -34,11 +35,13 @@ class Matrix:
     rows: tuple[tuple[str, tuple[Effect, ...]], ...]
 
 
-def effects_matrix(study: Study, figures: Sequence[ResultFigure]) -> Matrix:
-    """The total share of each axis in the spread of each figure that varies over the feasible designs."""
+def effects_matrix(study: Study, figures: Sequence[ResultFigure], effects: Sequence[AxisEffect]) -> Matrix:
+    """The total share of each axis in the spread of each figure that varies over the feasible designs.
+
+    ``effects``: those of the figures (``Study.sensitivity``).
+    """
     if not study.feasible:
         return Matrix((), ())
-    effects = study.sensitivity(*figures)
     moving = [
         figure
         for figure in figures

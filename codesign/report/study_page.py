@@ -75,11 +75,14 @@ def study_html(
     """The page of ``study_page`` as text."""
     doing(show, "making the page", _PAGE_S_A_POINT * len(study.points))
     feasible = bool(study.feasible)
+    figures = offered_figures(study)
+    effects = study.sensitivity(*figures)
+    first = {figure.name for figure in study.objectives}
     return rendered(
         "study.html.j2",
         study.provenance,
-        effects=effects_table(study.sensitivity(), study.objectives),
-        matrix=effects_matrix(study, offered_figures(study)),
+        effects=effects_table([each for each in effects if each.figure in first], study.objectives),
+        matrix=effects_matrix(study, figures, effects),
         title=f"{study.workload} on {study.platform}",
         counts=study_counts(study),
         fixed=fixed_axes(study),
@@ -95,7 +98,7 @@ def study_html(
         nearest=nearest_table(study),
         sources=sources_table(sourced_results(study)),
         figures=[figure.name for figure in chart_figures(study)],
-        data=script_json(chart_data(study)),
+        data=script_json(chart_data(study, figures)),
         plotter=template_text(_PLOTTER[0]),
         plotter_style=template_text(_PLOTTER[1]),
         page_style=template_text("study/study.css"),

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from codesign.exploration.rows import Scalar, provenance_columns, study_columns
 from codesign.figures import FIGURES, ResultFigure, label
@@ -93,7 +95,7 @@ class _Designs:
 
 
 def study_table(study: Study, show: Show = silent) -> Table:
-    """All points in the order of enumeration: axes that vary, objectives, feasible, on the front.
+    """All computed points in the order of enumeration: axes that vary, objectives, feasible, on the front.
 
     A point is feasible by itself; it is on the front if its design is.
     """
@@ -108,48 +110,48 @@ def study_table(study: Study, show: Show = silent) -> Table:
         *left("feasible", "on the front", "why not"),
     )
     rows = []
-    designs = tracked(study.designs, show, "designs put into the table of all points", len(study.designs))
-    for design in designs:
-        why = why_out(study, design)
-        for point in design.points:
-            rows.append(
-                (
-                    *(_number(each) for each in (point, design)[: len(number)]),
-                    *words(*(text(point.axes.get(name)) for name, text in texts.items())),
-                    *(figure_cell(figure, point.figure(figure)) for figure in figures),
-                    yes_cell(point.feasible and (design.feasible or bool(study.conditions))),
-                    yes_cell(bool(study.on_front[design.index])),
-                    word(why_not(point) or why),
-                )
+    computed, why = study.outcomes.computed, PointWhys(study)
+    for index in tracked(computed.tolist(), show, "points put into the table of all points", len(computed)):
+        point, design = study.points[index], study.designs[index // study.judged.conditions]
+        axes = point.axes
+        rows.append(
+            (
+                *(_number(each) for each in (point, design)[: len(number)]),
+                *words(*(text(axes.get(name)) for name, text in texts.items())),
+                *(figure_cell(figure, point.figure(figure)) for figure in figures),
+                yes_cell(point.feasible and (design.feasible or bool(study.conditions))),
+                yes_cell(bool(study.on_front[design.index])),
+                word(why.of(index)),
             )
+        )
     strong = frozenset(number for number, row in enumerate(rows) if row[-2].value)
-    return Table("All points", columns, tuple(rows), _fixed_notes(study), strong)
+    notes = (*_missing_notes(len(study.points) - len(computed), "point"), *_fixed_notes(study))
+    return Table("All points", columns, tuple(rows), notes, strong)
 
 
-def study_csv(study: Study, points: range | None = None) -> Table:
-    """Points as raw values: ``study_columns``, in words why a point is not on the front, and the provenance.
-
-    Of all points, or of a range of them. The columns are the same for any range.
-    """
-    points = range(len(study.points)) if points is None else points
-    columns = _raw_columns(study, points, _Whys(study))
+def study_csv(study: Study) -> Table:
+    """The computed points as raw values: ``study_columns``, why each is not on the front, and the provenance."""
+    columns = _raw_columns(study, study.outcomes.computed, PointWhys(study))
     cells = tuple(
         tuple(Cell(str(value), value) for value in row) for row in zip(*columns.values(), strict=True)
     )
     return Table("All points", left(*columns), cells)
 
 
-def _raw_columns(study: Study, points: range, why: _Whys) -> dict[str, list[Scalar]]:
-    reasons: list[Scalar] = [why.of(index) for index in points]
+def _raw_columns(study: Study, points: NDArray[np.int64], why: PointWhys) -> dict[str, list[Scalar]]:
+    reasons: list[Scalar] = [why.of(index) for index in points.tolist()]
     return study_columns(study, points) | {"why_not": reasons} | provenance_columns(study, points)
 
 
-class _Whys:
-    """Why each point is not on the front, in words; for points with the same reasons these are made once."""
+class PointWhys:
+    """Why each point is not on the front, in words; for points with the same reasons these are made once.
 
-    def __init__(self, study: Study) -> None:
+    See ``reason_text`` for ``gaps``.
+    """
+
+    def __init__(self, study: Study, *, gaps: bool = False) -> None:
         judged = self._judged = study.judged
-        self._study = study
+        self._study, self._gaps = study, gaps
         lacking = np.zeros(judged.count, np.bool_)
         for figure in study.objectives:
             lacking |= np.isnan(judged.figure(figure))
@@ -170,31 +172,33 @@ class _Whys:
             return self._text(index)
         key = int(outcomes.which[index]), int(outcomes.reason[index])
         if key not in self._texts:
-            self._texts[key] = why_not(self._study.points[index])
+            self._texts[key] = why_not(self._study.points[index], gaps=self._gaps)
         return self._texts[key] or self._text(index)
 
     def _text(self, index: int) -> str:
-        study = self._study
-        return why_not(study.points[index]) or why_out(study, study.designs[index // self._judged.conditions])
+        study, gaps = self._study, self._gaps
+        design = study.designs[index // self._judged.conditions]
+        return why_not(study.points[index], gaps=gaps) or why_out(study, design, gaps=gaps)
 
 
 _ROWS_AT_ONCE = 20_000
 
 
 def write_study_csv(study: Study, path: Path, show: Show = silent) -> None:
-    """Write every point with every axis and figure as CSV. ``show`` is told how far it is.
+    """Write every computed point with every axis and figure as CSV. ``show`` is told how far it is.
 
     Raises:
         RunError: the file cannot be written.
     """
-    count = len(study.points)
-    ranges = [
-        range(begin, min(begin + _ROWS_AT_ONCE, count)) for begin in range(0, max(count, 1), _ROWS_AT_ONCE)
+    computed = study.outcomes.computed
+    # Of no point there is a block too: it has the heading.
+    parts = [
+        computed[begin : begin + _ROWS_AT_ONCE] for begin in range(0, max(len(computed), 1), _ROWS_AT_ONCE)
     ]
-    why = _Whys(study)
+    why = PointWhys(study)
     blocks = (
         _raw_columns(study, rows, why)
-        for rows in tracked(ranges, show, "rows of CSV written", count, size=len)
+        for rows in tracked(parts, show, "rows of CSV written", len(computed), size=len)
     )
     write_columns_csv(blocks, path)
 
@@ -267,10 +271,11 @@ def _ranked(study: Study, *objectives: ResultFigure) -> list[int]:
 
 
 def infeasible_table(study: Study, show: Show = silent) -> Table:
-    """Every design that cannot be built, is not wanted, failed or was not computed, with all its reasons."""
-    feasible = set(study.feasible)
+    """Every design that cannot be built, is not wanted, or failed, with all its reasons."""
+    kept = {*study.feasible, *study.missing}
     title = f"{kind_of_row(study).capitalize()}s left out"
-    return _left_out(study, title, [index for index in study.distinct if index not in feasible], show)
+    table = _left_out(study, title, [index for index in study.distinct if index not in kept], show)
+    return replace(table, notes=_missing_notes(len(study.missing), kind_of_row(study)))
 
 
 def nearest_table(study: Study) -> Table:
@@ -376,6 +381,11 @@ def reason_text(reason: Reason, *, gap: bool = False) -> str:
 def _figure_columns(figures: Sequence[ResultFigure]) -> tuple[Column, ...]:
     """A column for each figure, in the figure's unit, headed by its label."""
     return tuple(Column(figure.label, figure.unit, "right") for figure in figures)
+
+
+def _missing_notes(count: int, kind: str) -> tuple[str, ...]:
+    """How many are not in a table, as they were not computed."""
+    return (f"{counted(count, kind)} not computed",) if count else ()
 
 
 def _fixed_notes(study: Study) -> tuple[str, ...]:

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from codesign.exploration.outcomes import State
 from codesign.exploration.rivals import StudyRivals
 from codesign.exploration.same import first_of_equals
 from codesign.exploration.sensitivity import inside_of
@@ -31,21 +32,22 @@ Points = NDArray[np.int64]
 
 _EQUAL = " = "
 
-MOST_SETTINGS = 5_000
-"""A table shows no more settings than this."""
-
-MOST_ASSESSED = 200
-"""Settings whose points are simulated to say how sure the winner is, at most."""
+MOST_SETTINGS = 30
+"""A table shows no more settings than this; its notes count the others."""
 
 
 def winners_table(
-    study: Study, objective: ResultFigure | None = None, axis: str = VARIANT_AXIS
+    study: Study,
+    objective: ResultFigure | None = None,
+    axis: str = VARIANT_AXIS,
+    *,
+    most: int = MOST_SETTINGS,
 ) -> Table | None:
     """For each condition and setting of the other axes the best value of ``axis``, the runner-up, and the ratio.
 
     Best is by an objective. A point counts if it is feasible and its mission, if it has one, reached its goals. Values
     that are equal to the last digit win together. For each of the study's objectives a note says how often each variant
-    wins by it. None where ``axis`` has fewer than two values.
+    wins by it. Settings without a computed point are counted in a note. None where ``axis`` has fewer than two values.
 
     Axes that exist for some values of ``axis`` only are no part of a setting: each value is taken at the best that they
     make of it.
@@ -54,6 +56,7 @@ def winners_table(
         study: with ``axis``.
         objective: by default the study's first.
         axis: by default that of the variants.
+        most: settings that are shown, the first ones with a computed point.
     """
     if axis not in study.axes or len(axis_levels(study, axis)) < 2:
         return None
@@ -66,14 +69,13 @@ def winners_table(
     settings = _Settings(study, alone, others)
     headings = short_names((*others, *own))
     texts = [(name, level_texts(study, name)) for name in others]
-    rows, simulated = [], 0
-    for every in settings.first(MOST_SETTINGS):
+    rows = []
+    for every in settings.first(most):
         indices = settings.best_of_each(every, objective, axis) if own else every
         points = [alone.points[index] for index in indices.tolist()]
         axes = points[0].axes
         setting = words(*(text(axes.get(name)) for name, text in texts))
-        simulated += any(alone.outcomes.is_priced(point.index) for point in points)
-        rows.append((*setting, *_contest(alone, points, objective, axis, simulated <= MOST_ASSESSED)))
+        rows.append((*setting, *_contest(alone, points, objective, axis)))
     figure = objective.label
     columns = (
         *left(*headings[: len(others)], "best"),
@@ -91,10 +93,10 @@ def winners_table(
     )
     if own:
         notes += (f"each at its best over the axes that depend on it: {', '.join(headings[len(others) :])}",)
-    if settings.count > MOST_SETTINGS:
-        notes += (f"the first {MOST_SETTINGS:,} of {settings.count:,} settings",)
-    if simulated > MOST_ASSESSED:
-        notes += (f"how sure: assessed at the first {MOST_ASSESSED} settings of points that were priced",)
+    if len(settings.computed) > len(rows):
+        notes += (f"the first {len(rows):,} of {len(settings.computed):,} settings",)
+    if missing := settings.count - len(settings.computed):
+        notes += (f"{counted(missing, 'setting')} without a computed point",)
     title = f"Best {axis.rpartition('.')[2]} by setting: {objective.aim}"
     return Table(title, columns, tuple(rows), notes)
 
@@ -122,9 +124,15 @@ class _Settings:
         self._points, self._setting = points[order], of_points[order]
         self._begins = np.searchsorted(self._setting, np.arange(self.count + 1))
 
+    @cached_property
+    def computed(self) -> NDArray[np.intp]:
+        """The settings with a computed point."""
+        done = self._alone.outcomes.state[self._points] != State.MISSING
+        return np.flatnonzero(np.bincount(self._setting[done], minlength=self.count))
+
     def first(self, most: int) -> Iterator[Points]:
-        """The points of each of the first settings."""
-        for number in range(min(most, self.count)):
+        """The points of each of the first settings with a computed one."""
+        for number in self.computed[:most].tolist():
             yield self._points[self._begins[number] : self._begins[number + 1]]
 
     def best_of_each(self, points: Points, objective: ResultFigure, axis: str) -> Points:
@@ -136,7 +144,7 @@ class _Settings:
 
     def _losses(self, points: Points, objective: ResultFigure) -> NDArray[np.float64]:
         """The values of an objective with the sign that makes less of it better; NaN of points that do not count."""
-        judged, values = self._alone.judged, self._alone.outcomes.column(objective)[points]
+        judged, values = self._alone.judged, self._alone.outcomes.column(objective, points)
         fine = (judged.feasible_points & ~judged.unreached_points)[points]
         return np.where(fine, -values if objective.maximise else values, math.nan)
 
@@ -187,7 +195,7 @@ class _Settings:
 
 
 def _contest(
-    study: Study, points: Sequence[StudyPoint], objective: ResultFigure, axis: str, assessed: bool
+    study: Study, points: Sequence[StudyPoint], objective: ResultFigure, axis: str
 ) -> tuple[Cell, ...]:
     """The cells from ``best`` to ``left out`` at one setting. There is no winner where the questions differ."""
     names_by_loss: dict[float, list[str]] = {}
@@ -219,7 +227,7 @@ def _contest(
         over, under = values if objective.maximise else values[::-1]
         ratio = over / under if under > 0 else None
     sure = ABSENT
-    if len(compared) > 1 and assessed:
+    if len(compared) > 1:
         sure = verdict_text(StudyRivals(study, np.array(compared, np.intp)).verdict(objective))
     return *cells, quantity_cell(ratio), word(sure), word("; ".join(out))
 

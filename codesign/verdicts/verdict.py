@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cached_property
 from typing import Literal
 
 import numpy as np
@@ -207,13 +208,36 @@ class _Contest:
         self._equals: list[int] = []
         self._left = 0
 
+    @cached_property
+    def _margins(self) -> tuple[Floats, Floats]:
+        """The bounds of the margin over each that follow from the intervals of the two alone; NaN: none do."""
+        assessed = self._rivals.assessed(lambda result: _unassessed_run(result, self._figure))
+        low, high = (
+            np.where(assessed & assessed[self._winner], end, np.nan)
+            for end in self._rivals.ends(self._figure)
+        )
+        if self._figure.maximise:
+            low, high = -high, -low
+        return low - high[self._winner], high - low[self._winner]
+
     def look(self, others: Positions) -> None:
-        """Hold the best one against others one by one."""
+        """Hold the best one against others one by one. What the intervals prove needs no full result."""
         held = self._rivals.result if priced(self._figure) else self._rivals.shared
         for number in others.tolist():
             ours, theirs = float(self._values[self._winner]), float(self._values[number])
             margin = ours - theirs if self._figure.maximise else theirs - ours
-            verdict = _against(held(self._winner), held(number), self._figure, margin)
+            if priced(self._figure) and not self._rivals.at_hand(number) and self._margins[0][number] > 0:
+                least, most = (float(ends[number]) for ends in self._margins)
+                verdict = Verdict(
+                    state="proved",
+                    figure=self._figure.name,
+                    holds=True,
+                    margin=margin,
+                    least=least,
+                    most=most,
+                )
+            else:
+                verdict = _against(held(self._winner), held(number), self._figure, margin)
             if verdict.least == verdict.most == 0:
                 self._equals.append(number)
             else:
@@ -223,15 +247,11 @@ class _Contest:
         """Hold it against those that lie further off, nearest first, until one verdict is not proved."""
         if not len(others) or not self._proved:
             return
-        assessed = self._rivals.assessed(lambda result: _unassessed_run(result, self._figure))
         if priced(self._figure):
-            low, high = self._rivals.ends(self._figure)
             # Intervals that do not even touch: then the better one is the better at every value.
-            worst, best = (-low, -high) if self._figure.maximise else (high, low)
-            apart = assessed[self._winner] & assessed & (worst[self._winner] < best)
-            self._look_one_by_one(others[~apart[others]])
+            self._look_one_by_one(others[~(self._margins[0][others] > 0)])
             return
-        known = assessed[others]
+        known = self._rivals.assessed(lambda result: _unassessed_run(result, self._figure))[others]
         first = int(np.argmin(known)) if not known.all() else len(others)
         equal = self._values[others[:first]] == self._values[self._winner]
         self._equals += others[:first][equal].tolist()
