@@ -27,8 +27,8 @@ class Advance:
 
     - ``done``: of ``total``. ``total`` is None where it is not known.
     - ``words``: what is counted, or what is done, in words.
-    - ``left_s``: the seconds left, if they are known. ``expected_s``: what work that is not counted takes in all, by
-      experience.
+    - ``left_s``: the seconds left, by an estimate; None where nothing but a bound is known. ``expected_s``: what work
+      that is not counted takes in all, by experience.
     - ``brief``: it is mostly over at once, so that only a terminal shows it.
     """
 
@@ -75,12 +75,21 @@ class Pace:
 
 
 class Track:
-    """Reports how many pieces of work are done, of ``total``."""
+    """Reports how many pieces of work are done, of ``total``.
+
+    ``bound``: it is an upper bound of their number, so that no time left follows from it.
+    """
 
     def __init__(
-        self, show: Show, words: str, total: int, clock: Callable[[], float] = time.monotonic
+        self,
+        show: Show,
+        words: str,
+        total: int,
+        clock: Callable[[], float] = time.monotonic,
+        *,
+        bound: bool = False,
     ) -> None:
-        self._show, self._words, self._clock = show, words, clock
+        self._show, self._words, self._clock, self._bound = show, words, clock, bound
         self._pace = Pace(total, clock)
         self._done, self._shown = 0, clock()
         show(Advance(0, total, words))
@@ -90,7 +99,8 @@ class Track:
         self._done += size
         if self._clock() - self._shown >= _SECONDS_BETWEEN:
             self._shown = self._clock()
-            self._show(Advance(self._done, self._pace.total, self._words, self._pace.left_s(self._done)))
+            left = None if self._bound else self._pace.left_s(self._done)
+            self._show(Advance(self._done, self._pace.total, self._words, left))
 
     def end(self) -> None:
         """No more is to be done."""
@@ -135,8 +145,8 @@ def plans_shown(show: Show) -> Iterator[None]:
 
 
 def plan_track(words: str, total: int) -> Track:
-    """How far a plan is: for planners."""
-    return Track(_plans.get(), words, total)
+    """How far a plan is: for planners. It may end before ``total``."""
+    return Track(_plans.get(), words, total, bound=True)
 
 
 def span_text(seconds: float) -> str:

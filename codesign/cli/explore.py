@@ -287,7 +287,7 @@ def _texts(study: Study, detail: str, show: Show) -> list[str]:
 
 def _progress(show: Show, cold: bool) -> Callable[[Progress], None]:
     """Shows how far an exploration is. ``cold``: a worker compiles kernels first, which this process does not see."""
-    from codesign.cli.progress import SECONDS_BETWEEN_LINES, compiling
+    from codesign.cli.progress import compiling
     from codesign.progress import Advance
 
     announced = not cold
@@ -295,8 +295,7 @@ def _progress(show: Show, cold: bool) -> Callable[[Progress], None]:
     def progress(state: Progress) -> None:
         nonlocal announced
         if state.doing:
-            brief = state.elapsed_s < SECONDS_BETWEEN_LINES
-            show(Advance(state.done, state.total, state.doing, brief=brief))
+            show(Advance(state.done, state.total, state.doing))
             return
         show(Advance(state.done, state.total, _words(state), state.left_s))
         if not announced and state.done < state.total:

@@ -38,11 +38,11 @@ def compiling_shown(show: Show) -> Iterator[None]:
 
 
 @contextmanager
-def progress_shown(*, after_s: float = 0.0, quiet: bool = False) -> Iterator[Show]:
+def progress_shown(*, after_s: float = LATER_S, quiet: bool = False) -> Iterator[Show]:
     """A display of progress until the end of the block; ``quiet``: none.
 
-    ``after_s``: lines begin after so many seconds. A bar appears after a second, and is erased at the end. Nothing may
-    be printed on standard output inside the block.
+    ``after_s``: lines begin after so many seconds (``PlainLines``). A bar appears after a second, and is erased at the
+    end. Nothing may be printed on standard output inside the block.
     """
     if quiet:
         yield silent
@@ -51,7 +51,9 @@ def progress_shown(*, after_s: float = 0.0, quiet: bool = False) -> Iterator[Sho
 
     console = Console(stderr=True)
     if not console.is_terminal:
-        yield PlainLines(after_s)
+        context = click.get_current_context(silent=True)
+        announced = None if context is None else context.find_root().meta.setdefault(__name__, set())
+        yield PlainLines(after_s, announced)
         return
     from codesign.cli.bar import Bar
 
@@ -63,33 +65,24 @@ def progress_shown(*, after_s: float = 0.0, quiet: bool = False) -> Iterator[Sho
 
 
 class PlainLines:
-    """A line on standard error at each tenth of the work, and after ten seconds without one.
+    """At most a line each ten seconds on standard error, the first one after ``after_s``.
 
-    What cannot be counted has a line when it begins.
+    What is known to take long is announced at once, and once in a command: ``announced`` are the words so far.
     """
 
-    def __init__(self, after_s: float = 0.0) -> None:
-        self.after = time.monotonic() + after_s
-        self.last_time = self.after - SECONDS_BETWEEN_LINES
-        self.last_tenth = -1
-        self.last = Advance(0, None, "")
+    def __init__(self, after_s: float = 0.0, announced: set[str] | None = None) -> None:
+        self._due = time.monotonic() + after_s
+        self._announced = set() if announced is None else announced
 
     def __call__(self, advance: Advance) -> None:
         """Write a line if one is due."""
-        if advance.brief:
+        now = time.monotonic()
+        fresh = advance.expected_s is not None and not advance.brief and advance.words not in self._announced
+        if not fresh and (advance.brief or now < self._due or advance.words in self._announced):
             return
-        now, last, self.last = time.monotonic(), self.last, advance
-        if advance.total is None:
-            # What is known to take long is announced at once.
-            if advance.words != last.words and (now >= self.after or advance.expected_s is not None):
-                click.echo(advance.words, err=True)
-            return
-        if last.total != advance.total or advance.done < last.done:
-            self.last_tenth = -1
-        if now < self.after:
-            return
-        tenth = 10 * advance.done // max(1, advance.total)
-        if tenth > self.last_tenth or now - self.last_time >= SECONDS_BETWEEN_LINES:
-            self.last_tenth, self.last_time = tenth, now
-            left = "" if advance.left_s is None else f", {span_text(advance.left_s)} left"
-            click.echo(f"{advance.done}/{advance.total} {advance.words}{left}", err=True)
+        if fresh:
+            self._announced.add(advance.words)
+        self._due = now + SECONDS_BETWEEN_LINES
+        count = "" if advance.total is None else f"{advance.done}/{advance.total} "
+        left = "" if advance.left_s is None else f", {span_text(advance.left_s)} left"
+        click.echo(f"{count}{advance.words}{left}", err=True)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
 from pathlib import Path
@@ -210,17 +209,16 @@ def _print(
 
 
 def mission_progress(show: Show) -> Callable[[MissionProgress], None]:
-    """Show the progress of a mission in thousandths of the longest drive, with an upper bound of the time left."""
+    """Show the progress of a mission in thousandths of the longest drive.
+
+    Most drives end long before, so it says no time left.
+    """
     from codesign.progress import Advance
     from codesign.units import counted
 
-    begun = time.monotonic()
-
     def progress(state: MissionProgress) -> None:
         words = f"of the longest drive, {state.time / 1e12:,.0f} s simulated, {counted(state.turns, 'turn')}"
-        spent = time.monotonic() - begun
-        left = spent * (1 / state.share - 1) if state.share else None
-        show(Advance(int(1000 * state.share), 1000, words, left))
+        show(Advance(int(1000 * state.share), 1000, words))
 
     return progress
 

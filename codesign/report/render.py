@@ -24,6 +24,8 @@ if TYPE_CHECKING:
 
 _WIDTH_OF_FILES = 160
 _MOST = 10_000
+_BETWEEN = 3
+"""Spaces between two columns."""
 _CONTROL = re.compile(r"[\x00-\x1f\x7f-\x9f\u2028\u2029\u202a-\u202e\u2066-\u2069]")
 _FORMULA = ("=", "+", "-", "@", "\t", "\r")
 _MARKDOWN = re.compile(r"([\\`*\[\]|#~])")
@@ -58,17 +60,12 @@ def render_text(
     if width is None:
         width = terminal.width if on_terminal else _WIDTH_OF_FILES
     shown = RichTable(box=box.SIMPLE_HEAD, pad_edge=False, header_style="bold", show_edge=False)
-    for column in table.columns:
-        shown.add_column(
-            Text(printable(column.name)),
-            justify=column.align,
-            overflow="fold",
-            no_wrap=column.align == "right",
-        )
+    texts = [[printable(cell.text) for cell in row] for row in table.rows]
+    for column, chars in zip(table.columns, _widths(table, texts, width), strict=True):
+        shown.add_column(Text(printable(column.name)), justify=column.align, overflow="fold", width=chars)
     laid_out = tracked(table.rows, show, f"rows of the table {table.title}", len(table.rows))
-    for number, row in enumerate(table.rows):
+    for number, (first, *others) in enumerate(texts):
         style = "bold" if number in table.strong else ""
-        first, *others = (printable(cell.text) for cell in row)
         shown.add_row(First(first), *map(Text, others), style=style)
     out = io.StringIO()
     console = Console(
@@ -83,6 +80,28 @@ def render_text(
     for note in table.notes:
         console.print(Text(printable(note), style="italic"))
     return "\n".join(line.rstrip() for line in out.getvalue().splitlines()) + "\n"
+
+
+def _widths(table: Table, texts: Sequence[Sequence[str]], width: int) -> list[int]:
+    """The width of each column: what its longest word takes, and of what is left, what its text takes.
+
+    A number stands in one line. Long texts share what is left, so that none is wider than another that is folded.
+    """
+    from rich.cells import cell_len
+
+    least, most = [], []
+    for number, column in enumerate(table.columns):
+        heading, cells = printable(column.name), [row[number] for row in texts]
+        whole = cells if column.align == "right" else [word for cell in cells for word in cell.split()]
+        least.append(max(map(cell_len, (*heading.split(), *whole)), default=0))
+        most.append(max(map(cell_len, (heading, *cells))))
+    room = width - _BETWEEN * (len(least) - 1)
+    at_most = [max(low, room) for low in least]
+    for share in range(room, 0, -1):
+        at_most = [max(low, min(high, share)) for low, high in zip(least, most, strict=True)]
+        if sum(at_most) <= room:
+            break
+    return at_most
 
 
 def render_markdown(table: Table) -> str:

@@ -8,12 +8,14 @@ import os
 import signal
 import subprocess
 import sys
+import time
 from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 from click.testing import Result
 
+from codesign.errors import StoreError
 from codesign.exploration import load_study
 
 Run = Callable[..., Result]
@@ -67,7 +69,10 @@ def test_explore_again_computes_nothing_and_says_the_same(hwsw: Run, specs: Spec
     again = hwsw("explore", *specs, "--json", "--workers", 1)
     assert first.stdout == again.stdout
     assert first.stderr == again.stderr == ""
-    assert "96 from the store" in hwsw("explore", *specs, "--workers", 1).stderr
+    with pytest.MonkeyPatch.context() as patched:
+        for compute in ("Pricer.__call__", "PointByPoint.__call__"):
+            patched.setattr(f"codesign.exploration.evaluation.{compute}", None)
+        assert hwsw("explore", *specs, "--workers", 1).exit_code == 0
     report = hwsw("report", "small-board-two-rooms.sqlite", "--json")
     assert report.stdout == first.stdout
 
@@ -100,10 +105,8 @@ def test_interrupted_exploration_keeps_its_points_and_goes_on(
         command, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True, start_new_session=True
     )
     try:
-        assert running.stderr is not None
-        for line in running.stderr:
-            if not line.startswith(("0/", "compiling")):
-                break
+        while running.poll() is None and not _kept(store):
+            time.sleep(0.05)
         os.killpg(running.pid, signal.SIGINT)
         _, errors = running.communicate(timeout=60)
     finally:
@@ -115,12 +118,15 @@ def test_interrupted_exploration_keeps_its_points_and_goes_on(
     assert 0 < kept < 288
     done = hwsw(*words, 1)
     assert done.exit_code == 0, done.output
-    assert f"{kept} from the store" in done.stderr
     assert _kept(store) == 288
 
 
 def _kept(store: Path) -> int:
-    study = load_study(store)
+    """The points in a store; 0 where there is none yet."""
+    try:
+        study = load_study(store)
+    except StoreError:
+        return 0
     return sum(point.state == "done" for point in study.points)
 
 

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
+import click
 import pytest
-from click.testing import Result
+from click.testing import CliRunner, Result
+from hypothesis import given
+from hypothesis import strategies as st
 
 from codesign.errors import InputError
 
@@ -46,19 +50,61 @@ def test_each_command_that_computes_says_when_kernels_are_compiled(
     assert hwsw(*command.split()).stderr.splitlines()[0] == "compiling kernels, once: about 20 s"
 
 
-def test_progress_is_told_by_time_too(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+@given(
+    st.lists(
+        st.tuples(
+            st.floats(0, 8),
+            st.sampled_from(["points", "rows", "levers run, a"]),
+            st.booleans(),
+            st.booleans(),
+        ),
+        max_size=200,
+    ),
+    st.sampled_from([0.0, 2.0, 5.0]),
+)
+def test_a_pipe_gets_a_line_each_ten_seconds_at_most(
+    steps: list[tuple[float, str, bool, bool]], after_s: float
 ) -> None:
+    """However much is told: phases that follow one another, tenths, what is counted and what is not."""
     from codesign.cli import progress
     from codesign.progress import Advance
 
-    clock = [1000.0]
-    monkeypatch.setattr(progress.time, "monotonic", lambda: clock[0])
-    lines = progress.PlainLines()
-    for done, now in ((0, 1000.0), (1, 1001.0), (2, 1011.0), (3, 1012.0)):
-        clock[0] = now
-        lines(Advance(done, 1000, "points"))
-    assert [line.split()[0] for line in capsys.readouterr().err.splitlines()] == ["0/1000", "2/1000"]
+    clock, said = [1000.0], list[float]()
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr(progress.time, "monotonic", lambda: clock[0])
+        patched.setattr(progress.click, "echo", lambda *_, **__: said.append(clock[0]))
+        lines = progress.PlainLines(after_s)
+        told = []
+        for number, (wait, words, counted, brief) in enumerate(steps):
+            clock[0] += wait
+            lines(Advance(number, len(steps) if counted else None, words, brief=brief))
+            told += [] if brief else [clock[0]]
+    assert all(later - sooner >= 10 for sooner, later in itertools.pairwise(said))
+    assert all(moment >= 1000 + after_s for moment in said)
+    for moment in told:
+        # Silence of ten seconds ends with the next thing that is told.
+        assert moment < 1000 + after_s or any(moment - 10 <= each <= moment for each in said)
+
+
+def test_compiling_is_announced_once_in_a_command() -> None:
+    """In whatever phases, displays and turns with other progress it is reported."""
+    from codesign.cli import progress
+    from codesign.progress import Advance
+
+    @click.group()
+    def group() -> None:
+        """One command."""
+
+    @group.command()
+    def work() -> None:
+        for _ in range(3):
+            with progress.progress_shown() as show:
+                for done in range(3):
+                    show(progress.compiling(done))
+                    show(Advance(done, 3, "points"))
+
+    for _ in range(2):
+        assert CliRunner().invoke(group, ["work"]).stderr == f"{progress.COMPILING}\n"
 
 
 def test_work_of_unknown_length_is_announced_once_and_at_once(capsys: pytest.CaptureFixture[str]) -> None:
@@ -82,41 +128,50 @@ def test_quiet_shows_nothing(capsys: pytest.CaptureFixture[str]) -> None:
     assert capsys.readouterr().err == ""
 
 
-def test_a_line_begins_anew_with_each_phase(
+def test_lines_have_the_count_and_the_time_left(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     from codesign.cli import progress
-    from codesign.progress import Advance, doing
+    from codesign.progress import Advance
 
     clock = [1000.0]
     monkeypatch.setattr(progress.time, "monotonic", lambda: clock[0])
     lines = progress.PlainLines()
-    lines(Advance(100, 100, "points read", 0.0))
-    doing(lines, "comparing designs")
-    clock[0] += 1.0
-    lines(Advance(0, 70, "rows written"))
-    lines(Advance(7, 70, "rows written", 4000.0))
+    for advance in (
+        Advance(100, 100, "points read", 0.0),
+        Advance(7, 70, "rows written", 4000.0),
+        Advance(8, 70, "bits at most"),
+        Advance(0, None, "maps drawn"),
+    ):
+        lines(advance)
+        clock[0] += 10.0
     assert capsys.readouterr().err.splitlines() == [
         "100/100 points read, 0 s left",
-        "0/70 rows written",
         "7/70 rows written, 1 h 6 min left",
+        "8/70 bits at most",
+        "maps drawn",
     ]
 
 
-def test_lines_wait_until_a_command_takes_long(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    from codesign.cli import progress
-    from codesign.progress import tracked
+def test_of_a_bound_no_time_left_is_told() -> None:
+    """A drive or a plan ends long before the most that it could take: a rate says nothing then."""
+    from codesign.cli.run import mission_progress
+    from codesign.progress import Advance, plan_track, plans_shown
+    from codesign.system.scenario import MissionProgress
 
-    clock = [1000.0]
-    monkeypatch.setattr(progress.time, "monotonic", lambda: clock[0])
-    lines = progress.PlainLines(progress.LATER_S)
-    for _ in tracked(range(10), lines, "rows", 10, clock=lambda: clock[0]):
-        clock[0] += 0.5
-    said = capsys.readouterr().err.splitlines()
-    assert said[0].startswith("4/10 rows, 3 s left")
-    assert said[-1] == "10/10 rows, 0 s left"
+    shown: list[Advance] = []
+    with plans_shown(shown.append), pytest.MonkeyPatch.context() as patched:
+        patched.setattr("codesign.progress._SECONDS_BETWEEN", 0.0)
+        track = plan_track("bits of all stages", 100)
+        for _ in range(5):
+            track.step(10)
+    mission = mission_progress(shown.append)
+    for turns in (1, 50):
+        mission(
+            MissionProgress(time=turns * 10**11, limit=10**16, events=turns, most_events=10**6, turns=turns)
+        )
+    assert len(shown) > 5
+    assert {advance.left_s for advance in shown} == {None}
 
 
 def test_the_time_left_follows_the_recent_pace() -> None:
@@ -168,6 +223,5 @@ def test_a_plan_reports_how_far_it_is(monkeypatch: pytest.MonkeyPatch) -> None:
     stages = [stage.precision for stage in result.stages]
     assert [advance.done for advance in shown] == [sum(stages[:count]) for count in range(len(stages) + 1)]
     assert {(advance.total, advance.words) for advance in shown} == {(sum(stages), "bits of all stages")}
-    assert shown[-1].left_s == 0.0
     codesign.simulate("virtex4-pci", "labyrinth")
     assert len(shown) == len(stages) + 1

@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import csv
 import io
+from collections import Counter
 from pathlib import Path
 
 import pytest
@@ -132,3 +133,34 @@ def test_a_missing_folder_is_told(tmp_path: Path) -> None:
     assert caught.value.where is not None
     assert caught.value.where.endswith("points.csv")
     assert caught.value.hint
+
+
+WORDS = st.text("abciterations0123456789", min_size=1, max_size=14)
+
+
+@given(
+    st.lists(st.tuples(st.lists(WORDS, min_size=1, max_size=3), st.booleans()), min_size=1, max_size=14),
+    st.lists(st.lists(WORDS, min_size=1, max_size=6), min_size=1, max_size=14),
+    st.sampled_from([40, 100, 160]),
+)
+def test_no_word_of_a_table_is_cut_at_any_width(
+    columns: list[tuple[list[str], bool]], cells: list[list[str]], width: int
+) -> None:
+    table = Table(
+        "T",
+        tuple(Column(" ".join(name), align="right" if number else "left") for name, number in columns),
+        (tuple(Cell(" ".join(cells[place % len(cells)])) for place in range(len(columns))),),
+    )
+    lines = render_text(table, width, styled=False).splitlines()[1:]
+    shown = Counter(word for line in lines for word in line.split())
+    asked = Counter(word for column in table.columns for word in column.name.split())
+    asked += Counter(word for cell in table.rows[0] for word in cell.text.split())
+    assert asked <= shown
+    for cell, (_, number) in zip(table.rows[0], columns, strict=True):
+        assert not number or any(cell.text in line for line in lines)
+    # A line is as long as the longest words ask for, or fits.
+    least = [
+        max(map(len, (*name, *([cell.text] if number else cell.text.split()))))
+        for cell, (name, number) in zip(table.rows[0], columns, strict=True)
+    ]
+    assert max(map(len, lines)) <= max(width, sum(least) + 3 * len(least))
