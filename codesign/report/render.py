@@ -96,12 +96,15 @@ def _widths(table: Table, texts: Sequence[Sequence[str]], width: int) -> list[in
         least.append(max(map(cell_len, (*heading.split(), *whole)), default=0))
         most.append(max(map(cell_len, (heading, *cells))))
     room = width - _BETWEEN * (len(least) - 1)
-    at_most = [max(low, room) for low in least]
-    for share in range(room, 0, -1):
-        at_most = [max(low, min(high, share)) for low, high in zip(least, most, strict=True)]
-        if sum(at_most) <= room:
-            break
-    return at_most
+    taken = least
+    while True:
+        narrow = [place for place, high in enumerate(most) if taken[place] < high]
+        narrow = [place for place in narrow if taken[place] == min(taken[each] for each in narrow)]
+        # The last ones may not all get one more.
+        narrow = narrow[: max(0, room - sum(taken))]
+        if not narrow:
+            return taken
+        taken = [chars + (place in narrow) for place, chars in enumerate(taken)]
 
 
 def render_markdown(table: Table) -> str:
