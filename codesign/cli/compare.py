@@ -43,20 +43,21 @@ DEFAULT = (
     "--on",
     "like",
     metavar="WORKLOAD",
-    help="Use the map, goals and starts of this workload.  [default: labyrinth]",
+    help="Use the map, goals and starts of this workload in every design.  [default: of each design its own;"
+    " labyrinth without designs]",
 )
 @click.option(
     "--map",
     "map_file",
     type=click.Path(exists=True, dir_okay=False, path_type=Path),
-    help="Use this map instead.",
+    help="Use this map in every design.",
 )
 @click.option("--goal", metavar="ROW,COLUMN", help="The goal on --map.")
 @click.option("--start", metavar="ROW,COLUMN", help="The start on --map.")
 @click.option(
     "--task",
     type=click.Choice(["path", "field", "replan"]),
-    help="What is asked of every design.  [default: the task of --on; path on --map]",
+    help="What is asked of every design.  [default: that of the workload; path on --map]",
 )
 @click.option(
     "--set", "settings", multiple=True, metavar="AXIS=VALUE", help="Set an axis, in every design that has it."
@@ -85,9 +86,10 @@ def compare(
 ) -> None:
     """Simulate each PLATFORM:WORKLOAD and print the figures side by side.
 
-    All designs are asked the same: the task of --on or --task, on the map of --on, or --map with --goal and --start. By
-    default the shipped designs of harmonic control, wavefront, breadth-first search and relaxation on a host are
-    compared. Where a design cannot use the map, its column says why, and the others still run.
+    Each design plans on the map of its own workload. With --on, or --map with --goal and --start, all designs are asked
+    the same on one map. By default the shipped designs of harmonic control, wavefront, breadth-first search and
+    relaxation on a host are compared on the labyrinth. Where a design cannot use the map, its column says why, and the
+    others still run.
 
     The exit code is 1 where no design could run. With --need it is 3 where no design meets every need.
     """
@@ -98,10 +100,8 @@ def compare(
     from codesign.progress import tracked
     from codesign.report import comparison_page
     from codesign.results.result import Result
-    from codesign.system.inspect import with_task
 
-    problem = _problem(like, map_file, goal, start)
-    problem = problem if task is None else with_task(problem, task)
+    problem = _problem(like if designs else like or "labyrinth", map_file, goal, start)
     values = settings_of(settings)
     loaded = [(design, *_specs_of(design)) for design in designs or DEFAULT]
     _check_page(page, [like, map_file, *(name for design in designs for name in design.split(":", 1))])
@@ -110,7 +110,10 @@ def compare(
     debug_step("files read and checked")
     with progress_shown(after_s=LATER_S, quiet=as_json or detail == SENTENCE) as show, compiling_shown(show):
         results: list[tuple[str, Result | CodesignError]] = [
-            (design, _result_or_error(platform, workload, problem, values, map_file is not None, memory))
+            (
+                design,
+                _result_or_error(platform, workload, problem, task, values, map_file is not None, memory),
+            )
             for design, platform, workload in tracked(loaded, show, "designs simulated", len(loaded))
         ]
     results = [
@@ -130,13 +133,15 @@ def compare(
         raise click.exceptions.Exit(EXIT_INFEASIBLE)
 
 
-def _problem(like: str | None, map_file: Path | None, goal: str | None, start: str | None) -> ProblemSpec:
-    """The problem that all designs are given: of a workload, or of a map with its goal and start."""
+def _problem(
+    like: str | None, map_file: Path | None, goal: str | None, start: str | None
+) -> ProblemSpec | None:
+    """The problem that all designs are given: of a workload, or of a map with its goal and start; None: their own."""
     import codesign
     from codesign.system import problem_from_map, problem_of
 
     if map_file is None:
-        return problem_of(codesign.load_workload(like or "labyrinth"))
+        return None if like is None else problem_of(codesign.load_workload(like))
     if goal is None or start is None:
         raise InputError(
             "a map needs a goal and a start", "--map", "add --goal ROW,COLUMN --start ROW,COLUMN"
@@ -203,18 +208,22 @@ def _print(
 def _result_or_error(
     platform: Platform,
     workload: Workload,
-    problem: ProblemSpec,
+    problem: ProblemSpec | None,
+    task: str | None,
     values: dict[str, object],
     from_options: bool,
     memory: int | None,
 ) -> Result | CodesignError:
-    """The result of a design on the map, or the error that kept it from running. A mistake in --set is raised."""
+    """The result of a design on the given map or its own, or why it did not run. A mistake in --set is raised."""
     from codesign import simulate
-    from codesign.system import applicable, with_problem
-    from codesign.system.inspect import at_options
+    from codesign.system import applicable, problem_of, with_problem
+    from codesign.system.inspect import at_options, with_task
 
     try:
-        return simulate(*applicable(platform, with_problem(workload, problem), values), memory=memory)
+        if task is not None:
+            problem = with_task(problem or problem_of(workload), task)
+        own = workload if problem is None else with_problem(workload, problem)
+        return simulate(*applicable(platform, own, values), memory=memory)
     except SpecError as error:
         if any(fault.file.startswith("--set") for fault in error.faults):
             raise

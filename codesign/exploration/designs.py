@@ -8,17 +8,20 @@ from __future__ import annotations
 import itertools
 import json
 import math
+import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from fractions import Fraction
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, TypeVar, overload
 
 import numpy as np
 
-from codesign.errors import InputError, choose_hint, clip, show
+from codesign.errors import InputError, choose_hint, clip, nearest, show
 from codesign.exploration.aggregation import Draws, Spread, interval, spread
 from codesign.exploration.constraints import budget_of, unsatisfied, with_constraints
 from codesign.exploration.outcomes import STATES, Word
+from codesign.exploration.rows import axis_column
 from codesign.figures import FIGURES, ResultFigure
 from codesign.inputs.aggregate import Rule, Share, rule_for
 from codesign.records import Listener
@@ -34,6 +37,8 @@ if TYPE_CHECKING:
     from codesign.maps import OccupancyGrid
 
 T = TypeVar("T")
+
+_PERCENT = re.compile(r"[0-9]+(\.[0-9]+)? *%")
 
 SEED = ".seed"
 """The end of the name of a condition that is drawn: its values stand for all that might have been drawn."""
@@ -172,6 +177,22 @@ class StudyPoint:
         )
 
 
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool)
+
+
+def _spelt(axis: str, values: Sequence[Any]) -> list[str]:
+    """A text for each value of an axis, equal for 1 and 1.0, 0.8 and 80 %, 50 MHz and 0.05 GHz; true is no 1."""
+    shares = [
+        float(value[:-1]) / 100 if isinstance(value, str) and _PERCENT.fullmatch(value) else value
+        for value in values
+    ]
+    texts_alone = all(isinstance(each, str) for each in shares)
+    entries = axis_column(axis, shares)[1] if texts_alone else shares
+    texts = (json.dumps(entry, sort_keys=True) for entry in entries)
+    return [repr(json.loads(text, parse_int=Fraction, parse_float=Fraction)) for text in texts]
+
+
 @dataclass(frozen=True)
 class Conditions:
     """The conditions of a study, and the rules by which a figure is made of its values in all of them."""
@@ -196,7 +217,9 @@ class Conditions:
         return np.array([numbers[seed] for seed in seeds], np.intp) if len(numbers) > 1 else None
 
     def listed(self, name: str, value: Any) -> Any:
-        """The value of a condition that is named by itself or by its number.
+        """The value of a condition that is named by itself, in any spelling, or by its number.
+
+        A number is one of the list only where no value of the condition is a number itself.
 
         Raises:
             InputError: no such condition, or no such value of it.
@@ -205,16 +228,21 @@ class Conditions:
             hint = choose_hint(name, self.axes) if self.axes else "the study has no conditions"
             raise InputError(f"there is no condition {name}", "condition", hint)
         values = self.axes[name]
-        for listed in values:
-            if listed == value and type(listed) is type(value):
-                return listed
-        if isinstance(value, int) and not isinstance(value, bool) and 0 <= value < len(values):
-            return values[value]
-        texts = (clip(json.dumps(listed), 60) for listed in values)
-        numbered = clip("; ".join(f"{number}: {text}" for number, text in enumerate(texts)), 400)
-        raise InputError(
-            f"{name} has no value {show(value)}", "condition", f"its values by number: {numbered}"
-        )
+        *spelt, wanted = _spelt(name, (*values, value))
+        if wanted in spelt:
+            return values[spelt.index(wanted)]
+        numbers = [each for each in values if _is_number(each)]
+        if _is_number(value) and not numbers and value in range(len(values)):
+            return values[int(value)]
+        texts = [clip(str(each) if _is_number(each) else json.dumps(each), 60) for each in values]
+        near: str | None = None
+        if numbers and _is_number(value):
+            near = str(min(numbers, key=lambda each: abs(each - value)))
+        elif isinstance(value, str):
+            near = nearest(value, [each for each in values if isinstance(each, str)])
+        listed = ", ".join(texts if numbers else (f"{number}: {text}" for number, text in enumerate(texts)))
+        hint = f"did you mean {near}? accepted: {listed}" if near else f"accepted: {listed}"
+        raise InputError(f"{name} has no value {show(value)}", "condition", clip(hint, 400))
 
     def rule(self, figure: ResultFigure) -> Rule:
         """The rule of a figure."""

@@ -21,7 +21,7 @@ from codesign.report.certainty import (
     winner_text,
 )
 from codesign.report.result_tables import SHORTEST
-from codesign.report.sentences import arrivals_of, arrived_cell, asked_notes
+from codesign.report.sentences import arrivals_of, arrived_cell, asked_notes, questions_of
 from codesign.report.table import Cell, Column, Table, left, right, word, words
 from codesign.report.wording import ABSENT, quantity_text, yes_cell
 from codesign.results.result import Reason, Result
@@ -87,8 +87,12 @@ def results_of(designs: Designs) -> list[Result | None]:
 
 
 def winners(designs: Designs) -> list[Winner]:
-    """The best design by each of the first figures, where designs differ in it."""
+    """The best design by each of the first figures, where designs differ in it; none where they were asked different
+    questions.
+    """
     names, results = [name for name, _ in designs], results_of(designs)
+    if len(questions_of(results)) > 1:
+        return []
     each = (winner_of(names, results, figure) for figure in DEFAULT_OBJECTIVES)
     return [winner for winner in each if winner is not None]
 

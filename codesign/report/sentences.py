@@ -66,12 +66,17 @@ _ASKED = {
 }
 
 
+def questions_of(results: Iterable[Result | None]) -> dict[str, TaskFigures]:
+    """What was asked of results, by the digest of the question."""
+    return {result.task.question: result.task for result in results if result is not None and result.task}
+
+
 def asked_notes(results: Iterable[Result | None]) -> tuple[str, ...]:
     """At the head of results side by side: what was asked of them all, or that they were not asked the same."""
-    tasks = {result.task.question: result.task for result in results if result is not None and result.task}
+    tasks = questions_of(results)
     if not tasks:
         return ()
-    first, *others = (question_text(task) for task in tasks.values())
+    first, *others = map(question_text, tasks.values())
     if not others:
         return (f"asked: {first}",)
     return (

@@ -43,8 +43,42 @@ def test_compare_takes_a_map_and_refuses_half_a_problem(hwsw: Run, tmp_path: Pat
         "30,50",
     )
     assert whole.exit_code == 0, whole.output
-    assert hwsw("compare", "nexys2:robots-4").exit_code == 1
+    where = ("--map", tmp_path / "map.txt", "--goal", "2,3", "--start", "30,50")
+    assert hwsw("compare", "nexys2:robots-4", *where).exit_code == 1
     assert hwsw("compare", "labyrinth").exit_code == 2
+
+
+OWN = """\
+kind: workload
+name: own
+planner: breadth_first
+problem:
+  map: {{generate: rooms, rows: {rows}, columns: 20, room: [5, 5], door: 2, seed: 1}}
+  goals: [[2, 2]]
+  starts: {{count: 2, seed: 1}}
+mapping: {{search: {{component: fpga}}}}
+"""
+
+
+def test_each_design_plans_on_the_map_of_its_workload_unless_one_is_given(hwsw: Run, tmp_path: Path) -> None:
+    for name, rows in (("a", 12), ("b", 16)):
+        (tmp_path / f"{name}.yaml").write_text(OWN.format(rows=rows), encoding="utf-8")
+    one, other = (f"virtex2pro:{tmp_path / name}.yaml" for name in "ab")
+
+    def maps(*given: object) -> list[str]:
+        told = json.loads(hwsw("compare", one, other, *given, "--json").stdout)
+        return [told[design]["task"]["map"] for design in (one, other)]
+
+    alone = [json.loads(hwsw("run", *each.split(":"), "--json").stdout)["task"] for each in (one, other)]
+    assert maps() == [task["map"] for task in alone]
+    assert maps() != maps("--on", tmp_path / "b.yaml") == [alone[1]["map"]] * 2
+    assert "labyrinth" not in "".join(maps())
+    told = hwsw("compare", one, other)
+    assert "2 different questions were asked" in told.stdout
+    assert "least" not in told.stdout, "no design is best at another question"
+    (tmp_path / "map.txt").write_text("\n".join(["." * 30] * 20) + "\n", encoding="utf-8")
+    given = maps("--map", tmp_path / "map.txt", "--goal", "2,3", "--start", "15,20")
+    assert given[0] == given[1]
 
 
 def test_a_design_that_cannot_take_the_map_does_not_end_the_comparison(hwsw: Run, tmp_path: Path) -> None:
@@ -115,14 +149,21 @@ def test_an_option_without_a_meaning_is_refused_by_name(
 
 def test_a_comparison_as_a_page_says_how_it_was_made(hwsw: Run, tmp_path: Path) -> None:
     page = tmp_path / "page.html"
-    asked = ("virtex2pro:breadth-first", "virtex4-pci:wavefront-tiles", "--need", "time < 1 ms")
+    asked = (
+        "virtex2pro:breadth-first",
+        "virtex4-pci:wavefront-tiles",
+        "--on",
+        "labyrinth",
+        "--need",
+        "time < 1 ms",
+    )
     result = hwsw("compare", *asked, "--html", page)
     assert result.exit_code == 0, result.output
     assert result.stdout.endswith(f"page: {page}\n")
     html = page.read_text(encoding="utf-8")
     assert "least slices: virtex2pro:breadth-first" in html
     assert "met (proved)" in html
-    assert "hwsw compare virtex2pro:breadth-first virtex4-pci:wavefront-tiles --need" in html
+    assert "hwsw compare virtex2pro:breadth-first virtex4-pci:wavefront-tiles --on labyrinth --need" in html
 
 
 def test_a_page_overwrites_no_input_and_is_refused_before_any_work(hwsw: Run, tmp_path: Path) -> None:

@@ -14,8 +14,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import codesign
+from codesign.cli.options import settings_of
 from codesign.errors import InputError
 from codesign.exploration import Study, explore, load_study
+from codesign.exploration.designs import Conditions
 from codesign.exploration.outcomes import Outcomes
 from codesign.figures import FIGURES
 from codesign.inputs import Constraint, Exploration, Platform, Workload
@@ -316,18 +318,68 @@ def test_json_has_designs_with_their_spread(platform: Platform, workload: Worklo
     assert [point["design"] for point in document["points"][5:7]] == [0, 1]
 
 
-def test_some_conditions_by_themselves_by_value_or_by_number(platform: Platform, workload: Workload) -> None:
+def test_some_conditions_by_themselves_by_value(platform: Platform, workload: Workload) -> None:
     made = explore(platform, workload, workers=1, evaluate=Fake())
     half = made.at({"bench.share": 0.9})
     assert (len(half.points), list(half.conditions), half.axes["bench.share"]) == (8, ["bench.seed"], (0.9,))
-    assert half.at({"bench.seed": 0}).points[0].axes["bench.seed"] == 1, "0 is no value, so it is a number"
     assert made.at({"bench.seed": 1}).points[0].axes["bench.seed"] == 1
     assert made.at({}) is made
     with pytest.raises(InputError, match=r"no condition bench\.sed") as caught:
         made.at({"bench.sed": 1})
     assert "did you mean bench.seed?" in str(caught.value)
-    with pytest.raises(InputError, match=r"bench.seed has no value 7[\s\S]*0: 1; 1: 2"):
-        made.at({"bench.seed": 7})
+    for seed, near in ((0, 1), (7, 2), (1.6, 2)):
+        with pytest.raises(InputError, match=f"bench.seed has no value {seed}") as caught:
+            half.at({"bench.seed": seed})
+        assert f"did you mean {near}? accepted: 1, 2" in str(caught.value)
+
+
+SPELT: list[tuple[Sequence[Any], str, Any]] = [
+    ([1.0, 0.9, 0.8], "0.8", 0.8),
+    ([1.0, 0.9, 0.8], ".80", 0.8),
+    ([1.0, 0.9, 0.8], "8e-1", 0.8),
+    ([1.0, 0.9, 0.8], "80 %", 0.8),
+    ([1.0, 0.9, 0.8], "1", 1.0),
+    ([1, 2, 3], "2.0", 2),
+    ([1, 2, 3], "0", None),
+    ([0.5, 1], "true", None),
+    ([False, True], "true", True),
+    (["80 %", "90 %"], "0.9", "90 %"),
+    (["50 MHz", "0.1 GHz"], "0.05 GHz", "50 MHz"),
+    (["50 MHz", "0.1 GHz"], "100 MHz", "0.1 GHz"),
+    (["50 MHz", "0.1 GHz"], "1", "0.1 GHz"),
+    (["50 MHz", "0.1 GHz"], "2", None),
+    ([[6, 9], [0.5, 1]], "[0.50, 1.0]", [0.5, 1]),
+    ([[6, 9], [0.5, 1]], "0", [6, 9]),
+    (["base", "deep"], "1", "deep"),
+    (["base", "deep"], "dep", None),
+]
+
+
+@pytest.mark.parametrize(("values", "text", "expected"), SPELT)
+def test_a_condition_is_named_in_any_spelling_and_by_number_only_where_that_is_no_value(
+    values: Sequence[Any], text: str, expected: Any
+) -> None:
+    world = Conditions({"a.b": tuple(values)}, {})
+    wanted = settings_of([f"a.b={text}"], "--condition")["a.b"]
+    if expected is None:
+        with pytest.raises(InputError, match="accepted: "):
+            world.listed("a.b", wanted)
+    else:
+        found = world.listed("a.b", wanted)
+        assert (found, type(found)) == (expected, type(expected))
+
+
+@given(
+    st.lists(st.one_of(st.integers(-9, 99), st.decimals(-1, 1, places=3).map(float)), min_size=1, unique=True)
+)
+def test_every_number_of_a_condition_is_found_as_it_is_written(values: list[float]) -> None:
+    world = Conditions({"a.b": tuple(values)}, {})
+    for value in values:
+        for text in (repr(value), f"{value:e}", f"{value:.6f}"):
+            assert world.listed("a.b", settings_of([f"a.b={text}"])["a.b"]) == value
+    for missing in set(range(-10, 101)) - set(values):
+        with pytest.raises(InputError, match="did you mean"):
+            world.listed("a.b", missing)
 
 
 def test_a_constraint_is_held_against_points_in_one_condition_only(
@@ -338,7 +390,7 @@ def test_a_constraint_is_held_against_points_in_one_condition_only(
     section = workload.explore.model_copy(update={"constraints": limits})
     made = explore(platform, workload.model_copy(update={"explore": section}), workers=1, evaluate=Fake())
     assert made.feasible == (0, 2), "the mean keeps it"
-    assert made.at({"bench.share": 2, "bench.seed": 0}).feasible == ()
-    worst = made.at({"bench.share": 2, "bench.seed": 0}).points[0].result
+    assert made.at({"bench.share": 0.8, "bench.seed": 1}).feasible == ()
+    worst = made.at({"bench.share": 0.8, "bench.seed": 1}).points[0].result
     assert worst is not None
     assert [reason.kind for reason in worst.reasons] == ["constraint"]

@@ -247,11 +247,13 @@ DESIGN = ("--set", "relax.method=sor", "--set", "relax.omega=1.95", "--set", "re
 def test_run_compare_and_page_say_that_cells_lead_nowhere(hwsw: Run, tmp_path: Path) -> None:
     design = "pc-3400mhz:floor-plan"
     for settings_, lost in (((), 0), (DESIGN, 5907)):
-        told = json.loads(hwsw("compare", design, *settings_, "--json").stdout)[design]["quality"]
+        told = json.loads(hwsw("compare", design, "--on", "labyrinth", *settings_, "--json").stdout)[design][
+            "quality"
+        ]
         assert told["cells_leading_nowhere"] == lost
         assert told["share_reaching_goal"] == (told["reachable_cells"] - lost) / told["reachable_cells"]
         assert len(told["warnings"]) == (lost > 0)
-        said = " ".join(hwsw("compare", design, *settings_).stdout.split())
+        said = " ".join(hwsw("compare", design, "--on", "labyrinth", *settings_).stdout.split())
         assert ("5,907 of 8,117 cells (72.7 %) lead nowhere" in said) == (lost > 0)
         assert ("converged, but" in said and SERVING in said) == (lost > 0)
     workload = tmp_path / "labyrinth.yaml"
