@@ -91,6 +91,9 @@ def fit_calibration(
     if not samples:
         return None
     before = added_to.terms if added_to else {}
+    for term in before.keys() - widths.keys():
+        low, high = (bound / before[term].factor.value for bound in before[term].factor.interval)
+        widths[term] = low, high
     reasons = {term: fitted.explained for term, fitted in before.items()} | dict(explained)
     terms = _fitted(samples, widths, point, reasons)
     tools = dict.fromkeys([*(added_to.tools if added_to else ()), *(report.made_by for report, _ in reports)])
