@@ -4,8 +4,9 @@ python -m benchmarks.measure resources ROOM [FAMILY ...]
 python -m benchmarks.measure clocks ROOM [PART ...]
 python -m benchmarks.measure activity ROOM
 
-A design with a row of the same Verilog by the same tools is not synthesised again: ``again`` in the place of
-``resources`` does so, after a change of the families in ``codesign/rtl/cells.py`` or of the pieces of a circuit.
+A design with a row of the same Verilog by the same tools is neither synthesised nor placed again: ``again`` in the
+place of ``resources`` does so, after a change of the families in ``codesign/rtl/cells.py`` or of the pieces of a
+circuit.
 
 Rows go to ``codesign/planners/ROOM/measured``; each is written as soon as it is there, and a later one of the same
 design takes its place. In the end the rows of circuits that are no longer among the designs are removed, in the
@@ -48,7 +49,7 @@ from codesign.planners.measured import (
 from codesign.rtl.activity import activity
 from codesign.rtl.cells import FAMILIES
 from codesign.rtl.design import digest_of_circuit
-from codesign.rtl.place import Placement, device_of, place
+from codesign.rtl.place import Device, Placement, device_of, place
 from codesign.rtl.synthesis import Synthesis, synthesise
 from codesign.rtl.tools import version_of
 
@@ -132,6 +133,11 @@ def measure_resources(room: str, families: Sequence[str], again: bool) -> None:
     drop(room, "resources", styles, lambda row: row.family in families and row.digest not in digests)
 
 
+def tools_of(device: Device) -> str:
+    """What places on a device, with versions."""
+    return f"{version_of('pyosys')}, {version_of(device.tool)}"
+
+
 def clock_row(
     style: CircuitStyle, circuit: Circuit, synthesis: Synthesis, placements: Sequence[Placement]
 ) -> ClockRow:
@@ -155,19 +161,23 @@ def clock_row(
         routing_ns=path.routing_ns,
         setup_ns=path.setup_ns,
         path=path.words,
-        tools=f"{version_of('pyosys')}, {version_of(device.tool)}",
+        tools=tools_of(device),
     )
 
 
 def measure_clocks(room: str, placements: Sequence[Placed], parts: Sequence[str]) -> None:
     styles = import_module(f"codesign.planners.{room}.plug_in").PLUG_IN.circuits
     designs = set()
+    current = {(row.part, row.digest, row.tools) for row in read(room, "clocks", styles)}
     for placed in placements:
         if parts and placed.part not in parts:
             continue
         [(style, circuit)] = circuits_of(room, [placed.design])
-        designs.add((placed.part, digest_of_circuit(circuit)))
-        synthesis = synthesise(circuit, device_of(placed.part)[0].family)
+        device, digest = device_of(placed.part)[0], digest_of_circuit(circuit)
+        designs.add((placed.part, digest))
+        if (placed.part, digest, tools_of(device)) in current:
+            continue
+        synthesis = synthesise(circuit, device.family)
         done: list[Placement] = []
         for seed in placed.seeds:
             done.append(place(circuit, placed.part, seed))

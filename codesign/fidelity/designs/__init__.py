@@ -55,6 +55,8 @@ class Design:
 
 FEW = 1, 2, 3
 """Seeds of a design that a law is fitted to: five are for those that it is held against."""
+ONE = (1,)
+"""The seed of a design that takes minutes to place."""
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import partial
 from typing import Any
 
-from codesign.fidelity.designs import FEW, Design, Placed, free_map, scattered_map
+from codesign.fidelity.designs import FEW, ONE, Design, Placed, free_map, scattered_map
 
 
 def array(rows: int, columns: int, pipeline: int, **parameters: Any) -> Design:
@@ -19,7 +19,13 @@ SIZES = (6, 6), (6, 12), (12, 12), (12, 24)
 
 CLOCKS = [
     *(Placed(array(*size, pipeline), "LFE5U-85F-8") for size in SIZES for pipeline in (1, 0)),
+    *(Placed(array(18, 36, pipeline), "LFE5U-85F-8", ONE) for pipeline in (1, 0)),
     *(Placed(array(6, 12, pipeline), "LFE5U-85F-6") for pipeline in (1, 0)),
+    *(
+        Placed(array(*size, pipeline), "LFE5U-85F-6", ONE)
+        for size in ((12, 24), (18, 36))
+        for pipeline in (1, 0)
+    ),
     # Without a pipeline the path begins at a memory, and nextpnr times no path out of a memory of a Gowin part.
     *(Placed(array(*size, 1), "GW2A-18-7") for size in SIZES[:3]),
     *(

@@ -6,7 +6,7 @@ from dataclasses import replace
 from functools import partial
 from typing import Any
 
-from codesign.fidelity.designs import Design, Placed, free_map, scattered_map
+from codesign.fidelity.designs import FEW, ONE, Design, Placed, free_map, scattered_map
 
 
 def array(rows: int, columns: int, style: str = "delay_line", **parameters: Any) -> Design:
@@ -51,13 +51,20 @@ RESOURCES = [
     array(3, 4, ADDERS, register_bits=8, **SAFE),
     array(3, 4, ADDERS, register_bits=9, **CHAIN),
     array(3, 4, ADDERS, register_bits=9, **PENALTY),
+    *(array(4, 4, ADDERS, register_bits=bits) for bits in (4, 5, 6, 7)),
+    array(3, 4, ADDERS, register_bits=5, **CORNERS),
+    array(3, 4, ADDERS, register_bits=5, **SAFE),
+    array(3, 4, ADDERS, register_bits=5, **CHAIN),
+    array(3, 4, ADDERS, register_bits=5, **PENALTY),
     array(7, 9, register_bits=9, **CORNERS, **FIELD),
     array(10, 9, register_bits=10, **CHAIN),
     array(6, 9, register_bits=9, **SAFE, **CORNERS),
     array(16, 9, register_bits=10, element_cells=8, **SAFE),
-    array(6, 5, ADDERS, register_bits=10),
+    *(array(6, 5, ADDERS, register_bits=bits) for bits in (5, 6, 10)),
     array(5, 4, ADDERS, register_bits=10, **CORNERS),
     array(5, 5, ADDERS, register_bits=9, **SAFE),
+    array(5, 4, ADDERS, register_bits=5, **CORNERS),
+    array(5, 5, ADDERS, register_bits=6, **SAFE),
     array(12, 20, register_bits=9),
     array(16, 16, register_bits=11),
     tiles(8, 8, (4, 4), 8),
@@ -84,6 +91,14 @@ CLOCKS = [
     *(Placed(array(side, side, **CHAIN), "LFE5U-85F-8") for side in (8, 12, 16)),
     *(Placed(array(side, side, ADDERS), "LFE5U-85F-8") for side in (4, 5, 6)),
     *(Placed(array(side, side, element_cells=k), "LFE5U-85F-8") for side, k in ((8, 4), (16, 4), (16, 8))),
+    *(
+        Placed(array(*shape, "tiled", tile=tile), "LFE5U-85F-8", FEW)
+        for shape, tile in (((8, 6), (4, 3)), ((16, 16), (4, 4)), ((18, 18), (6, 6)), ((32, 32), (8, 8)))
+    ),
+    Placed(array(16, 16, "tiled", tile=(4, 4)), "LFE5U-85F-6", FEW),
+    Placed(array(48, 48, "tiled", tile=(12, 12)), "LFE5U-85F-8", ONE),
+    *(Placed(array(side, side), "LFE5U-85F-6", FEW) for side in (8, 16)),
+    Placed(array(4, 4, ADDERS), "LFE5U-85F-6", FEW),
 ]
 
 

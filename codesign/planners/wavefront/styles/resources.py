@@ -28,8 +28,6 @@ LUT_INPUTS = {"xc7": 6}
 """Inputs of a LUT, where they are not four."""
 WIDE_NUMBER = 5
 """Bits of a row or column from which on a line that selects it takes more than a LUT of four inputs."""
-ADDER_BITS = 7
-"""An adder node adds at least as many bits: a delay fits them."""
 NODES, MEMORIES, READ_OUT, TRACKER, CONTROL = "nodes", "memories", "read-out", "tracker", "control"
 
 
@@ -43,8 +41,10 @@ def _node_terms(layout: ArrayLayout) -> tuple[float, ...]:
     """The terms of a node: the options that it has, and the bits that each of them handles."""
     corners, silence, extra = not layout.corner_cutting, not layout.waits, bool(layout.extra)
     if layout.adders:
-        sums = max(layout.bits, ADDER_BITS) + 1
-        return 1, sums, corners, layout.safe, layout.chain, layout.chain * layout.bits, extra
+        # Sums have a bit more than the register, whatever its width: synthesis drops those that are constant. A carry
+        # cell of the ECP5 adds two bits, so an odd number takes a bit more.
+        bits = layout.bits
+        return 1, bits, bits % 2, corners, layout.safe, layout.chain * (bits + 1), extra * (bits + 1)
     if layout.shared:
         registers = layout.bits + layout.obstacle_bits
         return 1, registers, layout.element_cells, corners, silence, layout.safe, extra
