@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from importlib import import_module
@@ -114,16 +114,14 @@ def known_designs(room: str) -> tuple[Known, ...]:
 
 
 def known_of(room: str, row: ResourceRow | ClockRow) -> Known | None:
-    """The design of a row: the first that has its variables. It may have more, which came after the row."""
-    return next(
-        (
-            known
-            for known in known_designs(room)
-            if (known.design.style, known.design.task) == (row.style, row.task)
-            and row.variables.items() <= known.variables.items()
-        ),
-        None,
-    )
+    """The design of a row: that of its Verilog, or else the first that has its variables, and maybe later ones too."""
+    alike = [
+        known
+        for known in known_designs(room)
+        if (known.design.style, known.design.task) == (row.style, row.task)
+        and row.variables.items() <= known.variables.items()
+    ]
+    return next((known for known in alike if known.digest == row.digest), alike[0] if alike else None)
 
 
 @cache
@@ -171,10 +169,10 @@ def _lines(items: tuple[Line, ...], row: ResourceRow) -> Iterator[tuple[str, str
         for name in shared:
             yield name, resource, law[name], counted[name]
         for line, taken in ((OTHERS, set(shared)), (TOTAL, set[str]())):
-            predicted = sum(figure.value for name, figure in law.items() if name not in taken)
+            predicted = _sum([figure for name, figure in law.items() if name not in taken], "sum of lines")
             count = sum(number for name, number in counted.items() if name not in taken)
-            if predicted or count:
-                yield line, resource, Figure(predicted, "1", Status.CALIBRATED, "sum of lines"), count
+            if predicted.value or count:
+                yield line, resource, replace(predicted, status=Status.CALIBRATED), count
 
 
 def sum_by_name(items: tuple[Line, ...], resource: str) -> dict[str, Figure]:
@@ -182,9 +180,16 @@ def sum_by_name(items: tuple[Line, ...], resource: str) -> dict[str, Figure]:
     sums: dict[str, Figure] = {}
     for line in items:
         if line.resource == resource:
-            before = sums[line.name].value if line.name in sums else 0
-            sums[line.name] = replace(line.figure, value=before + line.figure.value, low=None, high=None)
+            before = sums.get(line.name)
+            sums[line.name] = line.figure if before is None else _sum((before, line.figure), before.source)
     return sums
+
+
+def _sum(figures: Sequence[Figure], source: str) -> Figure:
+    """Counts and their intervals, added up."""
+    low, high = (sum(figure.interval[end] for figure in figures) for end in (0, 1))
+    status = figures[0].status if figures else Status.CALIBRATED
+    return Figure(sum(figure.value for figure in figures), "1", status, source, low, high)
 
 
 def clock_points(room: str) -> Iterator[Point]:

@@ -7,15 +7,25 @@ A style gives its placements (``measured.clock_rows``), each with what its clock
              · exp(s(family, pipeline) · (g(size) - g(middle size)) + d(pipeline) · doublings)
 
 T is what the critical path takes on that family: the time of its memory or flip-flop from the clock to the output, its
-LUT, and its routing at a middle size. Only the routing grows with the size. The growth g is the form that predicts
-placements best that it was not fitted to: none, log2, the fourth or the square root. Where a
-circuit takes 2, 4 or 8 bits of a value a cycle, each doubling adds the same share d. The factors are fitted by least
-squares of the relative error over all families together, so a family with one size placed takes s (the mean) and d
-from the others.
+LUT, and its routing at a middle size. Only the routing grows with the size. The growth g of a pipeline is the
+form that predicts those of its placements best that it was not fitted to, by the mean square of the errors: none, log2
+or the fourth root.
+Where a circuit takes 2, 4 or 8 bits of a value a cycle, each doubling adds the same share d. The factors are fitted by
+least squares of the relative error over all families together, so a family with one size placed takes s (the mean) and
+d from the others.
 
 Each placement is predicted by the fit to all others, wherever its pipeline was placed at another size or on another
-part. The interval is the largest of these errors on the family, or on all where it has few, and a quarter more, at
-least 5 %.
+part. The interval is the largest of these errors of the pipeline on the family, or on the family or on all where few
+are known, and a quarter more, at least 10 %.
+
+A clock is ``measured`` only where it was: for the circuit (its pipeline, the bits of its digits, its options), in a
+speed grade and between sizes that were placed. All else is a transfer, with the interval that transfers have earned:
+
+- a size beyond those that were placed: the share by which the largest and smallest sizes lie off the fit to the sizes
+  between, as a power of how far they are beyond them;
+- an option, or bits of a digit, that were not placed: ``TRANSFER`` times, which is how far the clocks of one style's
+  circuits lie apart;
+- a speed grade that was not placed lies between those that were.
 
 A published clock stays what it is on its own families. On a family that was neither placed nor published, the interval
 reaches from the slowest to the fastest that the design is on the families that were, and half as far again. The value
@@ -27,30 +37,36 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cache
+from functools import cache, partial
 
 import numpy as np
 
 from codesign.figures import Figure, Status
 from codesign.part import Part
-from codesign.planners.measured import ClockRow, family_of
+from codesign.planners.measured import MARGIN, ClockRow, family_of
 
 GROWTHS: dict[str, Callable[[float], float]] = {
     "none": lambda _: 0.0,
     "log2": math.log2,
     "fourth root": lambda size: size**0.25,
-    "square root": math.sqrt,
 }
-"""The forms of the growth of a period with the size that are tried."""
+"""The forms of the growth of a period with the size that are tried. A faster one runs away beyond what was placed."""
 
 LEAST_ERRORS = 3
 """Errors of a family from which on its interval is its own."""
 
-LEAST_WIDTH, MARGIN = 0.05, 1.25
-"""The interval of a law: at least this share, and this much of its largest error on a placement that is held out."""
+LEAST_WIDTH = 0.1
+"""The interval of a law is at least this share: two seeds of one design lie as far apart."""
 
 GRADES_APART = 1.15
 """What a grade that was not placed may differ by from the one that was; grades of one family lie 10 to 20 % apart."""
+
+TRANSFER = 2.7
+"""How many times as fast, or as slow, a circuit may be as the law of another one of its planner says: so it is of all
+that were placed."""
+
+LEAST_GROWTH = 0.25
+"""The uncertainty of a size beyond those that were placed, as a power of how far it is: at least this. Assumed."""
 
 BEYOND = 0.5
 """What is added to the spread (its logarithm) between the families that are known, for one that is not."""
@@ -71,12 +87,15 @@ class Registers:
     """What a clock depends on besides the part.
 
     The ``pipeline`` in words, the ``size`` that routing grows with, and how often the bits that pass in a cycle were
-    doubled, ``doublings``.
+    doubled, ``doublings``. ``options``: in words, what else the circuit has that the law does not count. ``like``: the
+    pipeline whose law stands for it on a family where it was not placed; the circuit may be slower, by ``TRANSFER``.
     """
 
     pipeline: str
     size: float
     doublings: float = 0.0
+    options: frozenset[str] = frozenset()
+    like: str = ""
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,34 +106,52 @@ class Placement:
     registers: Registers
 
 
+Growths = Mapping[str, str]
+"""The form of the growth of each pipeline."""
+
+
 @dataclass(frozen=True)
 class ClockLaw:
     """The periods of a style over families, pipelines and sizes.
 
+    ``growth``: of each pipeline, a key of ``GROWTHS``.
     ``columns``: the name of each factor's logarithm. ``held_out``: the errors of placements that were held out,
-    relative, by their places. ``families``: of the placements.
+    relative, by their places. ``families``, ``pipelines``: of the placements. ``beyond``: the uncertainty of a size
+    beyond those that were placed, as a power of how far it is.
     """
 
-    growth: str
+    growth: Growths
     columns: tuple[tuple[str, ...], ...]
     factors: tuple[float, ...]
     middle: float
     held_out: Mapping[int, float]
     families: tuple[str, ...]
+    pipelines: tuple[str, ...]
+    beyond: float = LEAST_GROWTH
 
     @property
     def errors(self) -> tuple[float, ...]:
         """The sizes of the errors."""
         return tuple(map(abs, self.held_out.values()))
 
-    def errors_of(self, family: str) -> tuple[float, ...]:
-        """The sizes of the errors on a family; of all where fewer than ``LEAST_ERRORS`` are known."""
-        own = tuple(abs(error) for place, error in self.held_out.items() if self.families[place] == family)
-        return own if len(own) >= LEAST_ERRORS else self.errors
+    def errors_of(self, family: str, pipeline: str = "") -> tuple[float, ...]:
+        """The sizes of the errors of a pipeline on a family; where few are known, of the family, or else of all.
 
-    def width(self, family: str = "") -> float:
-        """Half of the interval on a family, relative."""
-        return max(LEAST_WIDTH, MARGIN * max(self.errors_of(family), default=0.5))
+        ``family``: "" for any.
+        """
+        for kinds in ({pipeline}, set(self.pipelines)):
+            own = tuple(
+                abs(error)
+                for place, error in self.held_out.items()
+                if family in ("", self.families[place]) and self.pipelines[place] in kinds
+            )
+            if len(own) >= LEAST_ERRORS:
+                return own
+        return self.errors
+
+    def width(self, family: str = "", pipeline: str = "") -> float:
+        """Half of the interval of a pipeline on a family, relative."""
+        return max(LEAST_WIDTH, MARGIN * max(self.errors_of(family, pipeline), default=0.5))
 
     def period(self, part: str, family: str, registers: Registers) -> float | None:
         """The period on a part, ns; None where the pipeline was not placed on the family, or none was doubled."""
@@ -158,10 +195,10 @@ def _terms(
     part: str,
     family: str,
     registers: Registers,
-    growth: str,
+    growth: Growths,
     middle: float,
 ) -> list[float]:
-    grow = GROWTHS[growth]
+    grow = GROWTHS[growth.get(registers.pipeline, "none")]
     growing = grow(registers.size) - grow(middle)
     present: dict[tuple[str, ...], float] = {
         ("T", family, registers.pipeline): 1.0,
@@ -175,29 +212,30 @@ def _terms(
     return [present.get(column, 0.0) for column in columns]
 
 
-def _families(placements: Sequence[Placement]) -> tuple[str, ...]:
-    return tuple(each.row.family for each in placements)
-
-
-def _fitted(placements: Sequence[Placement], growth: str, middle: float) -> ClockLaw:
+def _fitted(placements: Sequence[Placement], growth: Growths, middle: float) -> ClockLaw:
     columns = _columns(placements)
     terms = [
         _terms(columns, each.row.part, each.row.family, each.registers, growth, middle) for each in placements
     ]
     periods = [math.log(each.row.period_ns) for each in placements]
     factors = np.linalg.lstsq(np.array(terms), np.array(periods), rcond=None)[0]
-    return ClockLaw(
-        growth, columns, tuple(float(factor) for factor in factors), middle, {}, _families(placements)
-    )
+    families = tuple(each.row.family for each in placements)
+    pipelines = tuple(each.registers.pipeline for each in placements)
+    return ClockLaw(growth, columns, tuple(map(float, factors)), middle, {}, families, pipelines)
 
 
-def _held_out(placements: Sequence[Placement], growth: str, middle: float) -> dict[int, float]:
+def _held_out(
+    placements: Sequence[Placement], growth: Growths, middle: float, pipeline: str = ""
+) -> dict[int, float]:
     """The clock by the fit to the others over the placed one less 1, by the place of the placement.
 
-    The others have to hold its part, its pipeline on its family, and its pipeline in two sizes on one family.
+    ``pipeline``: of this one alone. The others have to hold its part, its pipeline on its family, and its pipeline in
+    two sizes on one family.
     """
     errors = {}
     for index, each in enumerate(placements):
+        if pipeline not in ("", each.registers.pipeline):
+            continue
         others = [*placements[:index], *placements[index + 1 :]]
         if not _grows(others, each.registers.pipeline) or each.row.part not in {it.row.part for it in others}:
             continue
@@ -208,20 +246,65 @@ def _held_out(placements: Sequence[Placement], growth: str, middle: float) -> di
     return errors
 
 
+def _beyond(placements: Sequence[Placement], growth: Growths, middle: float) -> float:
+    """How far an end of the sizes lies off the fit without all beyond the next one, as a power of its ratio to it."""
+    powers = [LEAST_GROWTH]
+    for row, kind in {((each.row.part, each.row.family), each.registers.pipeline) for each in placements}:
+        sizes = sorted(
+            {
+                each.registers.size
+                for each in placements
+                if _alike(each, kind, row[1]) and each.row.part == row[0]
+            }
+        )
+        for end, near in ((-1, -2), (0, 1)) if len(sizes) > 2 else ():
+            low, high = sorted((sizes[near], sizes[-1 - near]))
+            inside = [
+                each
+                for each in placements
+                if not _alike(each, kind, row[1]) or low <= each.registers.size <= high
+            ]
+            law = _fitted(inside, growth, middle)
+            for each in placements:
+                if (
+                    _alike(each, kind, row[1])
+                    and each.row.part == row[0]
+                    and each.registers.size == sizes[end]
+                ):
+                    period = law.period(*row, each.registers)
+                    if period is not None:
+                        off = abs(math.log(each.row.period_ns / period))
+                        powers.append(off / abs(math.log(sizes[end] / sizes[near])))
+    return max(powers)
+
+
+def _alike(placement: Placement, pipeline: str, family: str) -> bool:
+    """Whether it is of this pipeline on this family."""
+    return placement.registers.pipeline == pipeline and placement.row.family == family
+
+
 @cache
 def clock_law(placements: tuple[Placement, ...]) -> ClockLaw | None:
-    """The law with the growth that predicts best what is held out; None without placements."""
+    """The law with the growths that predict best what is held out; None without placements."""
     if not placements:
         return None
     sizes = [each.registers.size for each in placements]
     middle = math.sqrt(min(sizes) * max(sizes))
 
-    def worst(growth: str) -> float:
-        return max(map(abs, _held_out(placements, growth, middle).values()), default=math.inf)
+    pipelines = sorted({each.registers.pipeline for each in placements})
+    start = dict.fromkeys(pipelines, "log2")
 
-    growth = min(GROWTHS, key=worst)
+    def missed(pipeline: str, form: str) -> float:
+        errors = _held_out(placements, {**start, pipeline: form}, middle, pipeline).values()
+        return sum(error**2 for error in errors)
+
+    growth = {each: min(GROWTHS, key=partial(missed, each)) for each in pipelines}
     law = _fitted(placements, growth, middle)
-    return replace(law, held_out=_held_out(placements, growth, middle))
+    return replace(
+        law,
+        held_out=_held_out(placements, growth, middle),
+        beyond=_beyond(placements, growth, middle),
+    )
 
 
 def held_out(placements: tuple[Placement, ...]) -> Mapping[tuple[str, ...], float]:
@@ -261,10 +344,17 @@ def on_family(
     >>> on_family(law, part, "Virtex-4").interval, on_family(law, part, "ECP5").interval
     ((50.0, 180), (120, 180))
     """
+    family, own = family_of(part.family)
+    if registers.like and not any(_alike(each, registers.pipeline, family) and own for each in placements):
+        alike = replace(registers, pipeline=registers.like, like="")
+        figure = on_family(published, part, *families, registers=alike, placements=placements)
+        low, high = figure.interval
+        slower = f"as {registers.like}, up to {TRANSFER} times slower"
+        source = f"{registers.pipeline}: not placed on {part.family}; {slower}"
+        return Figure(figure.value, "Hz", Status.ASSUMED, f"{source}: {figure.source}", low / TRANSFER, high)
     if part.family in families:
         return published
     law = clock_law(placements)
-    family, own = family_of(part.family)
     parts = {each.row.part: each.row.family for each in placements}
     if law is not None and own and family in parts.values():
         placed = _placed(law, part, family, registers, placements)
@@ -284,7 +374,7 @@ def _placed(
         return None
     own = periods.get(part.full_name)
     near = _same_grade(part, parts) if own is None else part.full_name
-    width = law.width(family)
+    width = law.width(family, registers.pipeline)
     if near is None:
         apart = GRADES_APART if len(times) == 1 else 1.0
         slowest, fastest = 1e9 / max(times) / apart, 1e9 / min(times) * apart
@@ -295,11 +385,41 @@ def _placed(
         low, high = value * (1 - width), value * (1 + width)
         where = near
     path = _path(near or parts[0], family, registers, placements)
+    apart, what = _transfer(law, near or "", family, registers, placements)
+    status = Status.ASSUMED if what else Status.MEASURED
     source = (
-        f"placed and routed on {where}: {path}; growth with the size: {law.growth}; ±{width:.0%}, from"
-        f" {len(law.errors_of(family))} placements that were held out{UNTIMED.get(family, '')}"
+        f"placed and routed on {where}: {path}; growth with the size: {law.growth[registers.pipeline]}; ±{width:.0%},"
+        f" from {len(law.errors_of(family, registers.pipeline))} placements that were held out{UNTIMED.get(family, '')}"
     )
-    return _below_ram(Figure(value, "Hz", Status.MEASURED, source, low, high), part)
+    if what:
+        source += f"; not placed: {what}, so a transfer, {apart:.2f} times as wide either way"
+    return _below_ram(Figure(value, "Hz", status, source, low / apart, high * apart), part)
+
+
+def _transfer(
+    law: ClockLaw, part: str, family: str, registers: Registers, placements: Sequence[Placement]
+) -> tuple[float, str]:
+    """How many times a clock may be off because the circuit was not placed so, and what was not; 1 and "" if it was.
+
+    ``part``: the placed part in the speed grade, or "".
+    """
+    alike = [each for each in placements if _alike(each, registers.pipeline, family)]
+    sizes = [each.registers.size for each in alike if each.row.part == part]
+    grade = f"{registers.pipeline} in this speed grade" if not sizes else ""
+    sizes = sizes or [each.registers.size for each in alike]
+    over = max(1.0, registers.size / max(sizes), min(sizes) / registers.size)
+    beyond = (
+        f"a size of {registers.size:,.0f} ({min(sizes):,.0f} to {max(sizes):,.0f} were)" if over > 1 else ""
+    )
+    placed = {(each.registers.options, each.registers.doublings) for each in alike}
+    other = (registers.options, registers.doublings) not in placed
+    words = [
+        *sorted(registers.options),
+        *([f"{2**registers.doublings:.0f} bits a cycle"] * (registers.doublings > 0)),
+    ]
+    options = (" with ".join(words) or "a plain circuit") * other
+    apart = over**law.beyond * (TRANSFER if other else 1.0)
+    return apart, ", ".join(filter(None, (grade, beyond, options)))
 
 
 def _same_grade(part: Part, parts: Sequence[str]) -> str | None:
@@ -347,8 +467,8 @@ def _between(
         value = published.value
         what = f"{published.source}; of {' and '.join(families)}, not of {part.family}: no circuit of it was placed"
     else:
-        low = min(low, 1e9 / max(periods) * (1 - law.width()))
-        high = max(high, 1e9 / min(periods) * (1 + law.width()))
+        width = law.width(pipeline=registers.pipeline)
+        low, high = min(low, 1e9 / max(periods) * (1 - width)), max(high, 1e9 / min(periods) * (1 + width))
         value = min(math.sqrt(low * high), published.value)
         beyond = (high / low) ** (BEYOND / 2)
         low, high = min(low / beyond * slow, value), high * beyond

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+import math
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -51,9 +52,18 @@ class Line:
     levers: tuple[Lever, ...] = ()
 
     @classmethod
-    def item(cls, name: str, resource: str, amount: int, status: Status, source: str) -> Line:
-        """A demand for ``amount`` units of a resource."""
-        return cls(name, resource, Figure(amount, "1", status, source))
+    def item(
+        cls,
+        name: str,
+        resource: str,
+        amount: int,
+        status: Status,
+        source: str,
+        ends: tuple[float, float] = (math.inf, -math.inf),
+    ) -> Line:
+        """A demand for ``amount`` units of a resource. ``ends``: the least and the most that a law allows, if any."""
+        low, high = min(amount, ends[0]), max(amount, ends[1])
+        return cls(name, resource, Figure(amount, "1", status, source, low, high))
 
     @classmethod
     def bound(
@@ -94,6 +104,19 @@ def sum_by_resource(items: Iterable[Line]) -> dict[str, int]:
     for item in items:
         sums[item.resource] = sums.get(item.resource, 0) + item.amount
     return sums
+
+
+SLICE_PACKING = 1.13
+"""Slices over half of the LUT or flip-flops, in a part that is far from full. Assumed."""
+
+
+def packed(lines: Sequence[Line]) -> Line:
+    """The slices of a piece of these LUT and flip-flops, two of each a slice. The least is that of full slices."""
+    low, high = (max(bounds) for bounds in zip(*(line.figure.interval for line in lines), strict=True))
+    slices = -(-round(SLICE_PACKING * max(line.amount for line in lines)) // 2)
+    source = f"{SLICE_PACKING} × half of the LUT or flip-flops"
+    ends = -(-low // 2), -(-round(SLICE_PACKING * high) // 2)
+    return Line.item(lines[0].name, "slices", slices, Status.ASSUMED, source, ends)
 
 
 def short_resources(items: Iterable[Line], part: Part) -> dict[str, int]:

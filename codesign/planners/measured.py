@@ -9,7 +9,8 @@ by their names in the Verilog. A law is a sum of terms of these variables, fitte
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping, Sequence
+import math
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from functools import cache
 from importlib.resources import files
@@ -175,17 +176,25 @@ def rows_text(rows: Sequence[Row]) -> str:
     return "[\n" + ",\n".join(json.dumps(asdict(row), ensure_ascii=False) for row in rows) + "\n]\n"
 
 
+MARGIN = 1.25
+"""How much of the largest error on a row or a placement the interval of a law is."""
+
+LEAST_OF_LAW = 0.1
+"""A count is at most ten times what a law says, however far the law is below a few units."""
+
+
 @dataclass(frozen=True)
 class Fit:
     """A sum of terms, each with its coefficient, that rows are fitted with by least squares of the relative error.
 
     ``residuals``: relative, fitted over measured less 1, of the rows that it was fitted to; ``held_out``: of the
-    others.
+    others; ``elsewhere``: of the rows of other families.
     """
 
     coefficients: tuple[float, ...]
     residuals: tuple[float, ...]
     held_out: tuple[float, ...]
+    elsewhere: tuple[float, ...] = ()
 
     def value(self, terms: Sequence[float]) -> float:
         """The sum for these terms."""
@@ -195,6 +204,17 @@ class Fit:
     def mean(self) -> float:
         """The mean of the sizes of the relative errors on rows held out; of the residuals where none was."""
         return float(np.mean(np.abs(self.held_out or self.residuals)))
+
+    def ends(self, count: float, own: bool = True) -> tuple[int, int]:
+        """The least and the most that a count of this law may be.
+
+        As far off as the errors of the rows, and a quarter more. ``own``: the law is of the family of the part; else
+        the errors on the rows of other families count too.
+        """
+        errors = self.residuals + self.held_out + (() if own else self.elsewhere)
+        # The law is 1 + error times the count, so the count is the law over that.
+        least, most = 1 + MARGIN * max(0.0, *errors), 1 + MARGIN * min(0.0, *errors)
+        return math.floor(count / least), math.ceil(count / max(most, LEAST_OF_LAW))
 
     @property
     def worst(self) -> float:
@@ -211,8 +231,8 @@ class Point:
     held: bool = False
 
 
-def fit(points: Sequence[Point]) -> Fit:
-    """Fit the coefficients of the terms to the points that are not held out.
+def fit(points: Sequence[Point], elsewhere: Sequence[Point] = ()) -> Fit:
+    """Fit the coefficients of the terms to the points that are not held out. ``elsewhere``: of other families.
 
     Values are weighted by 1 / max(1, value), so that the relative error counts; the least solution where rows leave a
     coefficient open.
@@ -222,14 +242,18 @@ def fit(points: Sequence[Point]) -> Fit:
     terms = np.array([point.terms for point in taken], np.float64)
     values = np.array([point.value for point in taken], np.float64)
     coefficients = np.linalg.lstsq(terms * weights[:, None], values * weights, rcond=None)[0]
-    errors = [
-        (float(np.dot(coefficients, point.terms)) - point.value) / max(1.0, abs(point.value))
-        for point in points
-    ]
+
+    def errors(of: Iterable[Point]) -> tuple[float, ...]:
+        return tuple(
+            (float(np.dot(coefficients, point.terms)) - point.value) / max(1.0, abs(point.value))
+            for point in of
+        )
+
     return Fit(
         tuple(float(value) for value in coefficients),
-        tuple(error for error, point in zip(errors, points, strict=True) if not point.held),
-        tuple(error for error, point in zip(errors, points, strict=True) if point.held),
+        errors(taken),
+        errors(point for point in points if point.held),
+        errors(elsewhere),
     )
 
 
@@ -245,10 +269,8 @@ def fit_rows(
 
     ``terms``: of the variables of a row. ``held``: whether a row of these variables is held out.
     """
-    return fit(
-        [
-            Point(terms(row.variables), row.count(piece, resource), held(row.variables))
-            for row in rows
-            if row.family == family
-        ]
-    )
+    points: dict[bool, list[Point]] = {True: [], False: []}
+    for row in rows:
+        point = Point(terms(row.variables), row.count(piece, resource), held(row.variables))
+        points[row.family == family].append(point)
+    return fit(points[True], points[False] if points[True] else ())

@@ -7,6 +7,9 @@ from dataclasses import replace
 
 import pytest
 
+from codesign.fidelity.designs import job_of, laws_of, resources
+from codesign.fidelity.points import OTHERS, TOTAL, resource_points, rooms
+from codesign.inputs.part_file import load_part
 from codesign.planners.measured import ClockRow, Point, ResourceRow, family_of, fit, fit_rows, rows_text
 
 
@@ -60,3 +63,53 @@ def test_rows_are_read_as_they_are_written() -> None:
 def test_families_of_parts_have_rows_of_their_own_or_the_nearest() -> None:
     assert family_of("Virtex-4") == ("xc4v", True)
     assert family_of("Zynq UltraScale+") == ("xc7", False)
+
+
+PUBLISHED = {"harmonic": {"xc2v", "xc4v"}, "velocity_obstacle": {"xc3se"}}
+"""Families whose lines are those of a paper in part: they are another circuit."""
+
+
+@pytest.mark.parametrize("room", rooms())
+def test_every_count_lies_in_the_interval_of_its_law(room: str) -> None:
+    points = [point for point in resource_points(room) if point.family not in PUBLISHED.get(room, ())]
+    assert points
+    for point in points:
+        if point.line not in (OTHERS, TOTAL):
+            assert point.holds, (point.design, point.line, point.quantity, point.predicted, point.measured)
+        low, high = point.predicted.interval
+        assert low <= point.predicted.value <= high
+        # The papers' figures are exact; every other count of LUT is that of a law.
+    assert any(point.predicted.interval[0] < point.predicted.value for point in points)
+
+
+@pytest.mark.parametrize(
+    ("room", "own", "without"),
+    [
+        ("harmonic", "LFE5U-85F-8", "MPFS250T-STD"),
+        ("breadth_first", "XC7Z020-1", "XCZU7EV-2"),
+        ("wavefront", "LFE5U-85F-8", "MPFS250T-STD"),
+        ("velocity_obstacle", "LFE5U-85F-8", "MPFS250T-STD"),
+    ],
+)
+def test_a_family_without_rows_has_the_same_counts_in_wider_intervals(
+    room: str, own: str, without: str
+) -> None:
+    design = next(each for each in resources(room) if not each.task)
+    widths = []
+    for name in (own, without):
+        demand = laws_of(room, design).demand(job_of(room, design, load_part(name)))
+        lines = [line for line in demand.items if line.resource == "lut4"]
+        low, high = (sum(line.figure.interval[end] for line in lines) for end in (0, 1))
+        widths.append((demand.total("lut4"), high - low))
+    assert widths[0][0] == widths[1][0]
+    assert 0 < widths[0][1] < widths[1][1]
+
+
+def test_a_law_is_as_far_off_as_its_rows_and_a_quarter_more() -> None:
+    law = fit([Point((1.0,), 100), Point((1.0,), 110, held=True)], [Point((1.0,), 50)])
+    assert law.coefficients == pytest.approx((100,))
+    low, high = law.ends(1000)
+    assert low <= 1000
+    assert 1100 <= high <= 1100 * 1.05
+    assert law.ends(1000, own=False)[0] <= 500
+    assert law.ends(0) == (0, 0)

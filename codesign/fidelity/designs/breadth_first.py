@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import partial
 from typing import Any
 
-from codesign.fidelity.designs import Design, Placed, free_map, scattered_map
+from codesign.fidelity.designs import ONE, Design, Placed, free_map, scattered_map
 
 
 def engine(
@@ -27,6 +27,13 @@ CLOCKS = [
     *(Placed(engine(side, side, each), "LFE5U-85F-8") for side in (30, 60, 100) for each in ENGINES),
     Placed(engine(100, 100, "pipelined"), "LFE5U-85F-6"),
     Placed(engine(30, 30, "pipelined", "linear"), "LFE5U-85F-8"),
+    *(Placed(engine(side, side, "pipelined", "linear"), "LFE5U-85F-8", ONE) for side in (60, 100)),
+    Placed(engine(30, 30, "pipelined"), "LFE5U-85F-6", ONE),
+    *(
+        Placed(engine(60, 60, "three_cycles", display=each), "LFE5U-85F-8", ONE)
+        for each in ("copy", "shared")
+    ),
+    Placed(engine(60, 60, "two_cycles", queue_words=256), "LFE5U-85F-8", ONE),
 ]
 
 RESOURCES = [

@@ -15,27 +15,6 @@ def array(rows: int, columns: int, pipeline: int, **parameters: Any) -> Design:
     return Design("bit_serial", settings, partial(free_map, rows, columns))
 
 
-SIZES = (6, 6), (6, 12), (12, 12), (12, 24)
-
-CLOCKS = [
-    *(Placed(array(*size, pipeline), "LFE5U-85F-8") for size in SIZES for pipeline in (1, 0)),
-    *(Placed(array(18, 36, pipeline), "LFE5U-85F-8", ONE) for pipeline in (1, 0)),
-    *(Placed(array(6, 12, pipeline), "LFE5U-85F-6") for pipeline in (1, 0)),
-    *(
-        Placed(array(*size, pipeline), "LFE5U-85F-6", ONE)
-        for size in ((12, 24), (18, 36))
-        for pipeline in (1, 0)
-    ),
-    # Without a pipeline the path begins at a memory, and nextpnr times no path out of a memory of a Gowin part.
-    *(Placed(array(*size, 1), "GW2A-18-7") for size in SIZES[:3]),
-    *(
-        Placed(array(6, 12, 1, digit_bits=digit_bits, schedule=(47, 63)), "LFE5U-85F-8", FEW)
-        for digit_bits in (2, 4, 8)
-    ),
-    Placed(array(6, 12, 0, digit_bits=2, schedule=(47, 63)), "LFE5U-85F-8", FEW),
-]
-
-
 def machine(
     block: tuple[int, int],
     grid: tuple[int, int] = (1, 1),
@@ -49,6 +28,25 @@ def machine(
     problem = partial(free_map, block[0] * grid[0], block[1] * grid[1])
     job = {} if decision else {"inside": frozenset({"relax", "detect"})}
     return Design("bit_serial", settings, problem, job=job)
+
+
+SIZES = (6, 6), (6, 12), (12, 12), (12, 24)
+
+CLOCKS = [
+    *(Placed(array(*size, pipeline), "LFE5U-85F-8") for size in SIZES for pipeline in (1, 0)),
+    *(Placed(array(18, 36, 1), part, ONE) for part in ("LFE5U-85F-8", "LFE5U-85F-6")),
+    *(Placed(array(6, 12, pipeline), "LFE5U-85F-6") for pipeline in (1, 0)),
+    *(Placed(array(12, 24, pipeline), "LFE5U-85F-6", ONE) for pipeline in (1, 0)),
+    # Without a pipeline the path begins at a memory, and nextpnr times no path out of a memory of a Gowin part.
+    *(Placed(array(*size, 1), "GW2A-18-7") for size in SIZES[:3]),
+    *(
+        Placed(array(6, 12, 1, digit_bits=digit_bits, schedule=(47, 63)), "LFE5U-85F-8", FEW)
+        for digit_bits in (2, 4, 8)
+    ),
+    Placed(array(6, 12, 0, digit_bits=2, schedule=(47, 63)), "LFE5U-85F-8", FEW),
+    *(Placed(machine((6, 12), (2, 2), pipeline), "LFE5U-85F-8", ONE) for pipeline in (1, 0)),
+    Placed(machine((12, 12), (2, 2), 1, decision=False), "LFE5U-85F-8", ONE),
+]
 
 
 def alone(rows: int, columns: int, last: int) -> Design:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import partial
 from typing import Any
 
-from codesign.fidelity.designs import Design, Placed
+from codesign.fidelity.designs import ONE, Design, Placed
 from codesign.planners.velocity_obstacle.plan.problem import RobotsProblem, generate
 
 NARROW = 15
@@ -54,4 +54,5 @@ CLOCKS = [
     Placed(design("sequential", 2, 16), "LFE5U-85F-8"),
     Placed(design("sequential", 4, 16), "LFE5U-85F-8"),
     Placed(design("sequential", 2, 24), "LFE5U-85F-8"),
+    *(Placed(design("hybrid", 2, 16, **options), "LFE5U-85F-8", ONE) for options in (PARALLEL, CROSS)),
 ]

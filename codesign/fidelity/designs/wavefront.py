@@ -99,6 +99,12 @@ CLOCKS = [
     Placed(array(48, 48, "tiled", tile=(12, 12)), "LFE5U-85F-8", ONE),
     *(Placed(array(side, side), "LFE5U-85F-6", FEW) for side in (8, 16)),
     Placed(array(4, 4, ADDERS), "LFE5U-85F-6", FEW),
+    # Options by themselves.
+    *(Placed(array(8, 8, **options), "LFE5U-85F-8", ONE) for options in (CORNERS, SAFE, PENALTY, FIELD)),
+    Placed(array(16, 16, **CORNERS, **SAFE), "LFE5U-85F-8", ONE),
+    Placed(array(16, 16, "tiled", tile=(4, 4), **CORNERS), "LFE5U-85F-8", ONE),
+    Placed(array(16, 16, "tiled", tile=(4, 4), **SAFE), "LFE5U-85F-8", ONE),
+    Placed(array(4, 4, ADDERS, **CORNERS), "LFE5U-85F-8", ONE),
 ]
 
 

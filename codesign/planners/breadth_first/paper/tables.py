@@ -171,7 +171,7 @@ def memory_rows(part: Part) -> list[Row]:
         resources.counted(piece, (100, 100), SearchParameters(), part)
         for piece in ("state machine", "display")
     ]
-    share = 100 * sum(lut4 for _piece, lut4, *_others in counts) / part.resources["lut4"].value
+    share = 100 * sum(lut4.amount for lut4, _ in counts) / part.resources["lut4"].value
     law = "cells and directions of 2 bits, a queue of addresses, row and column side by side"
     section = partial(row, "Section 3.2", use=Use.HELD_OUT)
     return [

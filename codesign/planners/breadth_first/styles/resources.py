@@ -23,7 +23,7 @@ from codesign.planners.breadth_first.plan.parameters import (
     VgaController,
 )
 from codesign.planners.breadth_first.styles import timing
-from codesign.planners.demand import Lever, Line
+from codesign.planners.demand import Lever, Line, packed
 from codesign.planners.external_memory import ExternalMemoryLaw
 from codesign.planners.interface import Problem
 from codesign.planners.measured import Fit, family_of, fit_rows, resource_rows
@@ -44,8 +44,6 @@ SRAM_LUT4 = 60
 """LUT of the controller of an external static RAM: a counter and no refreshing. Each pin takes a flip-flop. Assumed."""
 BUFFERS = 2
 """Buffers of an external queue, one at each end; a LUT holds one bit of 16 entries. Assumed."""
-SLICE_PACKING = 1.13
-"""Slices over half of the LUT, in a part that is far from full. Assumed."""
 
 PORTS = 2
 
@@ -154,8 +152,8 @@ def _line(family: str, piece: str, resource: str) -> Fit:
 
 def counted(
     piece: str, shape: tuple[int, int], parameters: SearchParameters, part: Part
-) -> tuple[str, int, int, Status, str]:
-    """LUT and flip-flops of the ``state machine`` or the ``display``: name, both counts, status and source."""
+) -> tuple[Line, Line]:
+    """LUT and flip-flops of the ``state machine`` or the ``display``."""
     family, own = family_of(part.family)
     if not any(row.family == family for row in resource_rows("breadth_first", "state_machine")):
         family, own = SIMILAR, False
@@ -168,13 +166,18 @@ def counted(
         pipelined=parameters.micro_architecture is MicroArchitecture.PIPELINED,
         shown=parameters.display is not VgaController.NONE,
     )
-    lut4, flip_flops = (_line(family, piece, resource) for resource in ("lut4", "flip_flops"))
+    laws = {resource: _line(family, piece, resource) for resource in ("lut4", "flip_flops")}
     source = (
-        f"synthesis of the RTL of this package for {family}; on sizes held out {lut4.mean:.1%} of the LUT and"
-        f" {flip_flops.mean:.1%} of the flip-flops off"
+        f"synthesis of the RTL of this package for {family}; on sizes held out {laws['lut4'].mean:.1%} of the LUT and"
+        f" {laws['flip_flops'].mean:.1%} of the flip-flops off"
     )
     status = Status.CALIBRATED if own else Status.ASSUMED
-    return piece, round(lut4.value(terms)), round(flip_flops.value(terms)), status, source
+    lut4, flip_flops = (
+        Line.item(piece, resource, count, status, source, law.ends(count, own))
+        for resource, law in laws.items()
+        for count in [round(law.value(terms))]
+    )
+    return lut4, flip_flops
 
 
 def items(
@@ -188,31 +191,26 @@ def items(
         for piece in (("state machine", "display") if shown else ("state machine",))
     ]
     if parameters.memory is not MemoryPlace.BLOCK_RAM:
-        logic.append(
-            (
-                "memory controller",
-                *controller(external),
-                Status.ASSUMED,
-                f"the order of a controller of {external.technology if external else 'dram'}; the paper has none",
-            )
-        )
+        kind = external.technology if external else "dram"
+        source = f"the order of a controller of {kind}; the paper has none"
+        logic.append(_assumed("memory controller", *controller(external), source))
         if external is not None:
-            buffers = BUFFERS * bits
-            logic.append(("queue buffers", buffers, buffers, Status.ASSUMED, "two of 16 entries, in LUT"))
-    lines = []
-    for name, lut4, flip_flops, status, source in logic:
-        # A slice has two LUT and two flip-flops.
-        slices = -(-round(SLICE_PACKING * max(lut4, flip_flops)) // 2)
-        packed = f"{SLICE_PACKING} × half of the LUT or flip-flops"
-        lines += [
-            Line.item(name, "slices", slices, Status.ASSUMED, packed),
-            Line.item(name, "lut4", lut4, status, source),
-            Line.item(name, "flip_flops", flip_flops, status, source),
-        ]
+            logic.append(
+                _assumed("queue buffers", BUFFERS * bits, BUFFERS * bits, "two of 16 entries, in LUT")
+            )
+    lines = [line for piece in logic for line in (packed(piece), *piece)]
     for name, (words, width) in memories(*problem.shape, parameters).items():
         law = f"{words:,} words of {width} bits, as synthesis counts the RTL of this package"
         lines.append(Line.item(name, "block_rams", block_rams(words, width, part), Status.MEASURED, law))
     return tuple(lines)
+
+
+def _assumed(name: str, lut4: int, flip_flops: int, source: str) -> tuple[Line, Line]:
+    """LUT and flip-flops that nobody counted."""
+    return (
+        Line.item(name, "lut4", lut4, Status.ASSUMED, source),
+        Line.item(name, "flip_flops", flip_flops, Status.ASSUMED, source),
+    )
 
 
 def block_ram_total(rows: int, columns: int, parameters: SearchParameters, part: Part) -> int:

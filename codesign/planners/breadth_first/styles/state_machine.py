@@ -115,7 +115,13 @@ class StateMachine(Architecture):
             ram if ram.value < published.CLOCK_LIMIT else limit,
             part,
             published.FAMILY,
-            registers=timing.registers(job.problem.shape, job.parameters.address),
+            registers=timing.registers(
+                job.problem.shape,
+                job.parameters.address,
+                shown=job.parameters.display is not VgaController.NONE,
+                short=job.parameters.queue_words is not None,
+                external=job.parameters.memory is not MemoryPlace.BLOCK_RAM,
+            ),
             placements=timing.placements(),
         )
 

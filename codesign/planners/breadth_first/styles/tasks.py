@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Generator
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from codesign.figures import Figure, Status
+from codesign.figures import Figure, Status, weakest
 from codesign.part import Part
 from codesign.planners.breadth_first.plan.parameters import MemoryPlace, SearchParameters
 from codesign.planners.breadth_first.plan.planner import PLANNER
@@ -45,7 +46,14 @@ class PathMachine(TaskStyle):
         return Demand(
             items=(
                 *(
-                    Line.item("path", item.resource, item.amount, Status.ASSUMED, bound)
+                    Line.item(
+                        "path",
+                        item.resource,
+                        item.amount,
+                        Status.ASSUMED,
+                        bound,
+                        (0, item.figure.interval[1]),
+                    )
                     for item in logic
                     if item.name == "state machine"
                 ),
@@ -54,8 +62,13 @@ class PathMachine(TaskStyle):
         )
 
     def clock_limit(self, job: Job[Problem, SearchParameters]) -> Figure:
-        """The limit of the whole machine, Hz."""
-        return StateMachine().clock_limit(job)
+        """The limit of the whole machine, Hz: the task by itself was not placed."""
+        machine = StateMachine().clock_limit(job)
+        return replace(
+            machine,
+            status=weakest(machine.status, Status.ASSUMED),
+            source=f"as the whole machine: {machine.source}",
+        )
 
     def steps(self, job: Job[Problem, SearchParameters]) -> Generator[Step, None, Path]:
         """State Path; one cycle where the search found no path."""

@@ -116,20 +116,38 @@ def total_cycles(shape: tuple[int, int], popped: int, path_steps: int, parameter
     return init_cycles(shape, parameters) + expansions + path_cycles(path_steps + 1, MemoryPlace.BLOCK_RAM, 0)
 
 
-def registers(shape: tuple[int, int], address: Address) -> Registers:
+def registers(
+    shape: tuple[int, int],
+    address: Address,
+    *,
+    shown: bool = False,
+    short: bool = False,
+    external: bool = False,
+) -> Registers:
     """What the clock of an engine depends on: its address and its cells. All micro-architectures are as fast.
 
-    A linear address is added up; one side by side is put together.
+    A linear address is added up; one side by side is put together. Options: a display, a queue of fewer words than
+    the map has cells, memories outside.
     """
     rows, columns = shape
-    return Registers(f"memories with output registers, address {address}", rows * columns)
+    words = {"a display": shown, "a short queue": short, "an external memory": external}
+    options = frozenset(word for word, present in words.items() if present)
+    return Registers(f"memories with output registers, address {address}", rows * columns, options=options)
 
 
 @cache
 def placements() -> tuple[Placement, ...]:
     """The engines that were placed and routed."""
     return tuple(
-        Placement(row, registers((row.variables["ROWS"], row.variables["COLUMNS"]), _address(row.variables)))
+        Placement(
+            row,
+            registers(
+                (row.variables["ROWS"], row.variables["COLUMNS"]),
+                _address(row.variables),
+                shown=bool(row.variables.get("SHOWN", 0)),
+                short=row.variables["QUEUE_WORDS"] < 1 << row.variables["ADDRESS_BITS"],
+            ),
+        )
         for row in clock_rows("breadth_first", "state_machine")
     )
 

@@ -76,8 +76,14 @@ class BitSerial(Architecture):
     def clock_limit(self, job: Job[Problem, RelaxParameters]) -> Figure:
         """The fastest clock for a block of this size on the part, Hz."""
         problem = job.problem
-        block = job.parameters.block_shape(*problem.shape)
-        return timing.clock_limit(*block, job.chip, job.parameters.pipeline, job.parameters.digit_bits)
+        parameters = job.parameters
+        options = timing.options(
+            parameters.block_count(*problem.shape),
+            decides=job.does(DECIDE),
+            sound=parameters.termination is Termination.SOUND,
+        )
+        block = parameters.block_shape(*problem.shape)
+        return timing.clock_limit(*block, job.chip, parameters.pipeline, parameters.digit_bits, options)
 
     def memory(self, job: Job[Problem, RelaxParameters]) -> Memory:
         """p + 1 words of 18 bits for each block, in every cluster's RAM (section 5.4); see ``resources.words``."""

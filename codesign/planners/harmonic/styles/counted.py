@@ -8,7 +8,6 @@ a circuit with digits of several bits is fitted to the rows of all digits; one o
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from functools import cache
 
 from codesign.figures import Status
@@ -37,8 +36,6 @@ DIGITS = 1, 2, 4, 8
 SIMILAR = "xc4v"
 DIGITS_SIMILAR = ALONE_SIMILAR = "ecp5"
 """The families that stand for one without rows: LUT of four inputs with a carry chain."""
-SLICE_PACKING = 1.13
-"""Slices over half of the LUT or flip-flops, in a part that is far from full. Assumed."""
 EVENT_BITS = 25
 """Of an event but those of the read-out, which has a bit for each column."""
 
@@ -234,45 +231,26 @@ def fit_of(family: str, piece: str, resource: str, task: str = "", of_digits: bo
     return fit_rows(rows, family, piece, resource, terms, alone_held_out if task else held_out)
 
 
-@dataclass(frozen=True)
-class _Law:
-    """The count of a line in a family of parts, with how it is known."""
-
-    terms: Terms
-    coefficients: tuple[float, ...]
-    status: Status
-    source: str
-
-    def count(self, variables: Variables) -> int:
-        """The count, rounded and never negative."""
-        terms = zip(self.coefficients, self.terms(variables), strict=True)
-        return max(0, round(sum(coefficient * term for coefficient, term in terms)))
-
-
-@cache
-def _law(piece: str, resource: str, part_family: str, task: str, of_digits: bool) -> _Law:
-    family, own = family_for(part_family, task, of_digits)
-    fit = fit_of(family, piece, resource, task, of_digits)
-    source = (
-        f"synthesis of the RTL of this package for {family}; on sizes held out {fit.mean:.1%} off in the mean"
-    )
-    terms = (ALONE if task else ARRAY)[piece][resource == "flip_flops"]
-    return _Law(terms, fit.coefficients, Status.CALIBRATED if own else Status.ASSUMED, source)
-
-
 def counted(piece: str, variables: Variables, part_family: str, task: str = "") -> tuple[Line, Line]:
     """LUT and flip-flops of a piece."""
     of_digits = _digit_bits(variables) > 1
-    laws = ((each, _law(piece, each, part_family, task, of_digits)) for each in ("lut4", "flip_flops"))
     luts, flip_flops = (
-        Line.item(piece, resource, law.count(variables), law.status, law.source) for resource, law in laws
+        _line(piece, each, variables, part_family, task, of_digits) for each in ("lut4", "flip_flops")
     )
     return luts, flip_flops
 
 
-def packed(lines: Sequence[Line]) -> Line:
-    """The slices of a piece of these LUT and flip-flops."""
-    # A slice has two LUT and two flip-flops.
-    slices = -(-round(SLICE_PACKING * max(line.amount for line in lines)) // 2)
-    source = f"{SLICE_PACKING} × half of the LUT or flip-flops"
-    return Line.item(lines[0].name, "slices", slices, Status.ASSUMED, source)
+def _line(
+    piece: str, resource: str, variables: Variables, part_family: str, task: str, of_digits: bool
+) -> Line:
+    """The count of a piece in a family of parts, rounded and never negative."""
+    family, own = family_for(part_family, task, of_digits)
+    law = fit_of(family, piece, resource, task, of_digits)
+    terms = (ALONE if task else ARRAY)[piece][resource == "flip_flops"](variables)
+    count = max(0, round(law.value(terms)))
+    source = (
+        f"synthesis of the RTL of this package for {family}; on sizes held out {law.mean:.1%} off in the mean"
+    )
+    return Line.item(
+        piece, resource, count, Status.CALIBRATED if own else Status.ASSUMED, source, law.ends(count, own)
+    )

@@ -16,11 +16,11 @@ from functools import lru_cache
 
 from codesign.figures import Status
 from codesign.part import Part
-from codesign.planners.demand import Line, sum_by_resource
+from codesign.planners.demand import Line, packed, sum_by_resource
 from codesign.planners.harmonic import published
 from codesign.planners.harmonic.plan.parameters import MAX_PRECISION
 from codesign.planners.harmonic.published import PAPER
-from codesign.planners.harmonic.styles.counted import ARRAY, counted, packed
+from codesign.planners.harmonic.styles.counted import ARRAY, counted
 from codesign.planners.harmonic.styles.geometry import (
     RAM_WIDTH,
     border_nodes,

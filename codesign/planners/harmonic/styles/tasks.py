@@ -18,7 +18,7 @@ from codesign.figures import Figure, Status
 from codesign.memo import Memo
 from codesign.part import Part
 from codesign.planners.clock_law import on_family
-from codesign.planners.demand import Demand, Line
+from codesign.planners.demand import Demand, Line, packed
 from codesign.planners.harmonic import published
 from codesign.planners.harmonic.plan.fixed_point import LowerBound, limbs_needed
 from codesign.planners.harmonic.plan.parameters import RelaxParameters
@@ -55,7 +55,7 @@ class DecisionModule(TaskStyle):
         (rows, columns), last, part = job.problem.shape, job.parameters.precisions[-1], job.chip
         variables = {"ROWS": rows, "COLUMNS": columns, "LAST_PRECISION": last}
         logic = counted.counted("decision", variables, part.family, self.task)
-        slices = counted.packed(logic)
+        slices = packed(logic)
         if part.family in resources.PAPER_FAMILIES:
             text = f"{published.PAPER}, section 5.4: 3p + 682"
             shown = resources.decision_slices(last)

@@ -224,9 +224,21 @@ def clock_miss() -> float:
     return clock_fit().clock(nodes) / published.ESTIMATED_CLOCK - 1
 
 
-def registers(rows: int, columns: int, pipeline: int, digit_bits: int = 1) -> Registers:
-    """What the clock of a block depends on: its pipeline, its nodes, and the bits of its digits."""
-    return Registers(f"relax.pipeline {pipeline}", rows * columns, math.log2(digit_bits))
+def registers(
+    rows: int, columns: int, pipeline: int, digit_bits: int = 1, options: frozenset[str] = frozenset()
+) -> Registers:
+    """What the clock of a block depends on: its pipeline, its nodes, the bits of its digits, and its ``options``."""
+    return Registers(f"relax.pipeline {pipeline}", rows * columns, math.log2(digit_bits), options)
+
+
+def options(blocks: int, *, decides: bool, sound: bool) -> frozenset[str]:
+    """What else the circuit of a block has: borders, no decision module, the published termination."""
+    words = {
+        "several blocks": blocks > 1,
+        "no decision module": not decides,
+        "published termination": not sound,
+    }
+    return frozenset(word for word, present in words.items() if present)
 
 
 @cache
@@ -240,17 +252,30 @@ def placements() -> tuple[Placement, ...]:
                 row.variables["COLUMNS"],
                 row.variables["PIPELINE"],
                 row.variables.get("DIGIT_BITS", 1),
+                options(
+                    row.variables["DOWN"] * row.variables["ACROSS"],
+                    decides=bool(row.variables["DECISION"]),
+                    sound=bool(row.variables["SOUND"]),
+                ),
             ),
         )
         for row in clock_rows("harmonic", "bit_serial")
     )
 
 
-def clock_limit(rows: int, columns: int, part: Part, pipeline: int = 0, digit_bits: int = 1) -> Figure:
+def clock_limit(
+    rows: int,
+    columns: int,
+    part: Part,
+    pipeline: int = 0,
+    digit_bits: int = 1,
+    chosen: frozenset[str] = frozenset(),
+) -> Figure:
     """The fastest clock of a design on a part, Hz: the limit of its size, or of the block RAM where that is lower.
 
     The published law of the size is one line for all parts and grades, and for either pipeline: three points cannot
-    distinguish them. On other families than theirs, blocks were placed and routed (``on_family``).
+    distinguish them. On other families than theirs, blocks were placed and routed (``on_family``). ``chosen``: of
+    ``options``.
     """
     # Three points leave one degree of freedom, too little for a statistical interval. So the interval is twice the
     # error on the held-out clock.
@@ -277,6 +302,6 @@ def clock_limit(rows: int, columns: int, part: Part, pipeline: int = 0, digit_bi
         limit,
         part,
         *FITTED,
-        registers=registers(rows, columns, pipeline, digit_bits),
+        registers=registers(rows, columns, pipeline, digit_bits, chosen),
         placements=placements(),
     )

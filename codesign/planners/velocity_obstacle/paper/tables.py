@@ -225,7 +225,7 @@ def table_findings() -> tuple[Finding, ...]:
             "lut4",
             resources.structure(Style.HYBRID, 2, PARAMETERS.model_copy(update={"update_units": count})),
             chip,
-        )[0]
+        ).amount
         for count in (1, 2)
     )
     crossed = module_cycles(DETECT, Unit.SERIAL, Detector.CROSS_PRODUCT)

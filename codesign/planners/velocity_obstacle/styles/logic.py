@@ -11,6 +11,7 @@ from math import ceil
 
 from codesign.figures import Status
 from codesign.part import Part
+from codesign.planners.demand import Line
 from codesign.planners.measured import Fit, ResourceRow, family_of, fit_rows, resource_rows
 from codesign.planners.velocity_obstacle.published import Style
 from codesign.planners.velocity_obstacle.styles.multipliers import (
@@ -146,8 +147,8 @@ def line(family: str, piece: str, resource: str, parallel: int) -> Fit:
     return fit_rows(taken, family, piece, resource, lambda row: TERMS[piece](row, family, resource), held_out)
 
 
-def counted(piece: str, resource: str, circuit: Structure, part: Part) -> tuple[int, Status, str]:
-    """LUT or flip-flops of a piece: the count, its status and source."""
+def counted(piece: str, resource: str, circuit: Structure, part: Part) -> Line:
+    """LUT or flip-flops of a piece."""
     family, own = family_of_rows(part)
     law = line(family, piece, resource, circuit["PARALLEL"])
     amount = max(0, round(law.value(TERMS[piece](circuit, family, resource))))
@@ -155,4 +156,5 @@ def counted(piece: str, resource: str, circuit: Structure, part: Part) -> tuple[
     source = f"synthesis of the RTL of this package for {family}; {off}"
     # Rows of parallel units are few: the LUT of their update units miss by up to a fifth.
     known = own and not (circuit["PARALLEL"] and piece == UPDATES)
-    return amount, Status.CALIBRATED if known else Status.ASSUMED, source
+    status = Status.CALIBRATED if known else Status.ASSUMED
+    return Line.item(piece, resource, amount, status, source, law.ends(amount, own))

@@ -172,13 +172,17 @@ def items(
         text = f"{listed} % of {published.LUT4_OF_PART:,} LUTs ({PAPER}, Table I, {rest}) less the RTL of this package"
         lines.append(Line.item(TABLE_I, "lut4", beyond_lut4(rest, part), Status.CALIBRATED, text))
     lut4 = sum(item.amount for item in lines if item.resource == "lut4")
+    low, high = (
+        sum(item.figure.interval[end] for item in lines if item.resource == "lut4") for end in (0, 1)
+    )
     budget = int(part.resources["slices"].value) if "slices" in part.resources else lut4
     source = (
         f"LUT/2 × {slice_ratio(rest):.3f} (Table I, 2 robots, {rest}); from {FULL:.0%} of the part on, unrelated"
         " logic is packed together (Xilinx answer record 2666)"
     )
     status = Status.CALIBRATED if part.family == FAMILY else Status.ASSUMED
-    lines.append(Line.item("slices", "slices", slices_of(rest, lut4, budget), status, source))
+    slices, *ends = (slices_of(rest, int(count), budget) for count in (lut4, low, high))
+    lines.append(Line.item("slices", "slices", slices, status, source, (ends[0], ends[1])))
     return tuple(lines)
 
 
@@ -195,9 +199,9 @@ def _circuit_items(circuit: Mapping[str, int], part: Part) -> list[Line]:
     lines = []
     for piece in (UPDATES, DETECTIONS, STATES, REST):
         for resource in ("lut4", "flip_flops"):
-            amount, known, source = logic.counted(piece, resource, circuit, part)
-            if amount:
-                lines.append(Line.item(piece, resource, amount, known, source))
+            line = logic.counted(piece, resource, circuit, part)
+            if line.amount:
+                lines.append(line)
         if formed.get(piece):
             lines.append(Line.item(piece, "multipliers", math.ceil(formed[piece]), status, text))
     return lines

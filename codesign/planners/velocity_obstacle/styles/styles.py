@@ -65,7 +65,8 @@ class Circuit(Architecture):
 
     def clock_limit(self, job: Job[RobotsProblem, AvoidParameters]) -> Figure:
         """The fastest published clock, Hz."""
-        return timing.clock_limit(job.chip, job.parameters.width)
+        circuit = resources.structure(self._style, job.problem.count, job.parameters)
+        return timing.clock_limit(job.chip, circuit)
 
     def memory(self, job: Job[RobotsProblem, AvoidParameters]) -> Memory:
         """One component of each velocity of the array; a deep array is cut over several block RAMs."""

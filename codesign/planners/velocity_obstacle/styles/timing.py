@@ -18,6 +18,7 @@ A trial of the paper (Table II) is one candidate. The number of trials of an upd
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
 
@@ -144,23 +145,33 @@ def addresses(phase: str) -> int:
     return int(phase == SELECT)
 
 
-def registers(width: int) -> Registers:
-    """What the clock of a robot's circuit depends on: its words. A unit more or less is not on the critical path."""
-    return Registers("units with a register behind each product", width)
+def registers(circuit: Mapping[str, int]) -> Registers:
+    """What the clock of a robot's circuit depends on: its words. A unit more or less is not on the critical path.
+
+    ``circuit``: the parameters of its Verilog, as ``resources.structure`` has them.
+    """
+    words = {
+        "parallel units": circuit["PARALLEL"],
+        "cross products": circuit["CROSS_PRODUCT"],
+        "a range": circuit["RANGED"],
+        "the published detection": not circuit["APPROACHING"],
+    }
+    options = frozenset(word for word, present in words.items() if present)
+    return Registers("units with a register behind each product", circuit["WIDTH"], options=options)
 
 
 @cache
 def placements() -> tuple[Placement, ...]:
     """The circuits of robots that were placed and routed."""
     return tuple(
-        Placement(row, registers(row.variables["WIDTH"]))
+        Placement(row, registers(row.variables))
         for style in Style
         for row in clock_rows("velocity_obstacle", style.value)
     )
 
 
-def clock_limit(part: Part, width: int) -> Figure:
-    """The fastest clock, Hz: on the board's family its oscillator, the only published clock."""
+def clock_limit(part: Part, circuit: Mapping[str, int]) -> Figure:
+    """The fastest clock, Hz: on the board's family its oscillator, the only published clock. ``circuit``: as above."""
     ram = part.block_ram_clock.interval[1]
     limit = Figure(
         value=min(CLOCK, ram),
@@ -171,4 +182,4 @@ def clock_limit(part: Part, width: int) -> Figure:
         low=min(CLOCK, ram),
         high=min(FASTEST_SHOWN, ram),
     )
-    return on_family(limit, part, FAMILY, registers=registers(width), placements=placements())
+    return on_family(limit, part, FAMILY, registers=registers(circuit), placements=placements())

@@ -76,7 +76,7 @@ class AdderComparator(ArrayStyle):
 
     def clock_limit(self, job: Job[Problem, PropagateParameters]) -> Figure:
         """The fastest clock: five operations over R bits are chained in a cycle."""
-        return timing.clock_limit(job.problem.free.size, job.chip, self.bits(job))
+        return timing.clock_limit(replace(self.outline(job), adders=True, bits=self.bits(job)), job.chip)
 
     def _whole(self, job: Job[Problem, PropagateParameters]) -> tuple[int, int]:
         problem, parameters = job.problem, job.parameters

@@ -78,10 +78,15 @@ class ArrayStyle(Architecture):
         if parameters.paths is Paths.SAFE and parameters.read_out is ReadOut.ADDRESSED:
             longest = longest_distance(problem.shape, parameters.delays)
             obstacle_bits = register_bits(longest)
+        return replace(self.outline(job), bits=self.bits(job), obstacle_bits=obstacle_bits)
+
+    def outline(self, job: Job[Problem, PropagateParameters]) -> ArrayLayout:
+        """The layout without the widths of its registers, which follow from a plan."""
+        problem, parameters = job.problem, self.settled(job.parameters)
         return ArrayLayout(
             self.array_shape(job),
-            self.bits(job),
-            obstacle_bits,
+            0,
+            0,
             parameters.delays[-1],
             0 if parameters.penalty is None else parameters.penalty.delay,
             parameters.corner_cutting,
@@ -115,10 +120,7 @@ class ArrayStyle(Architecture):
 
     def clock_limit(self, job: Job[Problem, PropagateParameters]) -> Figure:
         """The fastest clock for an array of this size on the part, Hz."""
-        rows, columns = self.array_shape(job)
-        parameters = self.settled(job.parameters)
-        cells, chain = parameters.element_cells, parameters.read_out is ReadOut.CHAIN
-        return timing.clock_limit(-(-rows // cells) * columns, job.chip, element_cells=cells, chain=chain)
+        return timing.clock_limit(self.outline(job), job.chip)
 
     def work(self, job: Job[Problem, PropagateParameters]) -> Generator[Step, None, WavefrontPlan]:
         """Phases ``load``, ``propagate_obstacles`` (safe paths), ``propagate`` (``exchange``), ``read_out`` of a chain,

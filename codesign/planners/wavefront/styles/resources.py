@@ -179,22 +179,34 @@ def array_items(layout: ArrayLayout, part: Part) -> tuple[Line, ...]:
     family, own = family_with_rows(part, _kind(layout))
     pieces = [piece for piece in (NODES, READ_OUT, TRACKER, CONTROL) if piece != TRACKER or layout.tracked]
     luts = {piece: lut4(piece, layout, family) for piece in pieces}
-    slices = {piece: -(-max(luts[piece], flip_flops(piece, layout)) // 2) for piece in pieces}
-    slices[NODES] = layout.nodes * node_slices(layout, part)
-    slices[READ_OUT] = max(0, -(-(luts[NODES] + luts[READ_OUT]) // 2) - slices[NODES])
+    ends = {piece: law(piece, _kind(layout), family).ends(luts[piece], own) for piece in pieces}
+    slices, *least_and_most = (
+        _slices(layout, counts)
+        for counts in (luts, *({piece: ends[piece][end] for piece in pieces} for end in (0, 1)))
+    )
     status = Status.CALIBRATED if own else Status.ASSUMED
     lines = []
     for piece in pieces:
         off = law(piece, _kind(layout), family).mean
         counted = f"synthesis of the RTL of this package for {family}; on sizes held out {off:.1%} off"
         packed = "two LUT and two flip-flops a slice, none shared by nodes"
-        lines.append(Line.item(piece, "slices", slices[piece], Status.ASSUMED, packed))
-        lines.append(Line.item(piece, "lut4", luts[piece], status, counted))
+        of_slices = min(each[piece] for each in least_and_most), max(each[piece] for each in least_and_most)
+        lines.append(Line.item(piece, "slices", slices[piece], Status.ASSUMED, packed, of_slices))
+        lines.append(Line.item(piece, "lut4", luts[piece], status, counted, ends[piece]))
         if registers := flip_flops(piece, layout):
             exact = "every register of the RTL of this package, as synthesis counts them"
             exact += f"; {PAPER}, Figure 2 has one less a node: Z" * (piece == NODES and not layout.adders)
             lines.append(Line.item(piece, "flip_flops", registers, Status.MEASURED, exact))
     return (*lines, *_memory_items(layout, part))
+
+
+def _slices(layout: ArrayLayout, luts: Mapping[str, int]) -> dict[str, int]:
+    """Slices of each piece of so many LUT."""
+    slices = {piece: -(-max(count, flip_flops(piece, layout)) // 2) for piece, count in luts.items()}
+    each = max(round(luts[NODES] / layout.nodes), layout.node_flip_flops)
+    slices[NODES] = layout.nodes * -(-each // 2)
+    slices[READ_OUT] = max(0, -(-(luts[NODES] + luts[READ_OUT]) // 2) - slices[NODES])
+    return slices
 
 
 def _memory_items(layout: ArrayLayout, part: Part) -> tuple[Line, ...]:

@@ -239,12 +239,18 @@ def tiled_items(array: ArrayLayout, map_shape: Shape, tile: Shape, part: Part) -
             continue
         luts, registers = lut4(piece, layout, family), flip_flops.get(piece, 0)
         each = apart.get(piece, 1)
-        slices = each * -(-max(round(luts / each), registers // each) // 2)
-        off = law(piece, family).mean
+        fitted = law(piece, family)
+        ends = fitted.ends(luts, own)
+        slices, *least_and_most = (
+            each * -(-max(round(count / each), registers // each) // 2) for count in (luts, *ends)
+        )
+        off = fitted.mean
         counted = f"synthesis of the RTL of this package for {family}; on sizes held out {off:.1%} off"
         packed = "two LUT and two flip-flops a slice, none shared by nodes"
-        lines.append(Line.item(piece, "slices", slices, Status.ASSUMED, packed))
-        lines.append(Line.item(piece, "lut4", luts, status, counted))
+        lines.append(
+            Line.item(piece, "slices", slices, Status.ASSUMED, packed, (least_and_most[0], least_and_most[1]))
+        )
+        lines.append(Line.item(piece, "lut4", luts, status, counted, ends))
         if registers:
             exact = "every register of the RTL of this package, as synthesis counts them"
             lines.append(Line.item(piece, "flip_flops", registers, Status.MEASURED, exact))

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from codesign.figures import Figure
 from codesign.memo import Memo
 from codesign.planners.demand import Line, short_resources
 from codesign.planners.host import one_step
@@ -99,6 +100,10 @@ class Tiled(ArrayStyle):
         """A tile's nodes and cells around, the memories of its columns, a scheduler."""
         layout = self.layout(job)
         return tiled_items(layout, job.problem.shape, layout.shape, job.chip)
+
+    def clock_limit(self, job: Job[Problem, PropagateParameters]) -> Figure:
+        """The fastest clock of the array of a tile, whose tracker reads the memories of its columns, Hz."""
+        return timing.clock_limit(self.outline(job), job.chip, tiled=True)
 
     def memory(self, job: Job[Problem, PropagateParameters]) -> Memory:
         """F and the potential of every cell in a column of the tiles; deeper than one block RAM, over several.

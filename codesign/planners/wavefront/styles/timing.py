@@ -22,11 +22,12 @@ from numpy.typing import NDArray
 
 from codesign.figures import Figure, Status
 from codesign.part import Part
-from codesign.planners.clock_law import LEAST_SHARE, MOST_SHARE, Placement, Registers, clock_law, on_family
+from codesign.planners.clock_law import LEAST_SHARE, MOST_SHARE, Placement, Registers, on_family
 from codesign.planners.harmonic.styles import timing as harmonic_timing
-from codesign.planners.measured import clock_rows, family_of
+from codesign.planners.measured import clock_rows
 from codesign.planners.wavefront import published
 from codesign.planners.wavefront.plan.wave import stop_cycle
+from codesign.planners.wavefront.styles.layout import ArrayLayout
 
 LOAD_CELLS = 32
 """Cells of a word of the load stream: F and Z of each, and P where nodes are penalised. The words shift on."""
@@ -42,9 +43,6 @@ TRACK_CLOCK = 185_000_000
 
 TRACK_FITTED = "Virtex-II Pro"
 """The family of that machine."""
-
-UNTRIED = 0.25
-"""Half of the interval of a kind of array that a family has fewer than three sizes of, relative. Assumed."""
 
 ADDER_LEVELS = 5
 LEVEL_NS, CARRY_NS = 1.2, 0.05
@@ -145,53 +143,68 @@ def visit_cycles(span: NDArray[np.int64]) -> NDArray[np.int64]:
     return span + 1
 
 
-def registers(nodes: int, adder_bits: int = 0, element_cells: int = 1, *, chain: bool = False) -> Registers:
-    """What the clock of an array depends on: the kind of its nodes, and how many there are.
+def registers(layout: ArrayLayout, *, tiled: bool = False) -> Registers:
+    """What the clock of an array, or of that of a tile, depends on: the kind of its nodes, and how many there are.
 
-    Behind a chain the tracker reads a memory, which delay lines wait for. Adders are slower than both read-outs.
+    Behind a chain the tracker reads a memory, which delay lines wait for. Adders are slower than both read-outs. The
+    tracker of a tile reads the memories of its columns.
     """
-    if adder_bits:
-        return Registers("adders and comparators", nodes)
-    if element_cells > 1:
-        return Registers("elements", nodes)
-    return Registers("delay lines, read out by a chain" if chain else "delay lines", nodes)
+    kinds = {
+        "a tile of delay lines and the memories of its columns": tiled,
+        "adders and comparators": layout.adders,
+        "elements": layout.shared,
+        "delay lines, read out by a chain": layout.chain,
+        "delay lines with a penalty": bool(layout.extra),
+        "delay lines": True,
+    }
+    words = {
+        "no corner cutting": not layout.corner_cutting,
+        "safe paths": layout.safe,
+        "a penalty": bool(layout.extra) and (tiled or layout.adders or layout.shared or layout.chain),
+        "a wave to its own end": not layout.waits and not layout.adders,
+        "no tracker": not layout.tracked,
+        "a complete course": layout.tracked and not layout.local,
+        "a chain": layout.adders and layout.chain,
+    }
+    options = frozenset(word for word, present in words.items() if present)
+    like = "delay lines" if tiled else ""
+    return Registers(next(kind for kind, true in kinds.items() if true), layout.nodes, 0.0, options, like)
 
 
 @cache
 def placements() -> tuple[Placement, ...]:
     """The arrays that were placed and routed."""
-    rows = (*clock_rows("wavefront", "delay_line"), *clock_rows("wavefront", "adder_comparator"))
+    rows = (
+        row for style in ("delay_line", "adder_comparator", "tiled") for row in clock_rows("wavefront", style)
+    )
     return tuple(Placement(row, _registers_of(row.style, row.variables)) for row in rows)
 
 
 def _registers_of(style: str, variables: Mapping[str, int]) -> Registers:
-    bits = variables["BITS"] if style == "adder_comparator" else 0
-    cells = variables["ELEMENT_CELLS"]
-    nodes = -(-variables["ROWS"] // cells) * variables["COLUMNS"]
-    return registers(nodes, bits, cells, chain=bool(variables["CHAIN"]))
+    layout, tiled = ArrayLayout.of_row(variables), style == "tiled"
+    if tiled:
+        layout = replace(layout, shape=(variables["TILE_ROWS"], variables["TILE_COLUMNS"]))
+    return registers(layout, tiled=tiled)
 
 
-def clock_limit(
-    nodes: int, part: Part, adder_bits: int = 0, element_cells: int = 1, *, chain: bool = False
-) -> Figure:
+def clock_limit(layout: ArrayLayout, part: Part, *, tiled: bool = False) -> Figure:
     """The fastest clock of an array on a part, Hz.
 
     Args:
-        nodes: of the array, or elements.
+        layout: of the array, or of that of a tile; of its registers only the width of adders counts.
         part: the part.
-        adder_bits: the width of an adder/comparator node, or 0.
-        element_cells: the cells of one element.
-        chain: the registers are read out by a chain.
+        tiled: the array visits the tiles of a larger map.
     """
+    nodes = layout.nodes
     # Period of the borrowed grid; of the operations that the adder/comparator node (equation 3) chains in a cycle; and
     # of the memory that an element, or a tracker behind a chain, reads in the same cycle.
     period = 1e9 / harmonic_timing.clock_fit().clock(nodes)
     text = f"period of a grid of {nodes:,} small nodes, as of harmonic control, {period:.1f} ns"
-    if adder_bits:
-        operations = ADDER_LEVELS * (LEVEL_NS + CARRY_NS * adder_bits)
+    if layout.adders:
+        operations = ADDER_LEVELS * (LEVEL_NS + CARRY_NS * layout.bits)
         period += operations
-        text += f", and {ADDER_LEVELS} chained operations over {adder_bits} bits, {operations:.1f} ns"
-    elif element_cells > 1 or chain:
+        text += f", and {ADDER_LEVELS} chained operations over {layout.bits} bits, {operations:.1f} ns"
+    elif layout.shared or layout.chain:
         memory = 1e9 / part.block_ram_clock.value
         period += memory
         text += f", and that of a block RAM, {memory:.1f} ns"
@@ -205,25 +218,5 @@ def clock_limit(
         low=value * LEAST_SHARE,
         high=min(law * MOST_SHARE, part.block_ram_clock.interval[1]),
     )
-    kind = registers(nodes, adder_bits, element_cells, chain=chain)
-    figure = on_family(limit, part, *harmonic_timing.FITTED, registers=kind, placements=placements())
-    tried = (family_of(part.family)[0], kind.pipeline) in _tried()
-    return figure if tried or figure.status is not Status.MEASURED else _untried(figure, part)
-
-
-@cache
-def _tried() -> frozenset[tuple[str, str]]:
-    """Families, and the kinds of arrays with a placement there that the law of all others was held against."""
-    law, rows = clock_law(placements()), placements()
-    places = () if law is None else law.held_out
-    return frozenset((rows[place].row.family, rows[place].registers.pipeline) for place in places)
-
-
-def _untried(figure: Figure, part: Part) -> Figure:
-    """A clock of a kind that too few sizes were placed of to hold one out."""
-    return replace(
-        figure,
-        source=f"{figure.source}, none of them of this kind on this family: so ±{UNTRIED:.0%}, assumed",
-        low=min(figure.interval[0], figure.value * (1 - UNTRIED)),
-        high=max(figure.interval[1], min(figure.value * (1 + UNTRIED), part.block_ram_clock.interval[1])),
-    )
+    kind = registers(layout, tiled=tiled)
+    return on_family(limit, part, *harmonic_timing.FITTED, registers=kind, placements=placements())
