@@ -24,7 +24,7 @@ from typing import TYPE_CHECKING, Any
 
 from codesign.errors import CodesignError, InputError, RunError
 from codesign.exploration.batches import BATCHES_AHEAD, BatchSize, drawn
-from codesign.exploration.crew import SECONDS_A_BATCH, Came, Crew, Left
+from codesign.exploration.crew import SECONDS_A_BATCH, Came, Crew, Left, workers_of
 from codesign.exploration.evaluation import Done, Evaluator
 from codesign.exploration.partition import Work
 from codesign.exploration.work_queue import WorkQueue
@@ -155,7 +155,7 @@ class ClusterExecutor:
             crew.next(1.0)
 
     def _infos(self) -> list[dict[str, Any]]:
-        return list(self.client.scheduler_info()["workers"].values())
+        return list((workers_of(self.client) or {}).values())
 
 
 def _hand_out(crew: Crew, queue: WorkQueue, size: BatchSize) -> None:

@@ -106,6 +106,16 @@ def _differing(held: node.Held) -> list[str]:
     return held.compute.differing
 
 
+def workers_of(client: distributed.Client) -> dict[str, Any] | None:
+    """What the scheduler says of each of its workers, by address; None where it does not answer."""
+    # Not client.scheduler_info(): releases up to 2026.3 at least name five workers, and a timer refreshes these five.
+    try:
+        identity = client.sync(client.scheduler.identity, n_workers=-1) if client.scheduler else None
+    except OSError:
+        return None
+    return identity and dict(identity["workers"])
+
+
 class Crew:
     """The workers of a cluster that compute one study.
 
@@ -167,10 +177,12 @@ class Crew:
         """
         if time.monotonic() - self._looked < _SECONDS_BETWEEN_LOOKS:
             return
-        there = self.client.scheduler_info()["workers"]
+        there = workers_of(self.client)
         if self.client.status != "running":
             raise self._gone()
         self._looked = time.monotonic()
+        if there is None:
+            return
         for seat in [seat for address, seat in self._seats.items() if address not in there]:
             self._events.put(partial(self._left, seat, expected=False))
         for address in there:

@@ -93,6 +93,25 @@ def test_both_workers_share_the_work(two: Cluster, tmp_path: Path) -> None:
     assert len({line.split()[1] for line in log.read_text().splitlines()}) == 2
 
 
+def test_every_worker_is_seen_where_dask_names_five(monkeypatch: pytest.MonkeyPatch) -> None:
+    """``scheduler_info`` of the lowest release that is accepted names five workers, unless it is asked for more."""
+    from distributed import Client, LocalCluster
+
+    with (
+        LocalCluster(n_workers=8, threads_per_worker=1, processes=False, dashboard_address=None) as local,
+        Client(local, set_as_default=False) as client,
+    ):
+        whole = client.scheduler_info(n_workers=-1)
+        five = {**whole, "workers": dict(list(whole["workers"].items())[:5])}
+        monkeypatch.setattr(client, "scheduler_info", lambda n_workers=5: whole if n_workers == -1 else five)
+        executor = ClusterExecutor(client)
+        assert (executor.workers, executor.words) == (8, "8 workers on 1 machine")
+        crew = crew_module.Crew(client, evaluator({}))
+        crew.look()
+        assert {seat.address for seat in crew.joining} == set(whole["workers"])
+        crew.end()
+
+
 def test_what_computes_travels_once_to_each_worker(two: Cluster, tmp_path: Path) -> None:
     """Each unpickling of the evaluator is noted: two workers, and not one for each of the batches."""
     with ClusterExecutor(two.address) as executor:
