@@ -98,6 +98,7 @@ def advise(
         rows=question.problem.rows,
         columns=question.problem.columns,
         free_cells=int(question.problem.free.sum()),
+        reach=question.problem.reach,
         starts=len(question.problem.starts),
         recommended=None if winner is None else winner.board,
         boards=tuple(advice),

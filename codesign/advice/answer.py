@@ -69,6 +69,9 @@ class Advice(ResultModel):
     rows: int = Field(description="rows of the map that is planned on")
     columns: int = Field(description="columns of the map that is planned on")
     free_cells: int = Field(description="free cells of it")
+    reach: float | None = Field(
+        description="share of the free cells of the map from which a path across the sides of cells leads to a goal"
+    )
     starts: int = Field(description="starts that a plan is judged by")
     recommended: str | None = Field(description="the board that is recommended; None where none suffices")
     boards: tuple[BoardAdvice, ...] = Field(

@@ -28,6 +28,7 @@ _OPTIONS = {
     "map.resolution": "--resolution",
     "goals": "--goal",
     "starts": "--start",
+    "reach": "--reach",
     "task": "--task",
     "change": "--change",
 }
@@ -102,6 +103,7 @@ def problem_section(
     unknown: str | None = None,
     resolution: str | None = None,
     changed_cells: int = 20,
+    reach: float | None = None,
 ) -> dict[str, Any]:
     """The section ``problem`` of a workload that asks the question; the map is cropped to its free cells.
 
@@ -121,6 +123,8 @@ def problem_section(
         section["map"]["inflate"] = f"{needs.clearance_m:g} m"
     if starts:
         section["starts"] = [_place(text, "--start") for text in starts]
+    if reach is not None:
+        section["reach"] = reach
     if task != "path":
         section["task"] = task
     if task == "replan":

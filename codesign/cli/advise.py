@@ -7,7 +7,7 @@ from pathlib import Path
 
 import click
 
-from codesign.cli.options import MapFile, force_option
+from codesign.cli.options import REACH, MapFile, force_option
 from codesign.errors import EXIT_INFEASIBLE, printable
 
 
@@ -37,6 +37,7 @@ from codesign.errors import EXIT_INFEASIBLE, printable
     metavar="COUNT",
     help="Cells that change before a plan of task replan, drawn.",
 )
+@click.option("--reach", type=click.FloatRange(0, 1), metavar="SHARE", help=REACH)
 @click.option("--unknown", type=click.Choice(["blocked", "free"]), help="What unknown cells count as.")
 @click.option("--resolution", metavar="LENGTH", help="Size of a cell, for a map that does not say it.")
 @click.option(
@@ -64,6 +65,7 @@ def advise(
     starts: tuple[str, ...],
     task: str,
     change: int,
+    reach: float | None,
     unknown: str | None,
     resolution: str | None,
     budget: float | None,
@@ -96,6 +98,7 @@ def advise(
         unknown=unknown,
         resolution=resolution,
         changed_cells=change,
+        reach=reach,
     )
     question = advice.ask(needs, section, map_file)
     for board in asked if write is not None else ():

@@ -11,6 +11,7 @@ import click
 
 from codesign.cli.options import (
     ANSWER,
+    REACH,
     SENTENCE,
     TABLES,
     cell_of,
@@ -54,6 +55,7 @@ DEFAULT = (
 )
 @click.option("--goal", metavar="ROW,COLUMN", help="The goal on --map.")
 @click.option("--start", metavar="ROW,COLUMN", help="The start on --map.")
+@click.option("--reach", type=click.FloatRange(0, 1), metavar="SHARE", help=REACH)
 @click.option(
     "--task",
     type=click.Choice(["path", "field", "replan"]),
@@ -76,6 +78,7 @@ def compare(
     map_file: Path | None,
     goal: str | None,
     start: str | None,
+    reach: float | None,
     task: str | None,
     settings: tuple[str, ...],
     needs: tuple[str, ...],
@@ -101,7 +104,7 @@ def compare(
     from codesign.report import comparison_page
     from codesign.results.result import Result
 
-    problem = _problem(like if designs else like or "labyrinth", map_file, goal, start)
+    problem = _problem(like if designs else like or "labyrinth", map_file, goal, start, reach)
     values = settings_of(settings)
     loaded = [(design, *_specs_of(design)) for design in designs or DEFAULT]
     _check_page(page, [like, map_file, *(name for design in designs for name in design.split(":", 1))])
@@ -134,7 +137,7 @@ def compare(
 
 
 def _problem(
-    like: str | None, map_file: Path | None, goal: str | None, start: str | None
+    like: str | None, map_file: Path | None, goal: str | None, start: str | None, reach: float | None
 ) -> ProblemSpec | None:
     """The problem that all designs are given: of a workload, or of a map with its goal and start; None: their own."""
     import codesign
@@ -146,7 +149,7 @@ def _problem(
         raise InputError(
             "a map needs a goal and a start", "--map", "add --goal ROW,COLUMN --start ROW,COLUMN"
         )
-    return problem_from_map(map_file, cell_of("--goal", goal), cell_of("--start", start))
+    return problem_from_map(map_file, cell_of("--goal", goal), cell_of("--start", start), reach)
 
 
 def _specs_of(design: str) -> tuple[Platform, Workload]:

@@ -16,6 +16,11 @@ from click.core import ParameterSource
 from codesign.cli.replacing import FORCE
 from codesign.errors import CodesignError, InputError, clip, printable
 
+REACH = (
+    "Share of the free cells that has to have a path to a goal; 0 takes a goal in a pocket.  [default: 0.1]"
+)
+"""The help of the option of ``problem.reach``."""
+
 
 class Quantity(click.ParamType[int]):
     """A quantity with its unit as a whole number, such as picoseconds of ``12 s`` or bytes of ``4 GiB``.

@@ -74,6 +74,11 @@ class ProblemSpec(SpecModel):
         default=1.0,
         description="Share of the starts that can arrive which have to arrive. A plan of fewer is not feasible.",
     )
+    reach: Share = Field(
+        default=0.1,
+        description="Share of the free cells from which a path across the sides of cells has to lead to a goal. With"
+        " fewer, the goals stand in pockets of the map, and the workload is refused.",
+    )
 
     @model_validator(mode="after")
     def _has_a_change(self) -> Self:

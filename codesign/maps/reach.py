@@ -101,6 +101,19 @@ def reachable(
     return result
 
 
+def largest_component(free: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Bool H×W: the most free cells that paths across the sides of cells join; none where no cell is free.
+
+    >>> largest_component(np.array([[True, False, True, True]])).tolist()
+    [[False, False, True, True]]
+    """
+    from scipy import ndimage
+
+    labels, count = ndimage.label(as_free(free))
+    sizes = np.bincount(labels.ravel(), minlength=count + 1)[1:]
+    return np.asarray(labels == 1 + int(sizes.argmax()) if count else np.zeros_like(free))
+
+
 def distance_steps(free: NDArray[np.bool_], goals: Iterable[Cell]) -> NDArray[np.int32]:
     """Int32 H×W: steps of the shortest 4-connected path to the nearest goal; -1 without one."""
     from codesign.maps.reach_kernels import steps_from

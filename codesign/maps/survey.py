@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from codesign.maps.grid import Cell, OccupancyGrid
 from codesign.maps.prepare import Crop, Window, window
-from codesign.maps.reach import nearest_free
+from codesign.maps.reach import largest_component, nearest_free
 
 MOST_COLUMNS, MOST_ROWS = 72, 40
 _OPEN, _WALL, _DARK = 0, 1, 2
@@ -90,7 +90,7 @@ def survey(grid: OccupancyGrid, crop: Crop = Crop.NONE, at: Cell | None = None) 
 
     labels, count = ndimage.label(grid.free)
     sizes = np.bincount(labels.ravel(), minlength=count + 1)[1:]
-    largest = _first(labels == 1 + int(sizes.argmax())) if count else None
+    largest = _first(largest_component(grid.free)) if count else None
     kept = nearest_free(grid.free, at) if at is not None and count else largest
     kept_cells, largest_cells = ([] if cell is None else [cell] for cell in (kept, largest))
     return Survey(

@@ -68,6 +68,9 @@ class Problem:
 
     ``unknown``: bool, rows × columns, of the cells that the source of the map calls unknown, or None. No planner asks.
 
+    ``reach``: the share of the free cells of the whole map from which a path across the sides of cells leads to a goal,
+    or None. No planner asks.
+
     ``optimal_lengths``: of each start, the shortest 8-connected path by a ``.scen`` file, cells; empty without one.
     """
 
@@ -81,6 +84,7 @@ class Problem:
     origin: tuple[float, float, float] | None = None
     optimal_lengths: tuple[float, ...] = ()
     unknown: NDArray[np.bool_] | None = None
+    reach: float | None = None
 
     def named(self, cell: Cell) -> Cell:
         """A cell as users count it, in the whole map."""

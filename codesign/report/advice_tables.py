@@ -15,6 +15,7 @@ from codesign.report.wording import (
     share_text,
     yes_cell,
 )
+from codesign.results.task import reach_text
 from codesign.units import counted
 
 _KEYS = {"component", "style"}
@@ -30,9 +31,10 @@ def advice_table(advice: Advice) -> Table:
         *right("power", unit="W"),
         *left("design", "parameters", "binds, or fails by", "fastest"),
     )
+    pocket = "" if advice.reach in (None, 1) else f"; {reach_text([advice.reach])}"
     notes = [
         f"A map of {advice.rows} × {advice.columns} cells, {advice.free_cells:,} free;"
-        f" {counted(advice.starts, 'start')}."
+        f" {counted(advice.starts, 'start')}{pocket}."
         " Rate: one over the time of a plan, the worst over the starts. Margin: rate over the rate that is asked for.",
         "Power: mean power of the board at the rate that is asked for, idle between plans.",
         *(f"Not searched, as the budget was spent: {what}." for what in advice.not_searched),

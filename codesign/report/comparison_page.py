@@ -25,7 +25,7 @@ from codesign.report.comparison_tables import (
 )
 from codesign.report.page import rendered, write_page
 from codesign.report.result_tables import figure_tables, result_reasons_table, sources_table
-from codesign.report.sentences import asked_notes, headline
+from codesign.report.sentences import asked_notes, headline, reach_notes
 from codesign.report.table import Table
 from codesign.results.provenance import Provenance
 from codesign.results.result import Result
@@ -61,7 +61,7 @@ def comparison_html(
         "comparison.html.j2",
         _provenance(ran),
         title=f"{counted(len(designs), 'design')} side by side",
-        asked=[f"{note[0].upper()}{note[1:]}" for note in asked_notes(results)],
+        asked=[f"{note[0].upper()}{note[1:]}" for note in (*asked_notes(results), *reach_notes(results))],
         feasible=f"{feasible} of {len(designs)}",
         headline=_headline(designs, best),
         best=best_designs_table(best),

@@ -21,7 +21,7 @@ from codesign.report.certainty import (
     winner_text,
 )
 from codesign.report.result_tables import SHORTEST
-from codesign.report.sentences import arrivals_of, arrived_cell, asked_notes, questions_of
+from codesign.report.sentences import arrivals_of, arrived_cell, asked_notes, questions_of, reach_notes
 from codesign.report.table import Cell, Column, Table, left, right, word, words
 from codesign.report.wording import ABSENT, quantity_text, yes_cell
 from codesign.results.result import Reason, Result
@@ -73,6 +73,7 @@ def side_by_side(designs: Designs) -> Table:
         if any(value is not None for value in values):
             rows.append((word(figure.label), *_against(base, figure, results)))
             notes += [SHORTEST] if figure.name == "path_length_ratio_mean" else []
+    notes += reach_notes(results)
     if left_out:
         figures = ", ".join(label(name) for name in left_out)
         notes.append(f"left out: {figures}, as not every plan covers every cell; --task field compares them")

@@ -11,6 +11,7 @@ from codesign.inputs.constraint import BOUNDS
 from codesign.report.axes import short_names
 from codesign.report.certainty import figure_text, verdict_text
 from codesign.report.render import printable
+from codesign.report.sentences import reach_notes
 from codesign.report.table import Cell, Column, Table, left, right, word, words
 from codesign.report.wording import ABSENT, axis_text, figure_cell, quantity_cell, quantity_text, share_text
 from codesign.results.result import Reason
@@ -130,7 +131,8 @@ def _chosen_table(explanation: Explanation) -> Table:
         (word(_named(explanation, name).label), figure_cell(_named(explanation, name), value))
         for name, value in explanation.objectives.items()
     ]
-    return Table("The design", left("axis or figure", "value"), tuple(rows), explanation.notes)
+    notes = (*explanation.notes, *reach_notes([explanation.result]))
+    return Table("The design", left("axis or figure", "value"), tuple(rows), notes)
 
 
 def _reasons_table(explanation: Explanation) -> Table:

@@ -125,7 +125,7 @@ def _reason_cells(reason: Reason) -> tuple[Cell, ...]:
 def _run_tables(result: Result) -> list[Table]:
     tables = []
     if result.task is not None:
-        times = rows_of(result.task, "starts", "changed_cells", "arrive", always=False)
+        times = rows_of(result.task, "starts", "reach", "changed_cells", "arrive", always=False)
         tables.append(pairs("Time from request to answer", times))
     if result.time is not None:
         tables.append(_times_table(result))

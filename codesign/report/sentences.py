@@ -18,7 +18,7 @@ from codesign.report.wording import figure_cell, quantity_text, share_text
 from codesign.results.fleet import FleetFigures
 from codesign.results.mission import Mission
 from codesign.results.result import Result
-from codesign.results.task import TaskFigures
+from codesign.results.task import TaskFigures, reach_text
 from codesign.units import counted
 
 Headline = tuple[tuple[str, str], ...]
@@ -83,6 +83,13 @@ def asked_notes(results: Iterable[Result | None]) -> tuple[str, ...]:
         f"{len(tasks)} different questions were asked, as map, goals, starts or task differ: compare results of one"
         f" question only. The first is {first}",
     )
+
+
+def reach_notes(results: Iterable[Result | None]) -> tuple[str, ...]:
+    """From which share of the free cells a path leads to a goal, where that is not all of them in every result."""
+    tasks = (result.task for result in results if result is not None)
+    shares = [task.reach for task in tasks if task is not None and task.reach is not None]
+    return (reach_text(shares),) if shares and min(shares) < 1 else ()
 
 
 def mission_headline(mission: Mission) -> Headline:

@@ -30,7 +30,7 @@ from codesign.report.aggregated import (
 from codesign.report.axes import axis_levels, fixed_axes, level_texts, short_names, varying_axes
 from codesign.report.certainty import verdict_text
 from codesign.report.render import write_columns_csv
-from codesign.report.sentences import asked_notes
+from codesign.report.sentences import asked_notes, reach_notes
 from codesign.report.table import Cell, Column, Table, left, right, word, words
 from codesign.report.wording import (
     ABSENT,
@@ -214,7 +214,7 @@ def front_table(study: Study, most: int | None = None) -> Table:
     rows = [designs.cells(study.designs[index]) for index in ranked]
     # Conditions are other questions on purpose, and the figures are over all of them.
     asked = () if study.conditions else asked_notes(study.templates)
-    columns, notes = designs.columns, [*asked, summary(study)]
+    columns, notes = designs.columns, [*asked, *reach_notes(study.templates), summary(study)]
     if any(index in study.same for index in study.front):
         columns = (*columns, *left("the same with"))
         rows = [(*row, word(same_text(study, index))) for row, index in zip(rows, ranked, strict=True)]

@@ -28,6 +28,11 @@ class TaskFigures(ResultModel):
         description="digest of map, goals, starts, task and change: results with one digest were asked the same",
     )
     starts: int = Field(description="starts of the problem")
+    reach: float | None = Field(
+        default=None,
+        title="share of the free cells that reach a goal",
+        description="share of the free cells of the whole map with a path to a goal across the sides of cells",
+    )
     changed_cells: int | None = Field(default=None, description="cells that change, of task replan")
     plan_time_mean_s: float = Field(
         title="request to answer, mean", description=described("plan_time_mean_s")
@@ -52,6 +57,18 @@ class TaskFigures(ResultModel):
     arrive: Annotated[
         float | None, Field(title="share of the starts that arrive", description=described("arrive"))
     ] = None
+
+
+def reach_text(shares: Sequence[float]) -> str:
+    """From how much of the free space a path leads to a goal, over one map or several, as a clause.
+
+    >>> reach_text([1.3e-5, 1.0])
+    'a path leads to a goal from 0.0013 % to 100 % of the free cells'
+    """
+    texts = dict.fromkeys(
+        ">99.9 %" if 0.999 < share < 1 else f"{100 * share:.3g} %" for share in (min(shares), max(shares))
+    )
+    return f"a path leads to a goal from {' to '.join(texts)} of the free cells"
 
 
 def times_of(requests: Sequence[tuple[Any, Any, Any]]) -> dict[str, Any]:

@@ -30,7 +30,7 @@ from codesign.system import catalog
 from codesign.system.assemble import platform_faults
 from codesign.system.change import with_task
 from codesign.system.place import Placement, a_type, external_of, map_work_notes, memory_faults, place
-from codesign.system.problem_map import Places, grid_faults, length_notes, map_notes
+from codesign.system.problem_map import Places, grid_faults, length_notes, map_notes, reach_notes
 from codesign.system.scenario import Draft, Scenario
 
 
@@ -129,6 +129,7 @@ def bind_to(
         parameters={name: mapped.parameters for name, mapped in workload.mapping.items()},
         notes=(
             *map_notes(workload, grid),
+            *(reach_notes(draft.problem) if isinstance(draft.problem, Problem) else ()),
             *length_notes(draft.problem),
             *draft.architecture.notes(Job(draft.problem, declared)),
             *map_work_notes(draft, placement),

@@ -244,13 +244,20 @@ def problem_of(workload: Workload) -> ProblemSpec:
     return workload.problem
 
 
-def problem_from_map(file: Path, goal: tuple[int, int], start: tuple[int, int]) -> ProblemSpec:
-    """The problem of one goal and one start, (row, column), on a map file.
+def problem_from_map(
+    file: Path, goal: tuple[int, int], start: tuple[int, int], reach: float | None = None
+) -> ProblemSpec:
+    """The problem of one goal and one start, (row, column), on a map file; ``reach``: see ``ProblemSpec``.
 
     Raises:
         SpecError: there is no such file, or a cell is on no map; at --map, --goal and --start.
     """
-    tree = {"map": {"file": str(file.resolve())}, "goals": [list(goal)], "starts": [list(start)]}
+    tree: dict[str, Any] = {
+        "map": {"file": str(file.resolve())},
+        "goals": [list(goal)],
+        "starts": [list(start)],
+    }
+    tree |= {} if reach is None else {"reach": reach}
     try:
         return validate(ProblemSpec, Document("command line", Path(), tree))
     except SpecError as wrong:

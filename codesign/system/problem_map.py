@@ -20,6 +20,7 @@ from codesign.inputs.problem import ProblemSpec
 from codesign.maps import Crop, MovingAiScenario, OccupancyGrid, Steps
 from codesign.memo import Memo, Same
 from codesign.planners.interface import Problem
+from codesign.results.task import reach_text
 
 Cell = tuple[int, int]
 
@@ -108,6 +109,7 @@ class Places:
         self.goals, _ = self._cells("goals", self._problem.goals)
         self.lengths: tuple[float, ...] = ()
         self.starts: tuple[Cell, ...] = ()
+        self.reach = None if self.faults else self._reach()
         starts = self._problem.starts
         if isinstance(starts, tuple | ScenarioLine):
             self.starts, lengths = self._cells("starts", starts)
@@ -138,7 +140,24 @@ class Places:
             origin=part.origin,
             optimal_lengths=self.lengths,
             unknown=part.unknown,
+            reach=self.reach,
         )
+
+    def _reach(self) -> float:
+        """The share of the free cells from which a path leads to a goal; fewer than have to are a fault."""
+        free, goals = self._grid.free, self.goals
+        key = "reach", Same(self._grid), goals
+        number, cells = _grids.get(key, lambda: (int(maps.reachable(free, goals).sum()), int(free.sum())))
+        if number < self._problem.reach * cells:
+            near = maps.nearest_free(maps.largest_component(free), goals[0])
+            assert near is not None, "a map without a free cell is refused before"
+            what = f"a path leads to a goal from {number:,} of {cells:,} free cells ({100 * number / cells:.3g} %)"
+            hint = (
+                f"fewer than {100 * self._problem.reach:g} %: a pocket. The nearest cell of the largest part is"
+                f" {cell_text(near)}; problem.reach sets the least share, as --reach of hwsw advise does"
+            )
+            self.faults.append(fault(self._workload, ("problem", "goals"), what, hint))
+        return number / cells
 
     def _cells(self, name: str, places: Any) -> tuple[tuple[Cell, ...], tuple[float, ...]]:
         """The cells, with the lengths that a scenario file gives."""
@@ -277,6 +296,13 @@ def length_error(problem: Problem) -> float | None:
     )
     error = float(np.abs(np.subtract(lengths, problem.optimal_lengths)).max())
     return error if np.isfinite(error) else None
+
+
+def reach_notes(problem: Problem) -> tuple[str, ...]:
+    """A note where not every free cell has a path to a goal."""
+    if problem.reach is None or problem.reach == 1:
+        return ()
+    return (f"problem.goals: {reach_text([problem.reach])}",)
 
 
 def length_notes(problem: Problem) -> tuple[str, ...]:

@@ -34,16 +34,7 @@ COLUMNS: Mapping[str, tuple[str, float]] = {
 }
 """Columns of a report by hierarchy."""
 
-_STAGES = {
-    "postrout": Stage.ROUTED,
-    "routed": Stage.ROUTED,
-    "synth": Stage.SYNTHESISED,
-    "opted": Stage.SYNTHESISED,
-}
-"""Words in the state of a design, or in the name of the file of a report."""
-
-_NETS = {"unplaced": Stage.SYNTHESISED, "estimated": Stage.PLACED, "routed": Stage.ROUTED}
-"""What a path says of the delay of a net: one that is not routed makes the whole path so."""
+_STAGES = {"synthesized": Stage.SYNTHESISED, "routed": Stage.ROUTED, "physopt postrout": Stage.ROUTED}
 
 
 def is_report(text: Text) -> bool:
@@ -60,7 +51,8 @@ def read(text: Text) -> Report:
     version = re.sub(r"^Vivado v\.?", "", text.value(_HEAD.format("Tool Version"))).split(" ")[0]
     part = text.value(_HEAD.format("Device"))
     speed = text.value(_HEAD.format("Speed File")).split(" ")[0]
-    stage = _stage(text)
+    state = text.value(_HEAD.format("Design State")).lower()
+    stage = next((stage for word, stage in _STAGES.items() if word in state), Stage.PLACED)
     used: dict[str, Reading] = {}
     hierarchy: tuple[Inside, ...] = ()
     clocks: tuple[ClockReading, ...] = ()
@@ -72,7 +64,8 @@ def read(text: Text) -> Report:
         else:
             used = _flat(text)
     elif text.has("Design Timing Summary"):
-        clocks = _clocks(text)
+        # A timing summary of a design that is not routed has no other mark than its file name.
+        stage, clocks = Stage.ROUTED, _clocks(text)
     elif text.has("Total On-Chip Power (W)"):
         _check_sections(text)
         static, dynamic, power_clock = _power(text)
@@ -95,22 +88,6 @@ def read(text: Text) -> Report:
         dynamic=dynamic,
         power_clock=power_clock,
     )
-
-
-def _stage(text: Text) -> Stage:
-    """How far the design had come.
-
-    A report says it itself, or by the delays of the nets on its paths, or by the name of the file that it was written
-    to. A timing summary that says nothing is of no routed design.
-    """
-    state = text.value(_HEAD.format("Design State")).lower()
-    if not state:
-        nets = [match.group(1) for _, match in text.all(r"net \(fo=\d+, (\w+)\)")]
-        marks = [stage for word, stage in _NETS.items() if word in nets]
-        if marks:
-            return marks[0]
-        state = text.value(r"^\|\s*Command\s*:.*-file\s+(\S+)").lower()
-    return next((stage for word, stage in _STAGES.items() if word in state), Stage.PLACED)
 
 
 def _check_sections(text: Text) -> None:

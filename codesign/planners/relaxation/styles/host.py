@@ -128,10 +128,11 @@ class Host(HostStyle):
         costs ``CHECK_UNITS`` of them a cell.
         """
         cells, method = shape[0] * shape[1], solution.method
+        # The whole map is read, whichever of its cells lead to a goal.
+        steps = [side_step(_step("prepare", cells), MAP_KERNEL)]
         if method is Method.DIRECT:
             units = direct_units(solution.updates, solution.factors)
-            return [replace(_step("factorise", units), kernel=DIRECT_KERNEL)]
-        steps = [side_step(_step("prepare", cells), MAP_KERNEL)]
+            return [*steps, replace(_step("factorise", units), kernel=DIRECT_KERNEL)]
         if solution.iterations:
             passed = solution.iterations * diagonals(method, shape, self.cores)
             steps.append(side_step(_step("diagonals", passed), DIAGONAL_KERNEL))
