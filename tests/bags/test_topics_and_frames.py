@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -341,3 +342,42 @@ def _record(kind: Any, time: int, fields: dict[str, Any]) -> Any:
     record = object.__new__(kind)
     object.__setattr__(record, "time", time)
     return record
+
+
+@given(st.integers(2, 5), st.integers(0, 2**32))
+@settings(max_examples=50)
+def test_times_are_those_of_every_moving_edge(length: int, seed: int) -> None:
+    """Transforms of a chain are published at rates of their own."""
+    random = np.random.default_rng(seed)
+    frames = [f"f{index}" for index in range(length + 1)]
+    moving = random.random(length) < 0.6
+    edges = {
+        (frames[index], frames[index + 1]): random_series(random, bool(moving[index]))
+        for index in range(length)
+    }
+    path = chain(edges, frames[0], frames[-1])
+    assert path is not None
+    expected = sorted(
+        {
+            time
+            for each, moves in zip(edges.values(), moving, strict=True)
+            if moves
+            for time in each.times.tolist()
+        }
+    )
+    assert known_times(edges, path).tolist() == expected
+
+
+def test_the_frame_of_a_robot_lies_in_its_namespace() -> None:
+    """Without odometry, /tf has the frames of two robots: the namespace tells them apart."""
+    edges = {
+        ("map", f"{name}/base_link"): replace(
+            moving_base()["map", "base_link"], places=np.full((101, 3), offset)
+        )
+        for name, offset in (("tb3_0", 5.0), ("tb3_1", -5.0))
+    }
+    for name, offset in (("tb3_0", 5.0), ("tb3_1", -5.0)):
+        recording = recording_of(edges, [RecordedGoal(1.0, "map", (0.0, 0.0, 0.0))])
+        recording.namespace = f"/{name}"
+        made = facts_of(recording, Choices())
+        assert made.start == made.map.frame.cell(offset, offset)
