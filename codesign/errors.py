@@ -15,7 +15,8 @@ from typing import Self
 EXIT_DONE = 0
 EXIT_FAILED = 1
 EXIT_BAD_SPEC = 2
-EXIT_INFEASIBLE = 3
+EXIT_NO = 3
+"""The answer is no: nothing is feasible, a need is missed, two things differ, a certificate is refused."""
 EXIT_INTERRUPTED = 130
 EXIT_TERMINATED = 143
 
@@ -89,6 +90,12 @@ class StoreError(CodesignError):
 
 class CertificateError(CodesignError):
     """A certificate of a front cannot be made or read, or is refused."""
+
+
+class RefusedError(CertificateError):
+    """A certificate was read, and does not hold."""
+
+    exit_code = EXIT_NO
 
 
 class Interrupted(KeyboardInterrupt):

@@ -241,6 +241,6 @@ def main() -> None:
     Declare a platform and a workload in YAML. Simulate one design point, or explore many. Compare time, resources,
     power and the quality of the plan.
 
-    Exit codes: 0 done, 1 failed, 2 a fault in a file or on the command line, 3 nothing feasible, 130 interrupted
+    Exit codes: 0 done, 1 failed, 2 a fault in a file or on the command line, 3 the answer is no, 130 interrupted
     (Ctrl-C), 143 terminated (SIGTERM).
     """

@@ -8,7 +8,7 @@ from pathlib import Path
 import click
 
 from codesign.cli.options import REACH, MapFile, force_option
-from codesign.errors import EXIT_INFEASIBLE, printable
+from codesign.errors import EXIT_NO, printable
 
 
 @click.command(short_help="Which board suffices for a map, at a rate?")
@@ -128,7 +128,7 @@ def advise(
         if answer.command is not None:
             click.echo(f"the winner's run: {printable(answer.command, None)}")
     if answer.recommended is None:
-        raise click.exceptions.Exit(EXIT_INFEASIBLE)
+        raise click.exceptions.Exit(EXIT_NO)
 
 
 _QUIET_SECONDS = 3.0

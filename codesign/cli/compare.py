@@ -23,7 +23,7 @@ from codesign.cli.options import (
     output_options,
     settings_of,
 )
-from codesign.errors import EXIT_FAILED, EXIT_INFEASIBLE, CodesignError, InputError, SpecError, printable
+from codesign.errors import EXIT_FAILED, EXIT_NO, CodesignError, InputError, SpecError, printable
 
 if TYPE_CHECKING:
     from codesign.inputs import Constraint, Platform, Workload
@@ -94,7 +94,7 @@ def compare(
     relaxation on a host are compared on the labyrinth. Where a design cannot use the map, its column says why, and the
     others still run.
 
-    The exit code is 1 where no design could run. With --need it is 3 where no design meets every need.
+    The exit code is 3 where no design is feasible, or none meets every --need, and 1 where none could run.
     """
     from codesign.cli.progress import LATER_S, compiling_shown, progress_shown
     from codesign.exploration.constraints import with_constraints
@@ -132,8 +132,8 @@ def compare(
     _report_failures([(design, result) for design, result in results if isinstance(result, CodesignError)])
     if all(isinstance(result, CodesignError) for _, result in results):
         raise click.exceptions.Exit(EXIT_FAILED)
-    if limits and not any(isinstance(result, Result) and result.feasible for _, result in results):
-        raise click.exceptions.Exit(EXIT_INFEASIBLE)
+    if not any(isinstance(result, Result) and result.feasible for _, result in results):
+        raise click.exceptions.Exit(EXIT_NO)
 
 
 def _problem(

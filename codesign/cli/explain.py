@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from codesign.cli.options import SENTENCE, TABLES, debug_step, output_options, settings_of
-from codesign.errors import InputError, printable
+from codesign.errors import EXIT_NO, InputError, printable
 
 if TYPE_CHECKING:
     from codesign.explanation import Explanation
@@ -49,6 +49,8 @@ def explain(
 
     With a file of hwsw explore and the INDEX of a design: the design among its neighbours. With PLATFORM and WORKLOAD:
     the run, and what it is with each lever and each next value. Each lever is run by itself, for the whole design.
+
+    The exit code is 3 where the design is not feasible.
     """
     from codesign.cli.progress import LATER_S, compiling_shown, progress_shown
     from codesign.report import explanation_sentence, explanation_tables, render_text
@@ -64,13 +66,14 @@ def explain(
     debug_step("explained")
     if as_json:
         click.echo(explanation.model_dump_json(indent=2))
-        return
-    click.echo(explanation_sentence(explanation))
-    if detail == SENTENCE:
-        return
-    click.echo()
-    for table in explanation_tables(explanation, everything=detail == TABLES):
-        click.echo(render_text(table))
+    else:
+        click.echo(explanation_sentence(explanation))
+    if not as_json and detail != SENTENCE:
+        click.echo()
+        for table in explanation_tables(explanation, everything=detail == TABLES):
+            click.echo(render_text(table))
+    if not explanation.feasible:
+        raise click.exceptions.Exit(EXIT_NO)
 
 
 def _of_study(

@@ -23,7 +23,7 @@ from codesign.cli.options import (
 )
 from codesign.cli.search import check_search_options, search_options
 from codesign.cli.study_files import StudyFiles, study_file_options
-from codesign.errors import EXIT_FAILED, EXIT_INFEASIBLE, InputError, printable
+from codesign.errors import EXIT_FAILED, EXIT_NO, InputError, printable
 from codesign.units import counted
 
 if TYPE_CHECKING:
@@ -116,6 +116,8 @@ def explore(
     Leave PLATFORM out where the workload has an axis platform, or with --axis platform=NAME,FILE.yaml.
 
     --axis and --condition replace the axis of that name in the file, or add one. --need adds a constraint.
+
+    The exit code is 3 where no design is feasible.
     """
     import codesign
     from codesign import interrupts
@@ -157,9 +159,14 @@ def explore(
         click.echo(f"points kept in {printable(str(file), None)}{_how(study, budget)}")
     if check is not None and not _checked(study, check, quiet=as_json or detail == SENTENCE):
         raise click.exceptions.Exit(EXIT_FAILED)
+    _end(study)
+
+
+def _end(study: Study) -> None:
+    """Leave with the exit code of a study: whether there is a design of use."""
     if len(study.feasible) == len(study.unreached):
         # A design that fits and never reaches its goals is as useless as a design that does not fit.
-        raise click.exceptions.Exit(EXIT_FAILED if study.broken else EXIT_INFEASIBLE)
+        raise click.exceptions.Exit(EXIT_FAILED if study.broken else EXIT_NO)
 
 
 def _how(study: Study, budget: Budget) -> str:
@@ -248,7 +255,7 @@ def report(
 ) -> None:
     """Write the tables, the CSV and the HTML page of the exploration in STORE. Nothing is simulated.
 
-    --need judges the designs anew, with a further constraint.
+    --need judges the designs anew, with a further constraint. The exit code is 3 where none is feasible.
     """
     from codesign.cli.progress import LATER_S, progress_shown
     from codesign.exploration import load_study
@@ -258,6 +265,7 @@ def report(
     with progress_shown(after_s=LATER_S, quiet=as_json or detail == SENTENCE) as show:
         study = load_study(store, show).needing(needs).at(chosen)
     _deliver(study, files, detail, as_json)
+    _end(study)
 
 
 def _deliver(study: Study, files: StudyFiles, detail: str, as_json: bool) -> None:

@@ -19,7 +19,7 @@ from codesign.cli.options import (
     settings_of,
 )
 from codesign.cli.specs import specs_of
-from codesign.errors import EXIT_FAILED, InputError, choose_hint, printable
+from codesign.errors import EXIT_FAILED, EXIT_NO, InputError, choose_hint, printable
 from codesign.units import counted
 
 if TYPE_CHECKING:
@@ -83,7 +83,7 @@ def verify(
 
     With --all, random design points on random maps are verified. Sample S is the same for the same seed S.
 
-    The exit code is 1 where a circuit differs from the model, or a run fails.
+    The exit code is 3 where a circuit differs from the model, and 1 where a run fails.
     """
     from codesign.cli.outputs import check_outputs
     from codesign.cli.progress import compiling_shown, progress_shown
@@ -119,8 +119,10 @@ def verify(
         styles = verify_all(asked, backend, jobs, progress if every else None, waves, within, cycles)
     debug_step("verified")
     _print(styles, waves, cycles is not None, as_json)
-    if not all(each.equal for each in styles):
+    if any(point.verified is None for each in styles for point in each.points):
         raise click.exceptions.Exit(EXIT_FAILED)
+    if not all(each.equal for each in styles):
+        raise click.exceptions.Exit(EXIT_NO)
 
 
 def _samples(

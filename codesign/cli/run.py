@@ -23,7 +23,7 @@ from codesign.cli.options import (
     settings_of,
 )
 from codesign.cli.specs import specs_of
-from codesign.errors import EXIT_INFEASIBLE, printable
+from codesign.errors import EXIT_NO, printable
 
 if TYPE_CHECKING:
     from codesign.inputs import Constraint
@@ -173,7 +173,7 @@ def _end(result: Result) -> None:
         interrupts.keep("the mission is complete, but not all of its levers were run")
         raise struck
     if not result.feasible:
-        raise click.exceptions.Exit(EXIT_INFEASIBLE)
+        raise click.exceptions.Exit(EXIT_NO)
 
 
 def _print_files(result: Result, files: Mapping[str, Path | None], *, silent: bool) -> None:

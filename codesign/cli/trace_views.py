@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from codesign.cli.options import Quantity
-from codesign.errors import InputError, printable
+from codesign.errors import EXIT_NO, InputError, printable
 
 if TYPE_CHECKING:
     from codesign.exports.statistics import Statistics
@@ -19,8 +19,6 @@ if TYPE_CHECKING:
 _FILE = click.Path(exists=True, dir_okay=False, path_type=Path)
 _TIME = Quantity("time", "time")
 _JSON = click.option("--json", "as_json", is_flag=True, help="Print as JSON.")
-_DIFFER = 1
-"""The exit code where two traces differ."""
 
 
 @click.command(short_help="Print how busy all was, and how long things took.")
@@ -79,7 +77,7 @@ def _statistics_json(found: Statistics) -> dict[str, Any]:
 def diff(first: Path, second: Path, as_json: bool) -> None:
     """Print where the traces FIRST and SECOND differ first in simulated time, then all that differs.
 
-    The exit code is 0 where all records are equal, and 1 where they differ.
+    The exit code is 0 where all records are equal, and 3 where they differ.
     """
     from codesign.exports.difference import channels_table, difference, results_table
     from codesign.report.render import render_text
@@ -125,7 +123,7 @@ def diff(first: Path, second: Path, as_json: bool) -> None:
     _fault(one)
     _fault(other)
     if not found.equal:
-        raise SystemExit(_DIFFER)
+        raise SystemExit(EXIT_NO)
 
 
 def _row(record: Any) -> str:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from codesign.cli.options import need_option, settings_of
-from codesign.errors import CertificateError, InputError, clip, printable
+from codesign.errors import CertificateError, InputError, RefusedError, clip, printable
 from codesign.units import counted, format_count
 
 if TYPE_CHECKING:
@@ -44,7 +44,7 @@ def verify_front(
 ) -> None:
     """Check the certificate in FILE: whether its front follows from the figures stated. Nothing is simulated.
 
-    A certificate that is refused ends with exit code 1.
+    The exit code is 3 where it is refused, and 1 where FILE cannot be read as a certificate.
     """
     from codesign.certificates.check import check
     from codesign.certificates.file import read_certificate
@@ -56,10 +56,10 @@ def verify_front(
     try:
         verdict = check(certificate)
     except CertificateError as fault:
-        raise CertificateError(f"refused: {fault.what}", str(file), fault.hint) from fault
+        raise RefusedError(f"refused: {fault.what}", str(file), fault.hint) from fault
     if complete and verdict.missing:
         what = f"refused: {counted(verdict.missing, 'design')} not computed"
-        raise CertificateError(what, str(file), "complete the exploration, and write it again")
+        raise RefusedError(what, str(file), "complete the exploration, and write it again")
     if store is not None:
         _compare(certificate, file, store, conditions, needs)
     if as_json:
@@ -86,7 +86,7 @@ def _compare(
     if different:
         what = f"refused: it is not of the exploration in {store}: they differ in {clip(', '.join(different), 200)}"
         hint = f"write its certificate: hwsw report {store} --certify FILE"
-        raise CertificateError(what, str(file), hint)
+        raise RefusedError(what, str(file), hint)
 
 
 def _sentence(certificate: Certificate, verdict: Verdict) -> str:

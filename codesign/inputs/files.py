@@ -20,6 +20,10 @@ Source = str | Path | Mapping[str, Any] | Document
 read before."""
 
 
+_OTHER = {"platforms": "workloads", "workloads": "platforms"}
+_SWAPPED = "are the two files swapped? the platform comes first"
+
+
 def data_folder(name: str) -> Path:
     """The folder of shipped data, ``platforms`` or ``workloads``: the checkout's, or else the wheel's."""
     return _data_folder(name, __file__)
@@ -58,7 +62,10 @@ def find_spec(source: str | Path, folder: str) -> tuple[Path, str]:
         return Path(source), str(source)
     names = shipped_names(folder)
     if str(source) not in names:
-        kind = folder.removesuffix("s")
+        kind, other = folder.removesuffix("s"), _OTHER[folder]
+        if str(source) in shipped_names(other):
+            what = f"{source} is a {other.removesuffix('s')}, and a {kind} is asked for"
+            raise InputError(what, hint=_SWAPPED)
         hint = f"{choose_hint(clip(str(source), 60), names)}; or name a file, such as ./mine.yaml"
         raise InputError(f"there is no shipped {kind} {clip(str(source))!r}", hint=hint)
     path = data_folder(folder) / f"{source}.yaml"
@@ -74,16 +81,23 @@ def read_spec(source: Source, folder: str) -> Document:
         folder: ``platforms`` or ``workloads``.
 
     Raises:
-        InputError: no such name. SpecError: the file, text or dict cannot be read.
+        InputError: no such name. SpecError: the file, text or dict cannot be read, or is of the other kind.
     """
-    kind = folder.removesuffix("s")
+    kind, other = folder.removesuffix("s"), _OTHER[folder].removesuffix("s")
     if isinstance(source, Document):
-        return source
-    if isinstance(source, Mapping):
-        return document_from(source, f"{kind} dict")
-    if isinstance(source, str) and "\n" in source:
-        return parse_document(source.encode("utf-8", "surrogateescape"), f"{kind} text", Path())
-    return read_document(*find_spec(source, folder))
+        document = source
+    elif isinstance(source, Mapping):
+        document = document_from(source, f"{kind} dict")
+    elif isinstance(source, str) and "\n" in source:
+        document = parse_document(source.encode("utf-8", "surrogateescape"), f"{kind} text", Path())
+    else:
+        document = read_document(*find_spec(source, folder))
+    # All its other keys would be faults too.
+    if isinstance(document.tree, dict) and document.tree.get("kind") == other:
+        raise SpecError(
+            [document.fault(("kind",), f"this is a {other}, and a {kind} is asked for", _SWAPPED)]
+        )
+    return document
 
 
 def shown(path: Path) -> str:

@@ -86,7 +86,7 @@ def test_explore_takes_axes_conditions_and_needs(hwsw: Run, specs: Specs, tmp_pa
     assert study["conditions"] == {"workload.problem.map.seed": [1, 2]}
     assert study["constraints"][-1]["below"] == 0.99
     report = hwsw("report", tmp_path / "s.sqlite", "--need", "slices < 1 %", "--json")
-    assert report.exit_code == 0, report.output
+    assert report.exit_code == 3, report.output
     judged = json.loads(report.stdout)
     assert judged["counts"]["feasible"] == 0 < study["counts"]["feasible"]
     clash = hwsw("report", tmp_path / "s.sqlite", "--need", "slices > 99 %")

@@ -58,7 +58,7 @@ def test_commands_print_what_the_page_shows(
     refused = re.search(r"```text\n\$ hwsw (.*?)\n(.*?)```", TEXT, re.DOTALL)
     assert refused is not None
     result = hwsw(*shlex.split(refused[1]))
-    assert (result.exit_code, result.stderr) == (1, refused[2])
+    assert (result.exit_code, result.stderr) == (3, refused[2])
     row = re.search(r'\["design"\] == (\d+)\].*?\n(\d+)\n', TEXT, re.DOTALL)
     assert row is not None
     columns = read_certificate(Path("tiles.front")).columns

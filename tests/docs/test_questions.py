@@ -11,7 +11,7 @@ import pytest
 from click.testing import Result
 from places import ROOT
 
-from codesign.errors import EXIT_INFEASIBLE
+from codesign.errors import EXIT_NO
 
 Run = Callable[..., Result]
 
@@ -35,7 +35,7 @@ def check(hwsw: Run, command: str, shown: str) -> None:
     result = hwsw(*shlex.split(command))
     verdict, *rest = shown.splitlines()
     assert result.stdout.splitlines()[0] == verdict
-    assert result.exit_code == (0 if rest else EXIT_INFEASIBLE), result.output
+    assert result.exit_code == (0 if rest else EXIT_NO), result.output
     if rest:
         assert rest == ["...", result.stdout.splitlines()[-1]]
 
@@ -57,7 +57,7 @@ def test_the_first_question_among_three_boards(hwsw: Run) -> None:
 def test_the_memory_of_a_microcontroller_excludes_it(hwsw: Run) -> None:
     command, shown = QUESTIONS[1]
     result = hwsw(*shlex.split(command), "--boards", "teensy-4-1")
-    assert result.exit_code == EXIT_INFEASIBLE
+    assert result.exit_code == EXIT_NO
     assert re.findall(r"memory of the processor: [^;]*bytes", shown) == re.findall(
         r"memory of the processor: .*? against .*?bytes", result.stdout.splitlines()[0]
     )

@@ -129,11 +129,11 @@ def test_the_command_refuses_what_is_not_complete_and_what_is_of_another_study(
     assert proved.exit_code == 0
     assert "are the front." in proved.stdout
     refused = hwsw("verify-front", tmp_path / "random.front", "--complete")
-    assert refused.exit_code == 1
+    assert refused.exit_code == 3
     assert "258 designs not computed" in refused.stderr
     assert hwsw("verify-front", tmp_path / "random.front", "--store", other).exit_code == 0
     for file, its in (("proved", other), ("random", store)):
-        assert hwsw("verify-front", tmp_path / f"{file}.front", "--store", its).exit_code == 1
+        assert hwsw("verify-front", tmp_path / f"{file}.front", "--store", its).exit_code == 3
 
 
 def _wider(columns: dict[str, Any], box: int, rows: int) -> None:

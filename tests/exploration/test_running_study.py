@@ -40,7 +40,8 @@ def test_a_report_beside_a_run_says_how_many_points_are_missing(hwsw: Run, tmp_p
             before = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
             left = missing(file)
             shown = hwsw("report", file)
-            assert shown.exit_code == 0, shown.output
+            # So far none may be feasible.
+            assert shown.exit_code in (0, 3), shown.output
             assert f"{left:,} not computed" in re.sub(r"\s+", " ", shown.output)
             assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == before
             run.send_signal(signal.SIGCONT)

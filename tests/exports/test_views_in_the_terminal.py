@@ -125,7 +125,7 @@ def test_the_command_line(tmp_path: Path) -> None:
     same = invoke(main, ["trace", "diff", str(run), str(run)])
     assert (same.exit_code, same.output) == (0, "all records are equal\n")
     other = invoke(main, ["trace", "diff", str(run), str(mission)])
-    assert other.exit_code == 1
+    assert other.exit_code == 3
     assert other.output.startswith("first difference at 0 ps: ")
     assert (
         json.loads(invoke(main, ["trace", "diff", str(run), str(mission), "--json"]).output)["equal"] is False

@@ -6,9 +6,12 @@ import pickle
 import re
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
+import yaml
 from spec_texts import PLATFORM, TASKS, WORKLOAD
 
 from codesign import maps
@@ -30,7 +33,7 @@ from codesign.inputs import (
     starting_files,
 )
 from codesign.inputs.components import FpgaComponent, ProcessorComponent
-from codesign.inputs.files import data_folder
+from codesign.inputs.files import data_folder, shipped_names
 from codesign.inputs.links import BusLink
 from codesign.inputs.map_spec import MAPS, PreparedMap
 from codesign.inputs.part_file import PARTS
@@ -373,3 +376,25 @@ def test_data_lie_beside_the_package_in_a_checkout_and_inside_it_in_a_wheel(
             "codesign.inputs.files.__file__", str(folder / "codesign" / "inputs" / "files.py")
         )
         assert data_folder("platforms") == expected / "platforms"
+
+
+@pytest.mark.parametrize(
+    ("load", "folder", "words"),
+    [
+        (load_platform, "workloads", "a workload, and a platform"),
+        (load_workload, "platforms", "a platform, and a workload"),
+    ],
+)
+def test_a_file_of_the_other_kind_is_one_fault(
+    load: Callable[[Any], Any], folder: str, words: str, tmp_path: Path
+) -> None:
+    for name in shipped_names(folder):
+        path = data_folder(folder) / f"{name}.yaml"
+        text = path.read_text(encoding="utf-8")
+        for source in (name, path, str(path), text, yaml.safe_load(text)):
+            with pytest.raises((SpecError, InputError)) as refused:
+                load(source)
+            lines = str(refused.value).splitlines()
+            assert len(lines) == 2
+            assert f"{words} is asked for" in lines[0]
+            assert "are the two files swapped?" in lines[1]

@@ -64,7 +64,7 @@ def test_one_flipped_bit_fails_and_leaves_a_waveform(hwsw: Run, installed: Insta
     installed(ToyCircuit(), Flipped())
     waves = tmp_path / "difference.vcd"
     result = hwsw("verify", "--all", "--points", 1, "--waves", waves)
-    assert result.exit_code == 1
+    assert result.exit_code == 3
     assert "toy flipped, sample 0: cycle 77: the model reports sum " in result.output
     assert "every event equals" not in result.output
     assert f"waveform: {waves}" in result.output
@@ -92,7 +92,7 @@ def test_json_has_every_point(hwsw: Run, installed: Install) -> None:
     needs("cxxrtl")
     installed(Flipped())
     result = hwsw("verify", "--all", "--points", 1, "--json")
-    assert result.exit_code == 1
+    assert result.exit_code == 3
     (style,) = json.loads(result.stdout)
     assert (style["planner"], style["style"], style["task"], style["equal"]) == ("toy", "flipped", "", False)
     (point,) = style["points"]
@@ -116,7 +116,7 @@ def test_contention_excuses_one_per_cent_in_the_mean(hwsw: Run, installed: Insta
     needs("cxxrtl")
     installed(Contending())
     result = hwsw("verify", "--all", "--points", 1)
-    assert result.exit_code == 1
+    assert result.exit_code == 3
     assert "toy contending: the cycles deviate by more than contention excuses" in result.output
 
 
