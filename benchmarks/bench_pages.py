@@ -57,7 +57,7 @@ def measured(browser: Any, page: Path) -> dict[str, float]:
             "draw": step(load),
             "axis": step(tab.select_option, "#choose-x", "f:energy_j"),
             "colour": step(tab.select_option, "#choose-colour", "f:slices"),
-            "filter": step(tab.click, "[aria-label='only points with the best share reaching goal']"),
+            "filter": step(tab.click, "[aria-label='only best: share reaching goal']"),
             "all": step(tab.check, "#show-all"),
         }
     finally:

@@ -37,6 +37,8 @@ def study_sentence(study: Study) -> str:
     Where no point is feasible: the point that misses feasibility by least, and by what.
     """
     head = f"{study.workload} on {study.platform}, {summary(study)}"
+    if not study.objectives:
+        return printable(f"{head}.")
     best, nearest, kind = best_design(study, study.objectives[0]), study.nearest(), kind_of_row(study)
     end = ""
     if best is not None:

@@ -17,13 +17,13 @@ from codesign.report.page import rendered, script_json, template_text, write_pag
 from codesign.report.result_tables import sources_table
 from codesign.report.search_tables import search_picture, search_table
 from codesign.report.sourced import sourced_results
+from codesign.report.study_answer import study_sentence
 from codesign.report.study_tables import (
     best_table,
     front_table,
     nearest_table,
     reasons_table,
     study_counts,
-    summary,
 )
 from codesign.report.table import Table
 from codesign.report.winners_table import winners_table
@@ -87,7 +87,7 @@ def study_html(
         counts=study_counts(study),
         fixed=fixed_axes(study),
         feasible=feasible,
-        summary=summary(study) if study.conditions else "",
+        answer=study_sentence(study),
         front=front_table(study),
         spread=spread_table(study) if study.conditions and feasible else None,
         fronts=_fronts_by_condition(study),

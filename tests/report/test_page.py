@@ -4,6 +4,7 @@ import math
 import re
 from dataclasses import replace
 from functools import cache
+from html import escape
 from pathlib import Path
 
 import numpy as np
@@ -23,6 +24,7 @@ from codesign.report.columns import Columns
 from codesign.report.page import template_text
 from codesign.report.reproduction_page import reproduction_html
 from codesign.report.result_page import result_html
+from codesign.report.study_answer import study_sentence
 from codesign.report.study_page import study_html
 
 EVIL = "<script>alert(1)</script>\"'&</style>]]><!--"
@@ -244,3 +246,85 @@ def test_what_is_kept_of_others_stands_with_its_version_and_licence() -> None:
     for text in (plotter, template_text("vendor/uPlot.min.css")):
         assert "</" not in text.replace("</g", "")
         assert not re.search(r"\beval\(|new Function|https?://(?!github)", text)
+
+
+@cache
+def _pages() -> dict[str, str]:
+    return {
+        "study": study_html(a_study()),
+        "result": result_html(a_result()),
+        "reproduction": reproduction_html([a_reproduction()]),
+    }
+
+
+@pytest.mark.parametrize("kind", ["study", "result", "reproduction"])
+def test_landmarks_have_names_of_their_own_and_what_scrolls_has_focus(kind: str) -> None:
+    """A section and the region in it are two landmarks: with one name a reader cannot tell them apart."""
+    page = Page(_pages()[kind])
+    texts = dict(re.findall(r'<h2 id="([^"]+)">([^<]+)</h2>', _pages()[kind]))
+    names = [
+        attributes.get("aria-label") or texts[attributes["aria-labelledby"] or ""]
+        for tag, attributes in page.elements
+        if attributes.get("role") == "region" or (tag == "section" and "aria-labelledby" in attributes)
+    ]
+    assert len(names) == len(set(names)) > 1
+    for tag, attributes in page.elements:
+        if tag == "pre" or attributes.get("role") == "region":
+            assert attributes["tabindex"] == "0"
+            assert attributes["aria-label"]
+
+
+@pytest.mark.parametrize("kind", ["study", "result", "reproduction"])
+def test_narrow_tables_are_no_cards(kind: str) -> None:
+    tables = re.findall(
+        r'<table class="(cards|slim)[^"]*">\s*<thead><tr>(.*?)</tr>', _pages()[kind], re.DOTALL
+    )
+    assert {name for name, _ in tables} == {"cards", "slim"}
+    for name, head in tables:
+        assert (name == "slim") == (head.count("<th") <= 3)
+
+
+def test_the_sentence_that_answers_comes_first() -> None:
+    study = a_study()
+    html = study_html(study)
+    sentence = f'<p class="answer">{escape(study_sentence(study))}</p>'
+    assert sentence in html
+    assert (
+        html.index("</h1>") < html.index(sentence) < html.index('<ul class="counts">') < html.index("<table")
+    )
+
+
+def test_a_button_is_named_by_what_stands_on_it() -> None:
+    """Who speaks to a page says what is seen."""
+    script = template_text("study/filters.js")
+    buttons = re.findall(r'button\("([^"]+)",.*?\{ "aria-label": `([^`]+)` \}\)', script, re.DOTALL)
+    assert len(buttons) >= 2
+    for text, name in buttons:
+        assert name.startswith(text)
+
+
+@pytest.mark.parametrize("scheme", [0, 1], ids=["light", "dark"])
+def test_text_on_every_shade_of_the_matrix_can_be_read(scheme: int) -> None:
+    """At least 4.5 to 1 (WCAG 2.1, 1.4.3), the accent mixed over the card as the style does it."""
+    colours = re.findall(r"--(card|ink|accent): #([0-9a-f]{6})", template_text("style.css"))
+    of = dict(colours[3 * scheme : 3 * scheme + 3])
+
+    def channels(name: str) -> list[float]:
+        return [int(of[name][place : place + 2], 16) / 255 for place in (0, 2, 4)]
+
+    def luminance(each: list[float]) -> float:
+        linear = [part / 12.92 if part <= 0.04045 else ((part + 0.055) / 1.055) ** 2.4 for part in each]
+        return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
+
+    shares = re.findall(
+        r"\.shade-\d+ \{ background: color-mix\(in srgb, var\(--accent\) (\d+)%",
+        template_text("study/study.css"),
+    )
+    assert len(shares) == 10
+    for share in (int(each) / 100 for each in shares):
+        mixed = [
+            share * accent + (1 - share) * card
+            for accent, card in zip(channels("accent"), channels("card"), strict=True)
+        ]
+        low, high = sorted((luminance(mixed), luminance(channels("ink"))))
+        assert (high + 0.05) / (low + 0.05) >= 4.5

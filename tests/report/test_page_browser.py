@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from browser import opened
+from browser import opened, tables_fit
 from report_samples import a_hopeless_study, a_study
 
 from codesign.figures import FIGURES, ResultFigure
@@ -79,6 +79,10 @@ def test_a_page_is_drawn_at_any_width_and_in_both_colours(
             assert tab.evaluate(before) == '"block"'
 
 
+def test_its_tables_fit(browser: Any, page: Path) -> None:
+    tables_fit(browser, page)
+
+
 def test_a_printed_page_keeps_its_figure_and_its_columns(browser: Any, page: Path) -> None:
     with opened(browser, page, viewport={"width": 1600, "height": 900}, color_scheme="dark") as tab:
         tab.emulate_media(media="print")
@@ -108,9 +112,9 @@ def test_two_clicks_give_the_cheapest_that_reaches_all(browser: Any, page: Path)
     best = [design for design in designs if design.figure(share) == most]
     cheapest = min(design.figure(slices) or math.inf for design in best)
     with opened(browser, page) as tab:
-        tab.click("[aria-label='only points with the best share reaching goal']")
+        tab.click("[aria-label='only best: share reaching goal']")
         assert shown(tab) == f"{len(best)} of 96 points shown"
-        tab.click("[aria-label='open the shown point with the best slices']")
+        tab.click("[aria-label='go to best: slices']")
         details = tab.inner_text("#details")
         assert figure_cell(slices, cheapest).text in details.split("\n")
         assert figure_cell(share, most).text in details.split("\n")
@@ -215,10 +219,10 @@ def test_the_address_holds_what_is_seen(browser: Any, page: Path) -> None:
     with opened(browser, page) as tab:
         tab.select_option("#choose-x", "f:energy_j")
         tab.select_option("#choose-shape", "a:relax.block")
-        tab.click("[aria-label='only points with the best slices']")
+        tab.click("[aria-label='only best: slices']")
         tab.check("#show-all")
         count = shown(tab)
-        tab.click("[aria-label='open the shown point with the best energy']")
+        tab.click("[aria-label='go to best: energy']")
         address, title = "#" + tab.url.partition("#")[2], tab.inner_text("#details-title")
     with opened(browser, page, address) as other:
         assert other.input_value("#choose-x") == "f:energy_j"

@@ -63,3 +63,23 @@ def stands_at_any_width(browser: Any, page: Path) -> None:
                 tab.emulate_media(media="print")
                 assert tab.evaluate("getComputedStyle(document.body).color") == "rgb(0, 0, 0)"
                 assert len(tab.pdf(prefer_css_page_size=True)) > 10_000
+
+
+def tables_fit(browser: Any, page: Path) -> None:
+    """At 1600 px no table hides a column, and no row is mostly empty; at 400 px a table of few columns is no card."""
+    with opened(browser, page, viewport={"width": 1600, "height": 1000}) as tab:
+        hidden = "[...document.querySelectorAll('.wide')].filter((each) => each.scrollWidth > each.clientWidth + 1)"
+        assert tab.evaluate(f"{hidden}.map((each) => each.ariaLabel)") == []
+        # A row is no higher than the lines of its longest text ask for: 36rem hold 60 letters at least.
+        empty = """[...document.querySelectorAll("tbody tr")].filter((row) => {
+          const most = Math.max(...[...row.cells].map((cell) => cell.textContent.length));
+          return row.getBoundingClientRect().height > 78 && row.getBoundingClientRect().height > 24 * (2 + most / 24);
+        }).map((row) => row.innerText)"""
+        assert tab.evaluate(empty) == []
+    with opened(browser, page, viewport={"width": 400, "height": 900}) as tab:
+        few = (
+            "[...document.querySelectorAll('table')]"
+            ".filter((each) => each.tHead && each.tHead.rows[0].cells.length < 4)"
+        )
+        assert tab.evaluate(f"{few}.filter((each) => getComputedStyle(each).display !== 'table').length") == 0
+        assert tab.evaluate(f"{few}.length") > 0

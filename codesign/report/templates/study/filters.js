@@ -26,11 +26,11 @@ const makeFilters = (study, points, state, act) => {
       const { values: all } = points.dimension(id, frame());
       const place = points.best(id, frame(), points.passing(frame(), state.filters, state.all, id));
       if (place !== null) note(id, [all[place], all[place]]);
-    }, { "aria-label": `only points with the best ${name}` });
+    }, { "aria-label": `only best: ${name}` });
     const open = button("go to best", () => {
       const place = points.best(id, frame(), points.passing(frame(), state.filters, state.all));
       if (place !== null) act.open(place);
-    }, { "aria-label": `open the shown point with the best ${name}` });
+    }, { "aria-label": `go to best: ${name}` });
     row.append(label, low, high, told, best, open);
     const fill = () => {
       const each = points.dimension(id, frame());
