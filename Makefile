@@ -9,7 +9,7 @@ OUT := out
 # Processes that tests and workers start load compiled modules, where Python was told to write none too.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: demo test test-all bench docs site gallery lint clean
+.PHONY: demo test test-all test-versions test-newest bench docs site gallery lint clean
 .DEFAULT_GOAL := test
 
 # What a user has, and what the developers add to it. Installed once, and again where the two files change.
@@ -40,6 +40,14 @@ test: $(READY)
 
 test-all: $(READY)
 	HYPOTHESIS_NEW_EXAMPLES=1 $(BIN)/python -m pytest -n 2 --dist worksteal
+
+# The wheel in empty environments: the newest versions that pyproject.toml admits, and the lowest.
+test-versions: $(READY)
+	$(BIN)/python tests/support/versions.py newest
+	$(BIN)/python tests/support/versions.py lowest
+
+test-newest: $(READY)
+	$(BIN)/python tests/support/versions.py smoke
 
 bench: $(READY)
 	$(BIN)/python -m benchmarks

@@ -191,7 +191,7 @@ def _spanning_doors(
     from scipy.sparse import csr_array
     from scipy.sparse.csgraph import minimum_spanning_tree
 
-    index = np.arange(lattice[0] * lattice[1], dtype=np.int64).reshape(lattice)
+    index = np.arange(lattice[0] * lattice[1], dtype=np.int32).reshape(lattice)
     first = np.concatenate([index[:, :-1].ravel(), index[:-1].ravel()])
     second = np.concatenate([index[:, 1:].ravel(), index[1:].ravel()])
     order = np.argsort(draw(first.size), kind="stable")
