@@ -43,6 +43,7 @@ def modules() -> dict[str, Path]:
     return found
 
 
+@cache
 def imports(path: Path, *, typing: bool = True) -> list[tuple[int, str]]:
     """Every module of the package that a file imports, with the line, wherever in the file the import stands.
 
@@ -50,14 +51,14 @@ def imports(path: Path, *, typing: bool = True) -> list[tuple[int, str]]:
     """
     known, found = modules(), []
     tree = ast.parse(path.read_text(encoding="utf-8"))
-    guarded = [
-        inner
+    guarded = {
+        id(inner)
         for node in ast.walk(tree)
         if isinstance(node, ast.If) and isinstance(node.test, ast.Name) and node.test.id == "TYPE_CHECKING"
         for inner in ast.walk(node)
-    ]
+    }
     for node in ast.walk(tree):
-        if not typing and node in guarded:
+        if not typing and id(node) in guarded:
             continue
         if isinstance(node, ast.Import):
             names = [alias.name for alias in node.names]

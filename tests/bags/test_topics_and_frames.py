@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 from click.testing import Result
+from examples import examples
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
@@ -33,7 +34,7 @@ NAMES = st.lists(st.sampled_from(["tb3", "robot_0", "a", "b", "front"]), max_siz
 
 
 @given(NAMES, NAMES, st.sets(st.sampled_from(OWN)), st.sets(st.sampled_from(OWN)), st.booleans())
-@settings(max_examples=300)
+@settings(max_examples=examples(300))
 def test_the_topics_of_two_robots_are_never_mixed(
     one: str, two: str, first: set[str], second: set[str], named: bool
 ) -> None:
@@ -68,7 +69,7 @@ def test_the_topics_of_two_robots_are_never_mixed(
     st.sampled_from(["", "/tb3", "/fleet/robot_7"]),
     st.sampled_from(["", "_filtered", "_raw"]),
 )
-@settings(max_examples=200)
+@settings(max_examples=examples(200))
 def test_one_robot_is_found_whatever_its_topics_are_called(
     inside: dict[str, str], space: str, ending: str
 ) -> None:
@@ -169,7 +170,7 @@ def trees(draw: st.DrawFn) -> tuple[dict[tuple[str, str], Series], list[str]]:
 
 
 @given(trees(), st.data())
-@settings(max_examples=150)
+@settings(max_examples=examples(150))
 def test_any_frame_is_placed_in_any_other(
     tree: tuple[dict[tuple[str, str], Series], list[str]], data: st.DataObject
 ) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 import simpy
+from examples import examples
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from link_runs import Ask, a_bus, a_bus_in_bursts, run
@@ -83,7 +84,7 @@ asks = st.lists(
 )
 
 
-@settings(max_examples=300)
+@settings(max_examples=examples(300))
 @given(asks=asks, setup=st.integers(0, 2), burst=st.integers(1, 3))
 def test_bursts_equal_a_model_that_chooses_before_every_burst(
     asks: list[Ask], setup: int, burst: int

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 import simpy
+from examples import examples
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -70,7 +71,7 @@ batches = st.lists(st.lists(st.sampled_from([1, 2, 3, 3, 6]), max_size=6), max_s
 delays = st.lists(st.sampled_from([0, 1, 6667, 10_000, 10_000, 20_000, 20_000, 30_000, 40_000]), max_size=12)
 
 
-@settings(max_examples=150)
+@settings(max_examples=examples(150))
 @given(batches, delays, batches, st.sampled_from([0, 1, 10_000, 20_000]))
 def test_run_ahead_equals_visit_by_visit(
     first: list[list[int]], ticks: list[int], second: list[list[int]], late: int

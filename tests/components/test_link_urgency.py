@@ -66,7 +66,7 @@ def test_messages_of_one_picosecond_go_by_their_urgency(
     assert ends == sorted(range(len(wanted)), key=lambda index: (wanted[index].priority, index))
 
 
-@settings(max_examples=100)
+@settings(max_examples=examples(100))
 @given(asked=st.lists(st.tuples(st.integers(0, 3), st.sampled_from([CONTROL, PLANNING, SIDE])), max_size=8))
 def test_turns_on_what_serves_one_at_a_time_go_by_urgency(asked: list[tuple[int, int]]) -> None:
     environment = simpy.Environment()

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 import simpy
+from examples import examples
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -160,7 +161,7 @@ def test_what_is_allotted_fits() -> None:
         memory.allocate("map", 1)
 
 
-@settings(max_examples=100)
+@settings(max_examples=examples(100))
 @given(
     st.lists(st.tuples(st.integers(0, 300_000), st.integers(1, 12), st.booleans()), min_size=1, max_size=6),
     st.integers(1, 8),

@@ -31,7 +31,7 @@ def sampled(motion: Motion, count: int = 400) -> tuple[np.ndarray, np.ndarray, n
 
 
 @given(ways, kinematics, st.floats(0.0, 60.0))
-@settings(max_examples=150)
+@settings(max_examples=examples(150))
 def test_a_motion_keeps_its_limits_and_stands_at_its_authority(
     way: Polyline, limits: Kinematics, allowed: float
 ) -> None:
@@ -76,7 +76,7 @@ def test_corners_are_taken_as_slowly_as_they_need(
     st.sampled_from([OmnidirectionalDrive(0.5, 0.3), OmnidirectionalDrive(2.5, 4.0)]),
     st.sampled_from([SECOND // 25, SECOND // 10, SECOND // 2]),
 )
-@settings(max_examples=100)
+@settings(max_examples=examples(100))
 def test_a_bend_in_many_small_corners_is_taken_as_slowly_as_its_radius_needs(
     count: int, radius: float, limits: OmnidirectionalDrive, period: int
 ) -> None:
@@ -92,7 +92,7 @@ def test_a_bend_in_many_small_corners_is_taken_as_slowly_as_its_radius_needs(
 
 
 @given(ways, kinematics, st.floats(0.0, 1.0))
-@settings(max_examples=100)
+@settings(max_examples=examples(100))
 def test_the_time_of_an_arc_is_the_first_at_which_it_is_reached(
     way: Polyline, limits: Kinematics, share: float
 ) -> None:

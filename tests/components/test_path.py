@@ -9,6 +9,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from drives_and_ways import SIDE, quarters, ways
+from examples import examples
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -41,7 +42,7 @@ def exact_cells(way: Polyline) -> list[tuple[int, int]]:
 
 
 @given(st.lists(st.tuples(quarters, quarters), min_size=1, max_size=7).map(Polyline))
-@settings(max_examples=200)
+@settings(max_examples=examples(200))
 def test_a_way_enters_the_cells_of_exact_arithmetic(way: Polyline) -> None:
     entry, cells = way.crossings
     assert [tuple(cell) for cell in cells[:, :2].tolist()] == exact_cells(way)
@@ -55,7 +56,7 @@ def test_a_way_enters_the_cells_of_exact_arithmetic(way: Polyline) -> None:
 
 
 @given(ways)
-@settings(max_examples=100)
+@settings(max_examples=examples(100))
 def test_cells_of_a_way_touch_and_a_diagonal_has_both_cells_beside_it(way: Polyline) -> None:
     _, cells = way.crossings
     assert tuple(cells[-1, :2]) == cell_of(way.points[-1].tolist())

@@ -7,6 +7,7 @@ from typing import Any
 
 import pytest
 import simpy
+from examples import examples
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -201,7 +202,7 @@ def test_an_interruption_and_a_preemption_at_one_moment_hit_once() -> None:
 tasks = st.lists(st.tuples(st.integers(0, 60), st.integers(1, 25), st.integers(0, 2)), max_size=8)
 
 
-@settings(max_examples=200)
+@settings(max_examples=examples(200))
 @given(tasks, st.integers(1, 3))
 def test_it_equals_a_picosecond_by_picosecond_schedule(asked: list[tuple[int, int, int]], cores: int) -> None:
     environment, processor, heard = one_core(cores)

@@ -171,7 +171,7 @@ def test_it_is_busy_while_it_moves() -> None:
 
 
 @given(ways, kinematics, maps, st.lists(st.integers(1, 40 * SECOND), max_size=12), st.floats(0.0, 30.0))
-@settings(max_examples=150)
+@settings(max_examples=examples(150))
 def test_many_steps_and_one_step_end_alike(
     way: Polyline, limits: Kinematics, free: np.ndarray, times: list[int], allowed: float
 ) -> None:

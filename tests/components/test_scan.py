@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 import simpy
+from examples import examples
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
@@ -82,7 +83,7 @@ def claims_of(scan: Scan, pixel_hz: int, hz: int) -> Claims:
         raise
 
 
-@settings(max_examples=200)
+@settings(max_examples=examples(200))
 @given(scans(), st.sampled_from(HZ), st.sampled_from(HZ))
 def test_claims_are_those_of_the_pixels(scan: Scan, pixel_hz: int, hz: int) -> None:
     claims = claims_of(scan, pixel_hz, hz)
@@ -92,7 +93,7 @@ def test_claims_are_those_of_the_pixels(scan: Scan, pixel_hz: int, hz: int) -> N
     assert claims.between(17, 301) == expected[301] - expected[17]
 
 
-@settings(max_examples=150)
+@settings(max_examples=examples(150))
 @given(
     scans(),
     st.sampled_from(HZ),

@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 import pytest
+from examples import examples
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from reference_sensor import cast_reference
@@ -41,7 +42,7 @@ def as_set(cells: np.ndarray) -> set[tuple[int, int]]:
 
 
 @given(scenes(), reaches, counts)
-@settings(max_examples=200)
+@settings(max_examples=examples(200))
 def test_the_kernel_casts_as_its_reference(
     scene: tuple[np.ndarray, tuple[float, float]], reach: float, rays: int
 ) -> None:
@@ -54,7 +55,7 @@ def test_the_kernel_casts_as_its_reference(
 
 
 @given(scenes(), reaches, counts)
-@settings(max_examples=200)
+@settings(max_examples=examples(200))
 def test_what_is_seen_is_true_and_in_range_and_behind_no_wall(
     scene: tuple[np.ndarray, tuple[float, float]], reach: float, rays: int
 ) -> None:

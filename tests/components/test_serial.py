@@ -9,6 +9,7 @@ from typing import Any
 
 import pytest
 import simpy
+from examples import examples
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from link_runs import Ask, Make, run
@@ -29,7 +30,7 @@ def ceil_ps(bits: Fraction | int, baud: int) -> int:
     return math.ceil(Fraction(bits) * 10**12 / baud)
 
 
-@settings(max_examples=200)
+@settings(max_examples=examples(200))
 @given(
     bits=st.integers(1, 2000),
     baud=st.integers(50, 10**7),
@@ -113,7 +114,7 @@ def test_earlier_messages_take_their_place_in_the_fifo() -> None:
     ]
 
 
-@settings(max_examples=150)
+@settings(max_examples=examples(150))
 @given(words=st.lists(st.integers(1, 12), max_size=8), depth=st.integers(1, 9))
 def test_all_words_given_and_not_on_the_wire_fit_the_fifo(words: list[int], depth: int) -> None:
     """Posted at once: message k is free when at most ``depth`` of the words up to its last have not begun."""

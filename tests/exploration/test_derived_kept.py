@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from examples import examples
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -64,7 +65,7 @@ def named(text: str) -> Any:
     return None
 
 
-@settings(max_examples=300)
+@settings(max_examples=examples(300))
 @given(expressions(), st.floats(1e-9, 1e9))
 def test_every_unit_that_an_expression_has_is_read_again(text: str, limit: float) -> None:
     figure = named(text)

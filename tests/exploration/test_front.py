@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import math
+from functools import cache
 
 import numpy as np
 import pytest
@@ -69,6 +70,14 @@ def test_of_nothing() -> None:
     assert non_dominated([[math.nan]], [False]).tolist() == [False]
 
 
+@cache
+def by_definition_of(spread: int, objectives: int) -> tuple[np.ndarray, np.ndarray]:
+    """Points of this spread, and which of them are not dominated: computed once for all sizes of groups."""
+    values = np.random.default_rng(spread).integers(0, spread, (700, objectives)).astype(float)
+    values[:300] /= np.linalg.norm(values[:300] + 1, axis=1, keepdims=True)
+    return values, np.array(by_definition(values.tolist(), [False] * objectives))
+
+
 @pytest.mark.parametrize("groups", [1, 3, 1024])
 @pytest.mark.parametrize("spread", [3, 40, 10**6])
 @pytest.mark.parametrize("objectives", [1, 2, 3, 5])
@@ -76,10 +85,8 @@ def test_groups_of_values_change_nothing(
     monkeypatch: pytest.MonkeyPatch, groups: int, spread: int, objectives: int
 ) -> None:
     monkeypatch.setattr(front, "_GROUPS", groups)
-    values = np.random.default_rng(groups).integers(0, spread, (700, objectives)).astype(float)
-    values[:300] /= np.linalg.norm(values[:300] + 1, axis=1, keepdims=True)
+    values, expected = by_definition_of(spread, objectives)
     maximise = [False] * objectives
-    expected = np.array(by_definition(values.tolist(), maximise))
     assert (non_dominated(values, maximise) == expected).all()
     best = values[expected]
     places = dominators(values, maximise, best)

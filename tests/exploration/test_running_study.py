@@ -25,7 +25,8 @@ EXPLORE = (
     *("--set", "workload.problem.arrive=0", "--set", "relax.termination=sound"),
 )
 POINTS = 7 * 3 * 9 * 2 * 6
-SECONDS = 120
+SECONDS = 1200
+"""A run that takes longer hangs."""
 
 
 @pytest.mark.skipif(os.name != "posix", reason="the run is stopped by a signal of POSIX")

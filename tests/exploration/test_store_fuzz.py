@@ -15,6 +15,7 @@ from typing import Any
 import pytest
 from click.testing import Result as Invoked
 from drive_fuzz import bounded
+from examples import examples
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from mission_specs import Ground
@@ -246,7 +247,7 @@ def test_any_file_of_points(
 
 
 @pytest.mark.slow
-@settings(fuzzed, max_examples=120)
+@settings(fuzzed, max_examples=examples(120))
 @given(st.data())
 def test_many_files_of_points(
     hwsw: Hwsw, explored: tuple[Path, Specs], tmp_path: Path, data: st.DataObject

@@ -6,6 +6,7 @@ from functools import cache
 from typing import Any
 
 import pytest
+from examples import examples
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from input_fuzz import quietly
@@ -84,7 +85,7 @@ def from_the_beginning(spec: Any) -> Any:
     return type(spec).model_validate(tree, context=context_of(document)).with_document(document)
 
 
-@settings(quietly, max_examples=150)
+@settings(quietly, max_examples=examples(150))
 @given(st.one_of(*POINTS))
 def test_a_point_is_what_its_edited_files_are(point: tuple[tuple[str, str], dict[str, Any]]) -> None:
     names, values = point

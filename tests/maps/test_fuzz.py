@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from examples import examples
 from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 from PIL import Image
@@ -62,7 +63,7 @@ def test_only_map_errors_come_out(name: str, tmp_path: Path) -> None:
 
     @given(damaged(SEEDS[name]))
     @example(b"\x89PNG\r\n\x1a\n")
-    @settings(max_examples=300, suppress_health_check=list(HealthCheck))
+    @settings(max_examples=examples(300), suppress_health_check=list(HealthCheck))
     def attempt(content: bytes) -> None:
         path.write_bytes(content)
         try:

@@ -8,6 +8,7 @@ from typing import Any
 import networkx
 import numpy as np
 import pytest
+from examples import examples
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -88,7 +89,7 @@ def test_loops_open_that_share_of_the_remaining_walls(loops: float) -> None:
     st.sampled_from([0.0, 0.5, 1.0]),
     st.data(),
 )
-@settings(max_examples=100)
+@settings(max_examples=examples(100))
 def test_rooms_are_whole_and_joined(
     rows: int, columns: int, room: tuple[int, int], wall: int, seed: int, extra: float, data: st.DataObject
 ) -> None:

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from examples import examples
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from PIL import Image
@@ -198,7 +199,7 @@ def test_a_promise_of_a_billion_cells_costs_nothing(tmp_path: Path, form: str) -
     st.integers(1, 12), st.integers(1, 12), st.integers(1, 5), st.data(),
     st.sampled_from([None, (0.0, 0.0, 0.0), (-3.0, 2.5, 0.0), (1.0, -2.0, 0.7)]),
 )  # fmt: skip
-@settings(max_examples=100)
+@settings(max_examples=examples(100))
 def test_no_step_moves_a_cell_in_metres(
     rows: int, columns: int, factor: int, data: st.DataObject, origin: tuple[float, float, float] | None
 ) -> None:

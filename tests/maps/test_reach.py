@@ -5,6 +5,7 @@ from __future__ import annotations
 import networkx
 import numpy as np
 import pytest
+from examples import examples
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
@@ -41,7 +42,7 @@ def grid_graph(free: np.ndarray, *, diagonal: bool) -> networkx.Graph:
 
 
 @given(free_and_goals())
-@settings(max_examples=150)
+@settings(max_examples=examples(150))
 def test_distances_agree_with_networkx(case: tuple[np.ndarray, list[tuple[int, int]]]) -> None:
     free, goals = case
     for diagonal in (False, True):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from examples import examples
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
@@ -41,7 +42,7 @@ def off_goals(problem: Problem, cells: NDArray[np.bool_]) -> NDArray[np.bool_]:
 
 
 @given(problems(), st.booleans(), st.sampled_from(["starts", "whole_map"]))
-@settings(max_examples=100)
+@settings(max_examples=examples(100))
 def test_a_stopped_wave_is_judged_by_the_cells_that_it_reached(
     problem: Problem, cutting: bool, stop: str
 ) -> None:

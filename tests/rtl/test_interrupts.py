@@ -14,7 +14,7 @@ from processes import gone
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals of a terminal")
 
-BOUND_S = 60
+BOUND_S = 300
 
 SCRIPT = """
 import sys

@@ -22,7 +22,8 @@ from codesign.testing import RULES, PlugInContract, broken_rules, cases_of, chec
     ("name", "words", "plug_in"), RULE_BREAKERS, ids=[f"{name}-{words}" for name, words, _ in RULE_BREAKERS]
 )
 def test_a_broken_rule_is_named(name: str, words: str, plug_in: PlugIn) -> None:
-    sentences = [breach.sentence for breach in broken_rules(plug_in) if breach.rule == name]
+    (rule,) = (each for each in RULES if each.name == name)
+    sentences = [breach.sentence for breach in broken_rules(plug_in, [rule])]
     assert any(words in sentence for sentence in sentences), sentences
 
 

@@ -208,7 +208,7 @@ from codesign.records import MapRecord, TaskRecord
 from codesign.trace import McapListener
 listener = McapListener(sys.argv[1])
 listener(MapRecord(0, "map", np.ones((8, 8), bool), np.zeros((0, 2), np.int32), None))
-for number in range(200_000):
+for number in range(60_000):
     listener(TaskRecord(number, "host", f"task {number}", number + 1, 1))
 os.kill(os.getpid(), signal.SIGKILL)
 """
@@ -224,13 +224,13 @@ def test_a_killed_run_leaves_a_file_whose_complete_chunks_are_read(
     trace = open_trace(part)
     assert not trace.complete
     tasks = list(trace.records(kinds=[TaskRecord]))
-    assert 100_000 < len(tasks) < 200_000
+    assert 20_000 < len(tasks) < 60_000
     assert tasks == [TaskRecord(n, "host", f"task {n}", n + 1, 1) for n in range(len(tasks))]
     info = hwsw("trace", "info", part)
     assert info.exit_code == 0
     assert "no, only the part before: the file is cut short" in info.output
     # What was written ends at the end of a chunk, as each chunk is written whole.
-    assert part.stat().st_size > 500_000
+    assert part.stat().st_size > 100_000
 
 
 @dataclass(frozen=True)

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from examples import examples
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as npst
@@ -71,7 +72,7 @@ def any_records(draw: st.DrawFn) -> Record:
 
 
 @given(any_records())
-@settings(max_examples=100)
+@settings(max_examples=examples(100))
 def test_a_record_comes_back_as_it_was(record: Record) -> None:
     assert same(decode(type(record), encode(record), record.time // 1000), record)
 

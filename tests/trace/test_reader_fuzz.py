@@ -11,6 +11,7 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 import pytest
+from examples import examples
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from trace_samples import a_mission, a_run
@@ -58,7 +59,7 @@ def exercise(trace: Trace) -> None:
 
 
 @given(data=st.data())
-@settings(max_examples=250)
+@settings(max_examples=examples(250))
 def test_only_trace_errors_come_out_of_mutated_files(
     data: st.DataObject, tmp_path_factory: pytest.TempPathFactory
 ) -> None:
@@ -99,7 +100,7 @@ def without_checksums(path: Path) -> None:
 
 
 @given(st.sampled_from(a_run() + a_mission()), st.data())
-@settings(max_examples=250)
+@settings(max_examples=examples(250))
 def test_only_trace_errors_come_out_of_mutated_messages(record: Record, data: st.DataObject) -> None:
     """A message with some bytes replaced is a good record or an error."""
     message = bytearray(encode(record))
@@ -136,7 +137,7 @@ def old_messages() -> list[tuple[type[Record], bytes]]:
 
 
 @given(st.sampled_from(old_messages()), st.data())
-@settings(max_examples=250)
+@settings(max_examples=examples(250))
 def test_only_trace_errors_come_out_of_mutated_messages_in_json(
     old: tuple[type[Record], bytes], data: st.DataObject
 ) -> None:

@@ -8,6 +8,7 @@ import pickle
 import networkx
 import numpy as np
 import pytest
+from examples import examples
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
@@ -45,7 +46,7 @@ def problems(draw: st.DrawFn) -> tuple[NDArray[np.bool_], tuple[int, int], list[
     return free, start, goals
 
 
-@settings(max_examples=300)
+@settings(max_examples=examples(300))
 @given(problems())
 def test_kernel_leaves_what_the_listing_leaves(
     given_problem: tuple[NDArray[np.bool_], tuple[int, int], list[tuple[int, int]]],
@@ -70,7 +71,7 @@ def test_kernel_leaves_what_the_listing_leaves(
         assert plan.spreading == len([cell for cell in expected.pushed if cell not in on_path])
 
 
-@settings(max_examples=150)
+@settings(max_examples=examples(150))
 @given(problems())
 def test_path_is_a_shortest_one(
     given_problem: tuple[NDArray[np.bool_], tuple[int, int], list[tuple[int, int]]],

@@ -140,7 +140,7 @@ def problems(draw):
     return free, [divmod(cell, columns) for cell in picked]
 
 
-@settings(max_examples=100)
+@settings(max_examples=examples(100))
 @given(problems(), st.integers(1, 40))
 def test_a_share_below_one_means_local_maxima(problem, precision):
     free, goals = problem

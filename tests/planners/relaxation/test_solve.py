@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from examples import examples
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
@@ -65,7 +66,7 @@ def chosen(method: Method, omega: float, r: float) -> dict[str, float]:
     accelerations,
     st.integers(1, 6),
 )
-@settings(max_examples=250)
+@settings(max_examples=examples(250))
 def test_kernels_give_the_bits_of_the_plain_loops(
     problem: Any, method: Method, boundary: Boundary, omega: float, r: float, count: int
 ) -> None:

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from avoidance_scenes import assert_same_run
+from examples import examples
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydantic import ValidationError
@@ -70,7 +71,7 @@ def test_a_value_that_leaves_its_word_ends_the_run() -> None:
     assert max(np.abs(run.positions).max(), np.abs(run.velocities).max()) < 2**15
 
 
-@settings(max_examples=200)
+@settings(max_examples=examples(200))
 @given(st.floats(1e-3, 4096.0), st.integers(8, 24))
 def test_formats_hold_their_greatest_value_and_no_bit_less(greatest: float, width: int) -> None:
     bits = fraction_bits(greatest, width)

@@ -141,7 +141,7 @@ coordinate = st.floats(-50.0, 50.0)
 vector = st.tuples(coordinate, coordinate)
 
 
-@settings(max_examples=300)
+@settings(max_examples=examples(300))
 @given(vector, vector, vector, st.floats(0.01, 2.0))
 def test_the_least_distance_along_a_parabola_is_never_above_any_moment_of_it(
     begin: tuple[float, float], velocity: tuple[float, float], end: tuple[float, float], seconds: float
@@ -255,7 +255,7 @@ def test_gains_beyond_a_robots_limits_are_refused_with_place_range_and_remedy(
     assert error["loc"] == ("gains", place)
 
 
-@settings(max_examples=100)
+@settings(max_examples=examples(100))
 @given(st.integers(0, 100))
 def test_the_greatest_gain_that_is_named_is_accepted(hundredths: int) -> None:
     """What a refusal says is accepted: also on the bound, as 0.09 is for 0.81."""

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from avoidance_scenes import assert_same_run, scenes
+from examples import examples
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -45,7 +46,7 @@ def test_kernel_is_the_reference_bit_for_bit(scene: tuple[RobotsProblem, AvoidPa
 vectors = st.tuples(st.integers(-(2**24), 2**24), st.integers(-(2**24), 2**24))
 
 
-@settings(max_examples=300)
+@settings(max_examples=examples(300))
 @given(vectors, vectors, st.integers(1, 2**23), st.booleans())
 def test_compiled_detection_is_equation_4_with_nine_products(
     position: tuple[int, int], velocity: tuple[int, int], radius: int, approaching: bool
@@ -77,7 +78,7 @@ def test_compiled_detection_at_the_very_threshold() -> None:
 finite = st.floats(-100.0, 100.0).filter(lambda value: abs(value) > 1e-3)
 
 
-@settings(max_examples=200)
+@settings(max_examples=examples(200))
 @given(finite, finite, finite, finite)
 def test_detection_agrees_with_the_least_distance_along_the_way(
     x: float, y: float, vx: float, vy: float

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from examples import examples
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -110,7 +111,7 @@ def test_what_the_rtl_does_not_take_of_table_i_belongs_to_the_paper_alone() -> N
         assert (resources.TABLE_I in {each.name for each in lines}) == listed
 
 
-@settings(max_examples=200)
+@settings(max_examples=examples(200))
 @given(st.integers(8, 24), st.booleans(), st.data())
 def test_factors_of_a_detector_fit_the_bits_they_are_given(width: int, half: bool, data: Any) -> None:
     wide = multipliers.wide_bits({"WIDTH": width, "HALF": half}) - 1

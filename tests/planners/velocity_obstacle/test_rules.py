@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from examples import examples
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -97,7 +98,7 @@ def test_thresholds_belong_to_the_side_that_is_told() -> None:
     assert not plain.target_check(numbers, RobotState((0.0, 0.0), (3.001, 0.0)))
 
 
-@settings(max_examples=100)
+@settings(max_examples=examples(100))
 @given(st.tuples(st.integers(-25_000, 25_000), st.integers(-25_000, 25_000)))
 def test_braking_is_of_each_axis_by_itself_and_no_more_than_a_step_allows(velocity: tuple[int, int]) -> None:
     numbers = numbers_of()
@@ -120,7 +121,7 @@ def test_a_robot_that_has_arrived_stays_so_brakes_and_rests() -> None:
     assert not run.checks[run.candidates == STAY].any()
 
 
-@settings(max_examples=100)
+@settings(max_examples=examples(100))
 @given(
     st.floats(0.5, 12.0),
     st.floats(3.0, 20.0),
@@ -167,7 +168,7 @@ def test_a_product_is_rounded_to_nearest_halves_up() -> None:
     assert [quantise(half, 0) for half in (-1.5, -0.5, 0.5, 1.5)] == [-1, 0, 1, 2]
 
 
-@settings(max_examples=100)
+@settings(max_examples=examples(100))
 @given(st.floats(1.0, 3.0), st.floats(60.0, 4000.0))
 def test_words_hold_a_thirty_second_more_than_the_limits_and_positions_a_power_of_two(
     speed: float, side: float

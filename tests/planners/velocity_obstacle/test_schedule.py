@@ -5,6 +5,7 @@ from __future__ import annotations
 from itertools import pairwise
 
 import pytest
+from examples import examples
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -61,7 +62,7 @@ def test_other_unit_counts_lie_between_the_published_styles() -> None:
     assert trial_cycles(8, Units(1, 2), 7, 10) == 7 * 8 + 10
 
 
-@settings(max_examples=100)
+@settings(max_examples=examples(100))
 @given(
     st.integers(2, 20),
     st.integers(1, 20),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from examples import examples
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
@@ -44,7 +45,7 @@ def walks(draw: st.DrawFn) -> tuple[NDArray[np.bool_], tuple[int, int], tuple[in
 
 
 @given(walks(), st.booleans())
-@settings(max_examples=120)
+@settings(max_examples=examples(120))
 def test_shortest_ways_add_up_to_the_potential(
     walk: tuple[NDArray[np.bool_], tuple[int, int], tuple[int, int]], penalised: bool
 ) -> None:
@@ -65,7 +66,7 @@ def test_shortest_ways_add_up_to_the_potential(
 
 
 @given(walks())
-@settings(max_examples=120)
+@settings(max_examples=examples(120))
 def test_safe_ways_arrive_by_equations_4_and_5(
     walk: tuple[NDArray[np.bool_], tuple[int, int], tuple[int, int]],
 ) -> None:
@@ -127,7 +128,7 @@ def test_the_skeleton_of_a_corridor_is_its_middle(width: int, crest: list[int]) 
 
 
 @given(walks(), st.integers(1, 15), st.integers(1, 15), st.sampled_from(["plain", "corners", "penalty"]))
-@settings(max_examples=120)
+@settings(max_examples=examples(120))
 def test_tiles_give_the_same_potentials(
     walk: tuple[NDArray[np.bool_], tuple[int, int], tuple[int, int]], height: int, width: int, kind: str
 ) -> None:

@@ -175,7 +175,7 @@ def test_three_dimensions_without_corner_cutting() -> None:
 
 
 @given(problems(16), st.booleans())
-@settings(max_examples=100)
+@settings(max_examples=examples(100))
 def test_half_the_potential_is_within_its_bound_of_the_octile_distance(
     problem: tuple[NDArray[np.bool_], list[Cell]], cutting: bool
 ) -> None:

@@ -11,6 +11,7 @@ import pytest
 import yaml
 from click.testing import Result as Invoked
 from drive_fuzz import DISPLAY, MEMORY, Change, bounded, changes, files, placements
+from examples import examples
 from hypothesis import given, settings
 from mission_specs import Ground, rectangle
 
@@ -49,7 +50,7 @@ def test_check_and_run_agree(tmp_path: Path, placement: str, made: list[Change])
 
 
 @pytest.mark.slow
-@settings(fuzzed, max_examples=400)
+@settings(fuzzed, max_examples=examples(400))
 @given(placements, changes(most=6))
 def test_check_and_run_agree_on_many(tmp_path: Path, placement: str, made: list[Change]) -> None:
     agree(*files(tmp_path, placement, made, limit="20 s", events=3000))

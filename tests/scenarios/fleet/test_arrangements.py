@@ -7,6 +7,7 @@ import math
 
 import numpy as np
 import pytest
+from examples import examples
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -66,7 +67,7 @@ def test_groups_of_several_ranks_keep_their_order() -> None:
     radius=st.integers(1, 2**12),
     farther=st.integers(0, 2**14),
 )
-@settings(max_examples=200)
+@settings(max_examples=examples(200))
 def test_beyond_the_range_nobody_is_on_a_course(
     x: int, y: int, vx: int, vy: int, radius: int, farther: int
 ) -> None:

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from examples import examples
 from fleet_specs import Ground
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -20,7 +21,7 @@ coordinate = st.floats(-8.0, 8.0, allow_subnormal=False)
 vectors = st.lists(st.tuples(coordinate, coordinate), min_size=3, max_size=3).map(np.array)
 
 
-@settings(max_examples=300)
+@settings(max_examples=examples(300))
 @given(vectors, vectors, vectors, st.floats(0.5, 6.0))
 def test_the_first_touch_is_that_of_a_dense_walk(before: Any, after: Any, drift: Any, limit: float) -> None:
     shares = np.linspace(0.0, 1.0, FINE)

@@ -143,7 +143,7 @@ def test_any_fleet(tmp_path: Path, fleet: dict[str, dict[str, Any]], clock: str,
 SCALES = st.one_of(st.floats(1e-3, 4096.0), st.sampled_from([5e-324, 1e-300, 1e-30, 4096.0]))
 
 
-@settings(max_examples=300)
+@settings(max_examples=examples(300))
 @given(
     st.tuples(SCALES, SCALES, SCALES),
     st.sampled_from([1e-3, 1.0, 100.0, 4096.0]),

@@ -26,7 +26,7 @@ def a_map(seed: int, share: float = 0.2) -> np.ndarray:
 
 
 @given(st.integers(0, 2**32), radii, sensors, st.booleans())
-@settings(max_examples=100)
+@settings(max_examples=examples(100))
 def test_belief_after_scans_is_belief_made_anew(
     seed: int, radius: float, sensor: Sensor, knows: bool
 ) -> None:
@@ -96,7 +96,7 @@ def test_nothing_known_is_all_open_to_planning_and_closed_to_driving() -> None:
 
 
 @given(st.integers(0, 2**32), st.sampled_from([0.1, 0.4]))
-@settings(max_examples=100)
+@settings(max_examples=examples(100))
 def test_frontier_cells_by_their_definition(seed: int, share: float) -> None:
     random = np.random.default_rng(seed)
     belief = Belief(SIDE, SIDE, a_map(seed), unknown=random.random((SIDE, SIDE)) < share)

@@ -60,7 +60,7 @@ def grown(obstacles: np.ndarray, radius: float) -> np.ndarray:
     st.sampled_from([0.0, 0.5, 0.6, 0.75, 1.0, 1.5, 2.3]),
     st.tuples(st.integers(1, 9), st.integers(1, 9)),
 )
-@settings(max_examples=100)
+@settings(max_examples=examples(100))
 def test_inflation_after_changes_is_inflation_anew(seed: int, radius: float, shape: tuple[int, int]) -> None:
     random = np.random.default_rng(seed)
     obstacles = random.random(shape) < 0.2
