@@ -33,7 +33,7 @@ RARELY = {
     "xc3se": "XC3S500E-4",
     "xc4v": "XC4VLX160-12",
     "xc7": "XC7A100T-1",
-    "ice40": "iCE40HX8K",
+    "ice40": "iCE40HX8K-STD",
 }
 """A part of each family."""
 
@@ -68,7 +68,7 @@ def test_the_commands_of_the_readme_count_what_synth_counts(
     counted = hwsw("synth", *specs, *settings(part), "--json")
     assert counted.exit_code == 0, counted.output
     document = json.loads(counted.output)
-    assert document["total"]["lut4"] > 100
+    assert document["total"]["lut4"] > 50
     (total,) = netlist.by_piece({}).values()
     assert total.by_resource() == document["total"]
 
