@@ -9,7 +9,6 @@ from __future__ import annotations
 import math
 from abc import abstractmethod
 from collections.abc import Callable, Generator
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -79,14 +78,6 @@ def task_record(task: str, cycles: int) -> Callable[[int, int, str], TaskRecord]
     return lambda begin, end, source: TaskRecord(begin, source, task, end, cycles)
 
 
-def side_step(step: Step, kernel: str, instead: int = 0) -> Step:
-    """A step in units of a kernel that a platform may leave out: then it takes ``instead`` units of the style's kernel.
-
-    A cost that was published or assumed for a whole planner holds such work already.
-    """
-    return replace(step, kernel=kernel, instead=instead)
-
-
-def one_step(task: str, cycles: int, ram_addresses: int = 0) -> Step:
-    """A step of one unit, recorded as a ``TaskRecord`` of ``task``."""
-    return Step(task, np.array([cycles], np.int64), task_record(task, cycles), ram_addresses)
+def one_step(task: str, cycles: int, ram_addresses: int = 0, kernel: str = "") -> Step:
+    """A step of one unit, recorded as a ``TaskRecord`` of ``task``; ``kernel`` as of ``Step``."""
+    return Step(task, np.array([cycles], np.int64), task_record(task, cycles), ram_addresses, kernel)

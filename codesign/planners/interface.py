@@ -151,16 +151,11 @@ _TASK_TEXTS = {
 
 
 class MapWork(NamedTuple):
-    """Work on the map before it is sent: ``what`` it is, in ``units`` of a ``kernel`` of the processor that sends it.
-
-    ``instead``: as of ``Step``: None where a platform has to give a cost of the kernel for the work to be counted, and
-    0 where the cost of another kernel may hold it already.
-    """
+    """Work on the map before it is sent: ``what`` it is, in ``units`` of a ``kernel`` of its sender, a processor."""
 
     what: str
     kernel: str
     units: int
-    instead: int | None = None
 
 
 class LoadParameters(TaskParameters):
@@ -250,7 +245,8 @@ class Planner(ABC):
     def map_work(self, _job: Job[Any, Any], /) -> tuple[MapWork, ...]:
         """The work of the component that sends the map, done before each plan. By default none.
 
-        A component without the cost of a kernel takes no time for it; a note of the result says so.
+        A processor without the cost of a kernel is refused. An FPGA that sends the map takes no time for it; a note
+        of the result says so.
         """
         return ()
 

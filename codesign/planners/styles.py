@@ -31,9 +31,8 @@ class Step:
     the record for listeners from (begin ps, end ps, source). It is called only where there is a listener; None: the
     step has no record. ``phase`` names the phase that the cycles count in. ``ram_addresses``: the addresses that each
     block RAM gets in every cycle; all block RAMs of a design are driven alike. ``kernel``: on a processor, the unit of
-    the cycles where that is not the kernel of the style. ``instead``: units of the style's kernel that the step takes
-    where the platform has no cost of ``kernel``; None: a platform has to give that cost. ``makes``: the
-    class of the records that ``record`` makes; records that no listener wants are not made.
+    the cycles where that is not the kernel of the style. ``makes``: the class of the records that ``record`` makes;
+    records that no listener wants are not made.
     """
 
     phase: str
@@ -41,7 +40,6 @@ class Step:
     record: Any = None
     ram_addresses: int = 0
     kernel: str = ""
-    instead: int | None = None
     makes: type[Record] = TaskRecord
 
 

@@ -231,10 +231,10 @@ class _Recorder:
         what: str = "",
         priority: int = 0,  # noqa: ARG002
     ) -> Generator[Any, Any, None]:
-        """Process generator: units of a kernel on the component of a task, where that has a cost of it."""
+        """Process generator: units of a kernel on the component of a task, where that is a processor."""
         name = self.system.placement.places[task]
         spec = self.system.platform.components[name]
-        if units and isinstance(spec, ProcessorComponent) and kernel in spec.costs:
+        if units and isinstance(spec, ProcessorComponent):
             self.acts.append(Act(name, what or task, kernel, units))
         return
         yield
@@ -244,7 +244,7 @@ class _Recorder:
         spec = spec_of(self.system, name)
         if isinstance(spec, FpgaComponent):
             return (yield from self._on_fpga(name, steps))
-        return (yield from self._on_processor(name, steps, kernel, spec.costs))
+        return (yield from self._on_processor(name, steps, kernel))
 
     def _on_fpga(self, name: str, steps: Generator[Step, None, Any]) -> Generator[Any, Any, Any]:
         while True:
@@ -266,7 +266,7 @@ class _Recorder:
             yield from self._exchange(exchange)
 
     def _on_processor(
-        self, name: str, steps: Generator[Step, None, Any], kernel: str, costs: Mapping[str, Any]
+        self, name: str, steps: Generator[Step, None, Any], kernel: str
     ) -> Generator[Any, Any, Any]:
         while True:
             try:
@@ -277,8 +277,6 @@ class _Recorder:
                 yield from self._exchange(step)
                 continue
             units, wanted = int(step.cycles.sum()), step.kernel or kernel
-            if step.instead is not None and wanted not in costs:
-                units, wanted = step.instead, kernel
             if units:
                 self.acts.append(Act(name, step.phase, wanted, units, ((step.phase, units),)))
 

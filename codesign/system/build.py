@@ -188,14 +188,13 @@ class Machine:
         what: str = "",
         priority: int = CONTROL,
     ) -> Generator[Any, Any, None]:
-        """Process generator: ``units`` of a kernel on the component of ``task``, where that has a cost of it.
+        """Process generator: ``units`` of a kernel on the component of ``task``, where that is a processor.
 
-        ``what``: what is done, in records and terms; by default the task. What a platform gives no cost of takes no
-        time.
+        ``what``: what is done, in records and terms; by default the task. On an FPGA it takes no time.
         """
         name = self.system.placement.places[task]
         component, spec = self.by_name[name], self.system.platform.components[name]
-        if not units or not isinstance(spec, ProcessorComponent) or kernel not in spec.costs:
+        if not units or not isinstance(spec, ProcessorComponent):
             return
         begin, spent = self.now, component.duration(kernel, units)
         yield from component.execute(kernel, units, what or task, priority=priority)
@@ -301,10 +300,6 @@ class Machine:
                 yield from self._exchange(step, ledger, priority)
                 continue
             begin, units, wanted = self.now, int(step.cycles.sum()), step.kernel or kernel
-            if step.instead is not None and wanted not in processor.costs:
-                units, wanted = step.instead, kernel
-                if not units:
-                    continue
             if units:
                 yield from processor.execute(wanted, units, step.phase, priority=priority)
                 spent = processor.duration(wanted, units)

@@ -195,7 +195,7 @@ class _Chain:
         system = self.machine.system
         with planner_code(system.planner):
             works = system.planner.map_work(replace(system.job, problem=self.problem, memo=self._memo))
-        for what, kernel, units, _ in works:
+        for what, kernel, units in works:
             yield from self.machine.charge(LOAD, kernel, units, self.ledger, what=what, priority=PLANNING)
 
     def load(self, task: str) -> Generator[Any, Any, None]:

@@ -22,7 +22,7 @@ from codesign.system.scenario import Draft
 DISPLAY, DETECT = "display", "detect"
 
 RENDER_KERNEL = "render_robot"
-"""The kernel of drawing one robot. A processor without a cost of it shows positions at once."""
+"""The kernel of drawing one robot."""
 
 _OPTIONAL = frozenset({LOWER_BOUND, DISPLAY})
 """Tasks that are done only where they are mapped."""
@@ -86,6 +86,9 @@ def place(draft: Draft) -> tuple[Placement | None, list[Fault]]:
         for kernel in style.kernels(job)
     ]
     needed += [(places[task.name], task.kernel, f"task {task.name}") for task in workload.tasks]
+    beside = draft.scenario.kernels(draft, places)
+    needed += [(places[task], kernel, f"task {task}") for task, kernel in beside.items() if task in places]
+    needed += [(places[LOAD], work.kernel, work.what) for work in planner.map_work(draft.job) if work.units]
     faults += _cost_faults(platform, needed)
     return (None if faults else Placement(places, graph, inside, styles)), faults
 
@@ -222,31 +225,25 @@ def _cost_faults(platform: Platform, needed: Sequence[tuple[str, str, str]]) -> 
             continue
         if (name, kernel) not in reported:
             text = f"{name} has no cost of kernel {kernel}, which {user} is counted in"
-            hint = f"add {kernel}: TIME to the costs of {name}, or map the task to another component or style"
+            hint = (
+                f"add {kernel}: TIME to the costs of {name} (0 s where another cost holds it), or map the task to"
+                " another component or style"
+            )
             faults.append(fault(platform, ("components", name, "costs"), text, hint))
         reported.add((name, kernel))
     return faults
 
 
 def map_work_notes(draft: Draft, placement: Placement) -> tuple[str, ...]:
-    """A note for work on the map whose time does not count: the component that sends the map has no cost of it."""
+    """A note for work on the map whose time does not count: the component that sends the map is no processor."""
     name = placement.places[LOAD]
     spec = draft.platform.components[name]
-    costs = spec.costs if isinstance(spec, ProcessorComponent) else {}
-    uncounted = [
-        work
-        for work in draft.planner.map_work(draft.job)
-        if work.instead is None and work.units and work.kernel not in costs
-    ]
-    if not isinstance(spec, ProcessorComponent):
-        return tuple(
-            f"{work.what}: {name}, which sends the map, is {a_type(spec.type)}; the time of that is not counted"
-            for work in uncounted
-        )
+    if isinstance(spec, ProcessorComponent):
+        return ()
+    done = dict.fromkeys(work.what for work in draft.planner.map_work(draft.job) if work.units)
     return tuple(
-        f"{work.what}: {name}, which sends the map, has no cost of kernel {work.kernel}; the time of that is not"
-        f" counted: add {work.kernel}: TIME to its costs"
-        for work in uncounted
+        f"{what}: {name}, which sends the map, is {a_type(spec.type)}; the time of that is not counted"
+        for what in done
     )
 
 

@@ -125,6 +125,10 @@ class Scenario(ABC):
         """
         return ()
 
+    def kernels(self, _draft: Draft, _places: Mapping[str, str], /) -> Mapping[str, str]:
+        """The kernel that each task of its own is counted in where a processor does it. By default none."""
+        return {}
+
     @abstractmethod
     def run(
         self,

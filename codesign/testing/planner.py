@@ -70,9 +70,6 @@ def map_work_is_counted_in_kernels(case: Case) -> None:
         require(
             counted, f"map_work counts {work.units!r} units of {work.kernel}: give an integer of 0 or more"
         )
-        require(
-            work.instead in (None, 0), f"map_work of {work.kernel} has instead {work.instead!r}: None or 0"
-        )
 
 
 @rule()

@@ -155,7 +155,7 @@ def styles_on_a_processor_list_their_kernels(case: Case) -> None:
         if style.component_type == "processor":
             listed = set(style.kernels(case.job))
             require("" not in listed, f"{of(style)} lists no kernel")
-            used = {step.kernel or style.kernel for step in run.steps if step.instead is None}
+            used = {step.kernel or style.kernel for step in run.steps}
             require(used <= listed, f"{of(style)} counts in {names(used - listed)}, which kernels leaves out")
         else:
             used = {style.kernel, *(step.kernel for step in run.steps)} - {""}

@@ -13,6 +13,7 @@ import pytest
 import codesign
 from codesign import maps
 from codesign.calibrate.host_costs import all_probes
+from codesign.errors import SpecError
 from codesign.inputs import Platform
 from codesign.planners.harmonic.plan import relax
 from codesign.planners.harmonic.styles.node_kernels import relax_nodes
@@ -47,9 +48,9 @@ SIDE_KERNELS = {
 }
 
 
-def costs(*left_out: str) -> dict[str, int]:
+def costs() -> dict[str, int]:
     """Costs in ps, all different."""
-    names = sorted({*all_probes(), *NOT_TIMED} - set(left_out))
+    names = sorted({*all_probes(), *NOT_TIMED})
     return {name: 1_000 + 7 * index for index, name in enumerate(names)}
 
 
@@ -85,22 +86,13 @@ def steps_of(platform: Platform, question: Mapping[str, Any]) -> tuple[str, list
 
 
 def priced(kernel: str, steps: list[Step], prices: Mapping[str, int]) -> int:
-    """Picoseconds of the steps: units times costs, and the units instead where the platform has no cost."""
-    total = 0
-    for step in steps:
-        unit, units = step.kernel or kernel, int(step.cycles.sum())
-        if unit not in prices and step.instead is not None:
-            unit, units = kernel, step.instead
-        total += prices[unit] * units if units else 0
-    return total
+    """Picoseconds of the steps: units times costs."""
+    return sum(prices[step.kernel or kernel] * int(step.cycles.sum()) for step in steps)
 
 
-@pytest.mark.parametrize("left_out", [(), tuple(sorted(SIDE_KERNELS))], ids=["all costs", "no side costs"])
 @pytest.mark.parametrize(("planner", "parameters", "task"), CASES, ids=str)
-def test_the_simulated_time_is_units_times_costs(
-    planner: str, parameters: dict[str, Any], task: str, left_out: tuple[str, ...]
-) -> None:
-    prices = costs(*left_out)
+def test_the_simulated_time_is_units_times_costs(planner: str, parameters: dict[str, Any], task: str) -> None:
+    prices = costs()
     platform, question = host(prices), workload(planner, parameters, task)
     result = codesign.simulate(platform, question)
     assert result.task is not None
@@ -121,14 +113,15 @@ def test_every_kernel_of_a_host_style_has_a_probe() -> None:
     assert set(counted) >= SIDE_KERNELS
 
 
-def test_the_side_kernels_are_those_that_a_platform_may_leave_out() -> None:
-    optional = {
-        step.kernel
-        for planner, parameters, task in CASES
-        for step in steps_of(host(costs()), workload(planner, parameters, task))[1]
-        if step.instead is not None
-    }
-    assert optional == SIDE_KERNELS
+@pytest.mark.parametrize(("planner", "parameters", "task"), CASES, ids=str)
+def test_a_kernel_without_a_cost_is_a_fault(planner: str, parameters: dict[str, Any], task: str) -> None:
+    """None counts as zero: without the cost of any kernel that a run counts in, there is no run."""
+    question = workload(planner, parameters, task)
+    kernel, steps = steps_of(host(costs()), question)
+    for left_out in {step.kernel or kernel for step in steps}:
+        platform = host({name: cost for name, cost in costs().items() if name != left_out})
+        with pytest.raises(SpecError, match=f"pc has no cost of kernel {left_out}, which"):
+            codesign.simulate(platform, question)
 
 
 @pytest.mark.parametrize("seed", range(4))

@@ -14,7 +14,8 @@ from codesign.calibrate.host_costs import FOLLOWING, OCCUPANCY, all_probes
 from codesign.calibrate.kernels import authority_ahead, enter_scan, follow, measure_ranges
 from codesign.components.path import Polyline, authority
 from codesign.components.sensor import RaySensor
-from codesign.scenarios.drive import pilot
+from codesign.planners.interface import COMMAND, LOAD
+from codesign.scenarios.drive.tasks import KERNELS
 from codesign.scenarios.drive.world.belief import Belief
 from codesign.scenarios.drive.world.inflation import footprint
 
@@ -89,4 +90,4 @@ def test_a_way_followed_is_a_command_from_each_of_its_points() -> None:
 
 
 def test_the_kernels_that_a_drive_charges_for_are_measured() -> None:
-    assert {pilot.OCCUPANCY, pilot.FOLLOWING} == {OCCUPANCY, FOLLOWING} <= set(all_probes())
+    assert {KERNELS[LOAD], KERNELS[COMMAND]} == {OCCUPANCY, FOLLOWING} <= set(all_probes())

@@ -2,21 +2,26 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
+import yaml
 from pydantic import BaseModel
 
+import codesign
 from codesign.calibrate.host_costs import all_probes
 from codesign.errors import InputError, SpecError
-from codesign.figures import Figure, Status
+from codesign.figures import FIGURES, Figure, Status
 from codesign.inputs import Platform, design_point, list_platforms, load_part, load_platform
 from codesign.inputs.components import FpgaComponent, ProcessorComponent
+from codesign.inputs.files import data_folder
 from codesign.inputs.host_file import HOSTS
 from codesign.inputs.part_file import PARTS
 from codesign.inputs.platform import Board
+from codesign.planners.styles import Architecture
 from codesign.scenarios import simulate
 from codesign.system import catalog
 
@@ -167,13 +172,94 @@ def test_prices_are_figures() -> None:
             assert "20" in price.source
 
 
-@pytest.mark.parametrize("name", HOSTS.names())
+def processors(platform: Platform) -> list[ProcessorComponent]:
+    return [spec for spec in platform.components.values() if isinstance(spec, ProcessorComponent)]
+
+
+ON_SALE = sorted(
+    {
+        spec.host or ""
+        for name in PLATFORMS
+        if PLATFORMS[name].board is not None
+        for spec in processors(PLATFORMS[name])
+    }
+    | {"epyc-9004"}
+)
+"""The hosts of boards, and the one that was measured. The others are the machines of papers."""
+
+
+@pytest.mark.parametrize("name", ON_SALE)
 def test_hosts_have_a_cost_of_every_kernel(name: str) -> None:
     costs = HOSTS.find(name).all_costs()
     assert set(costs) == set(all_probes())
     for cost in costs.values():
         assert isinstance(cost.value, int)
         assert cost.interval[0] < cost.value < cost.interval[1]
+
+
+SOFTWARE = [style for style in catalog.architectures().values() if style.component_type == "processor"]
+
+
+@pytest.mark.parametrize("name", sorted(set(HOSTS.names()) - set(ON_SALE)))
+def test_the_machine_of_a_paper_has_all_costs_of_a_program_or_none(name: str) -> None:
+    """A cost of 0 names the cost that holds it."""
+    costs = HOSTS.find(name).all_costs()
+    families = ("breadth_first_(?!java)", "wavefront_", "relaxation_")
+    for family in families:
+        known = {kernel for kernel in all_probes() if re.match(family, kernel)}
+        assert known & set(costs) in (set(), known)
+    for cost in costs.values():
+        holder = re.match(r"held in (\w+), ", cost.source)
+        assert (cost.value == 0) == (holder is not None)
+        assert holder is None or costs[holder[1]].value > 0
+
+
+def test_one_computer_is_one_file() -> None:
+    """No platform has a list of costs of its own, so a computer plans alike wherever it stands."""
+    for path in data_folder("platforms").glob("*.yaml"):
+        tree = yaml.safe_load(path.read_text(encoding="utf-8"))
+        for component in tree["components"].values():
+            if component["type"] == "processor":
+                assert "host" in component, path.name
+                assert "costs" not in component, path.name
+
+
+@pytest.mark.parametrize("host", sorted(HOSTS.names()))
+def test_platforms_with_one_host_give_one_software_time(host: str) -> None:
+    times: dict[str, set[float | None]] = {}
+    for platform in PLATFORMS.values():
+        for name, spec in platform.components.items():
+            if not isinstance(spec, ProcessorComponent) or spec.host != host:
+                continue
+            for style in SOFTWARE:
+                if {style.kernel} <= set(spec.costs):
+                    question = in_software(style, name)
+                    time = simulate(platform, codesign.load_workload(question)).figure(
+                        FIGURES["plan_time_worst_s"]
+                    )
+                    times.setdefault(f"{style.planner} {style.style}", set()).add(time)
+    assert all(len(each) == 1 for each in times.values()), times
+    assert times or host == "pc-2013"
+
+
+def in_software(style: Architecture, component: str) -> dict[str, Any]:
+    """A plan on a component, in that style."""
+    planner = catalog.planner(style.planner)
+    parameters: dict[str, Any] = {"component": component, "style": style.style}
+    if style.planner == "harmonic":
+        parameters |= {"block": [12, 16], "iterations": 40, "schedule": [15, 31]}
+    return {
+        "kind": "workload",
+        "name": "here",
+        "planner": style.planner,
+        "problem": {
+            "map": {"generate": "rooms", "rows": 24, "columns": 32, "room": [11, 15], "door": 3, "seed": 5},
+            "goals": [[2, 2]],
+            "starts": [[20, 28]],
+            "arrive": 0,
+        },
+        "mapping": {planner.planning_task: parameters},
+    }
 
 
 def test_a_host_that_was_not_measured_is_a_measured_one_times_its_factor() -> None:

@@ -23,6 +23,13 @@ components:
     clock: 600 MHz
     costs:
       breadth_first_cell: 100 ns
+      breadth_first_map_cell: 0 s
+      breadth_first_wall_cell: 0 s
+      wavefront_map_cell: 0 s
+      wavefront_time_step: 0 s
+      relaxation_map_cell: 0 s
+      relaxation_diagonal: 0 s
+      relaxation_check_cell: 0 s
       wavefront_cell: 100 ns
       relaxation_node_update: 100 ns
       harmonic_node_update: 100 ns

@@ -23,6 +23,8 @@ components:
     clock: 1 GHz
     costs:
       breadth_first_cell: {{value: {cost} us, low: {low} us, high: {high} us, status: assumed, source: a test}}
+      breadth_first_map_cell: 0 s
+      breadth_first_wall_cell: 0 s
     power: {{busy: {busy} W, idle: {idle} W}}
 """
 
@@ -31,7 +33,11 @@ kind: platform
 name: fabric
 components:
   fpga: {type: fpga, part: XC2V6000-4, clock: 290 MHz}
-  cpu: {type: processor, clock: 1 GHz, costs: {breadth_first_cell: 1 ms}, power: {busy: 2 W, idle: 1 W}}
+  cpu:
+    type: processor
+    clock: 1 GHz
+    costs: {breadth_first_cell: 1 ms, breadth_first_map_cell: 0 s, breadth_first_wall_cell: 0 s}
+    power: {busy: 2 W, idle: 1 W}
 links:
   bus: {type: bus, between: [cpu, fpga], width: 32, clock: 33 MHz, setup_cycles: 8, burst_words: 16}
 """

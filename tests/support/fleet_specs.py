@@ -60,7 +60,7 @@ class Ground:
         *,
         link: str = IDEAL,
         clock: str = "50 MHz",
-        costs: str = "",
+        costs: str = "render_robot: 0 s",
         count: int = 4,
         arrangement: str = "circle",
         seed: int = 0,

@@ -29,6 +29,21 @@ COSTS = {
     "relaxation_node_update": "10 ns",
     "relaxation_direct_cell": "2 us",
     "log_line": "3 us",
+    # What the costs above hold already.
+    **dict.fromkeys(
+        (
+            "occupancy_cell",
+            "way_following",
+            "breadth_first_map_cell",
+            "breadth_first_wall_cell",
+            "wavefront_map_cell",
+            "wavefront_time_step",
+            "relaxation_map_cell",
+            "relaxation_diagonal",
+        ),
+        "0 s",
+    ),
+    "relaxation_check_cell": "10 ns",
 }
 
 PLATFORM: dict[str, Any] = {

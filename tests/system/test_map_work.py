@@ -11,6 +11,7 @@ from places import ROOT
 
 import codesign
 from codesign import maps
+from codesign.errors import SpecError
 from codesign.planners.harmonic.plan.pockets import FILL
 from codesign.records import Record, TaskRecord
 from codesign.results.result import Result
@@ -93,8 +94,7 @@ def test_pockets_that_are_kept_cost_nothing(tmp_path: Path) -> None:
 
 
 def test_the_flood_adds_its_time_and_nothing_else(tmp_path: Path) -> None:
-    # Without a cost of the loop, nothing of the filling counts, as before.
-    (charged, _), (free, _) = ran(tmp_path, COSTS), ran(tmp_path, {})
+    (charged, _), (free, _) = ran(tmp_path, COSTS), ran(tmp_path, dict.fromkeys(COSTS, 0))
     assert charged.time is not None
     assert free.time is not None
     assert charged.quality == free.quality
@@ -103,13 +103,13 @@ def test_the_flood_adds_its_time_and_nothing_else(tmp_path: Path) -> None:
     assert difference == pytest.approx(of_fill(charged), abs=1e-8)
 
 
-def test_a_sender_without_the_cost_leaves_a_note(tmp_path: Path) -> None:
-    notes = [note for note in ran(tmp_path, {})[0].notes if FILL in note]
-    assert notes == [
-        "fill pockets: host, which sends the map, has no cost of kernel breadth_first_cell; the time of that is not"
-        " counted: add breadth_first_cell: TIME to its costs"
-    ]
-    assert not [note for note in ran(tmp_path, COSTS)[0].notes if FILL in note]
+@pytest.mark.parametrize("left_out", sorted(COSTS))
+def test_a_sender_without_a_cost_is_refused(tmp_path: Path, left_out: str) -> None:
+    costs = {kernel: cost for kernel, cost in COSTS.items() if kernel != left_out}
+    with pytest.raises(
+        SpecError, match=f"host has no cost of kernel {left_out}, which fill pockets is counted in"
+    ):
+        ran(tmp_path, costs)
 
 
 def test_a_sender_that_is_an_fpga_leaves_a_note(tmp_path: Path) -> None:

@@ -14,6 +14,7 @@ from places import ROOT
 from small_maps import Specs, put_map
 
 from codesign.inputs import load_platform
+from codesign.inputs.components import ProcessorComponent
 from codesign.planners.harmonic.styles.resources import Machine, totals
 from codesign.scenarios import check_files
 
@@ -171,6 +172,19 @@ def test_relaxation_in_doubles_is_for_a_processor_that_has_its_cost(hwsw: Run, t
     assert "hint: place it on a component of type processor" in told
 
 
+def without_cost(folder: Path, kernel: str) -> Path:
+    """The zynq with a host of its own, which has no cost of a kernel."""
+    platform = yaml.safe_load(ZYNQ.read_text(encoding="utf-8"))
+    arm = load_platform(ZYNQ).components["arm"]
+    assert isinstance(arm, ProcessorComponent)
+    costs = {name: f"{cost.value} ps" for name, cost in arm.costs.items() if name != kernel}
+    power = {"busy": "1.3 W", "idle": "0.8 W"}
+    platform["components"]["arm"] = {"type": "processor", "clock": "667 MHz", "costs": costs, "power": power}
+    file = folder / "poor.yaml"
+    file.write_text(yaml.safe_dump(platform), encoding="utf-8")
+    return file
+
+
 @pytest.mark.parametrize(
     ("planner", "planning", "kernel", "user"),
     [
@@ -185,10 +199,7 @@ def test_relaxation_in_doubles_is_for_a_processor_that_has_its_cost(hwsw: Run, t
 def test_a_cost_that_is_missing_is_named(
     hwsw: Run, tmp_path: Path, planner: str, planning: str, kernel: str, user: str
 ) -> None:
-    platform = yaml.safe_load(ZYNQ.read_text(encoding="utf-8"))
-    del platform["components"]["arm"]["costs"][kernel]
-    poor = tmp_path / "poor.yaml"
-    poor.write_text(yaml.safe_dump(platform), encoding="utf-8")
+    poor = without_cost(tmp_path, kernel)
     in_fabric, in_software, task = SPLITS[planner]
     file = tmp_path / "rooms.yaml"
     file.write_text(
@@ -209,10 +220,7 @@ def test_a_cost_that_is_missing_is_named(
 
 
 def test_a_cost_that_only_the_method_needs_is_named_beforehand(hwsw: Run, tmp_path: Path) -> None:
-    platform = yaml.safe_load(ZYNQ.read_text(encoding="utf-8"))
-    platform["components"]["arm"]["costs"].pop("relaxation_direct_cell", None)
-    poor, file = tmp_path / "poor.yaml", tmp_path / "rooms.yaml"
-    poor.write_text(yaml.safe_dump(platform), encoding="utf-8")
+    poor, file = without_cost(tmp_path, "relaxation_direct_cell"), tmp_path / "rooms.yaml"
 
     def write(method: str) -> None:
         planning = f"relax: {{component: arm, method: {method}}}"

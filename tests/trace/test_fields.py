@@ -26,7 +26,12 @@ components:
   host:
     type: processor
     clock: 1 GHz
-    costs: {relaxation_node_update: 10 ns, harmonic_decision: 1 us}
+    costs:
+      relaxation_node_update: 10 ns
+      relaxation_map_cell: 0 s
+      relaxation_diagonal: 0 s
+      relaxation_check_cell: 10 ns
+      harmonic_decision: 1 us
     power: {busy: 20 W, idle: 5 W}
 links:
   pci: {type: bus, between: [host, fpga], width: 32, clock: 33 MHz, setup_cycles: 8, burst_words: 16}

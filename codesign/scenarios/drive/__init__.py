@@ -10,7 +10,7 @@ before it would miss an answer. Without a newer command it stands there. It brak
 no answer at its deadline. Where the true map has an obstacle on its path that nothing on board could know of, the robot
 stands before it, and a contact is counted. It is never inside an obstacle.
 
-Two kernels cost what the platform's processor declares, or nothing: keeping the map (``occupancy_cell``, a unit a cell
+Two kernels cost what the platform's processor declares: keeping the map (``occupancy_cell``, a unit a cell
 seen) and making a command (``way_following``). Assumed: the robot knows its pose exactly, looking around takes no time,
 and clocks on board agree.
 """

@@ -19,7 +19,7 @@ from codesign.scenarios.drive.log import Log
 from codesign.scenarios.drive.replanner import Replanner
 from codesign.scenarios.drive.request import Sight
 from codesign.scenarios.drive.scene import Look, Scene
-from codesign.scenarios.drive.tasks import MOVE, SEEN, SENSE
+from codesign.scenarios.drive.tasks import FOLLOWING, MOVE, OCCUPANCY, SEEN, SENSE
 from codesign.scenarios.drive.world.belief import Update
 from codesign.system.build import CONTROL, SIDE
 from codesign.system.messages import Content, LostMessageError
@@ -33,9 +33,6 @@ if TYPE_CHECKING:
 SPARE_CELLS = 2.0
 """Cells of the path beyond those that the robot drives until an answer is overdue and it stands: assumed."""
 
-
-OCCUPANCY, FOLLOWING = "occupancy_cell", "way_following"
-"""Kernels of the host's own work in a turn: one seen cell put into the map; and one command made from a path."""
 
 STANDS = 1e-3
 """Cells: with less authority than this a robot is taken to stand."""

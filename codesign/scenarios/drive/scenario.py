@@ -14,7 +14,7 @@ from codesign.planners.task_graph import Flow
 from codesign.results.result import Power, Result
 from codesign.scenarios.drive.faults import drive_faults, faults_of_robot
 from codesign.scenarios.drive.progress import outlook
-from codesign.scenarios.drive.tasks import MOVE, SENSE, drive_flows, drive_of, robot_of
+from codesign.scenarios.drive.tasks import KERNELS, MOVE, SENSE, drive_flows, drive_of, robot_of
 from codesign.system.bind import System
 from codesign.system.build import Machine
 from codesign.system.scenario import Draft, LeverProgress, ProgressOfMission, Scenario
@@ -51,6 +51,10 @@ class DriveScenario(Scenario):
     def flows(self, draft: Draft, places: Mapping[str, str], _planned: Sequence[Flow]) -> Sequence[Flow]:
         """Scans, commands, what was seen, and frames for a display."""
         return drive_flows(draft, places)
+
+    def kernels(self, _draft: Draft, _places: Mapping[str, str]) -> Mapping[str, str]:
+        """What each turn counts in."""
+        return KERNELS
 
     def run(
         self,

@@ -10,10 +10,16 @@ from codesign.inputs.scenario import Drive
 from codesign.planners.interface import COMMAND, LOAD, Problem
 from codesign.planners.task_graph import Flow
 from codesign.system.assemble import sensor_of
-from codesign.system.place import DISPLAY
+from codesign.system.place import DISPLAY, RENDER_KERNEL
 from codesign.system.scenario import Draft
 
 SENSE, MOVE = "sense", "move"
+
+OCCUPANCY, FOLLOWING = "occupancy_cell", "way_following"
+"""Kernels of the host's own work in a turn: one seen cell put into the map; and one command made from a path."""
+
+KERNELS = {LOAD: OCCUPANCY, COMMAND: FOLLOWING, DISPLAY: RENDER_KERNEL}
+"""The kernel of each task that is done in every turn."""
 
 COMMAND_BITS = 96
 """How far to go on which path, and at most how fast: three words of 32 bits. Assumed."""

@@ -7,13 +7,12 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from codesign.inputs.scenario import Fleet
-from codesign.planners.interface import COMMAND, LOAD
+from codesign.planners.interface import LOAD
 from codesign.planners.styles import FleetUpdates
 from codesign.results.fleet import PACEMAKERS, FleetFigures, Pacemaker, spread
-from codesign.scenarios.fleet.frames import FrameSender
+from codesign.scenarios.fleet.frames import FrameSender, frame_receiver
 from codesign.scenarios.fleet.trace import FleetTrace
 from codesign.system.messages import LostMessageError
-from codesign.system.place import DISPLAY
 from codesign.units import PICOSECONDS_PER_SECOND, counted
 
 if TYPE_CHECKING:
@@ -177,8 +176,8 @@ class _FleetRun:
     def _frames(self) -> FrameSender | None:
         """The sender of the coordinates; None where they are not reported, or the FPGA itself draws them."""
         places = self.machine.system.placement.places
-        receiver = DISPLAY if DISPLAY in places else COMMAND
-        if self.scenario.report == "none" or places[receiver] == self.machine.system.component:
+        receiver = frame_receiver(self.scenario, places, self.machine.system.component)
+        if receiver is None:
             return None
         return FrameSender(self.machine, receiver, len(self.fpgas))
 

@@ -3,15 +3,23 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Generator
+from collections.abc import Generator, Mapping
 from typing import TYPE_CHECKING, Any
 
+from codesign.inputs.scenario import Fleet
+from codesign.planners.interface import COMMAND
 from codesign.results.fleet import Frames, spread
 from codesign.system.build import SIDE
-from codesign.system.place import RENDER_KERNEL
+from codesign.system.place import DISPLAY, RENDER_KERNEL
 
 if TYPE_CHECKING:
     from codesign.system.build import Machine
+
+
+def frame_receiver(scenario: Fleet, places: Mapping[str, str], component: str) -> str | None:
+    """The task that takes frames of the planning ``component``: the display, or who asked. None: there are none."""
+    receiver = DISPLAY if DISPLAY in places else COMMAND
+    return None if scenario.report == "none" or places[receiver] == component else receiver
 
 
 class FrameSender:

@@ -9,15 +9,17 @@ from typing import Any
 from codesign.errors import Fault
 from codesign.inputs import fault
 from codesign.inputs.exploration import FLEET_OBJECTIVES
+from codesign.inputs.scenario import Fleet
 from codesign.memo import Memo
 from codesign.planners.interface import COMMAND, Planner
 from codesign.planners.task_graph import Flow
 from codesign.results.ledger import Ledger
 from codesign.results.result import Power
+from codesign.scenarios.fleet.frames import frame_receiver
 from codesign.system.build import Machine
 from codesign.system.chain import Answer
 from codesign.system.outcome import plan_fields, use_fields
-from codesign.system.place import DISPLAY
+from codesign.system.place import DISPLAY, RENDER_KERNEL
 from codesign.system.scenario import Draft, ProgressOfMission, Scenario
 
 
@@ -44,6 +46,12 @@ class FleetScenario(Scenario):
         if DISPLAY not in places:
             return ()
         return [replace(flow, receiver=DISPLAY) for flow in planned if flow.receiver == COMMAND]
+
+    def kernels(self, draft: Draft, places: Mapping[str, str]) -> Mapping[str, str]:
+        """The frames that are drawn."""
+        assert isinstance(draft.workload.scenario, Fleet), "the registry of scenarios goes by the type"
+        receiver = frame_receiver(draft.workload.scenario, places, places[draft.planner.planning_task])
+        return {} if receiver is None else {receiver: RENDER_KERNEL}
 
     def run(
         self,

@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 
 from benchmarks.velocity_obstacle_pace import LineLaw, decide_times
 from codesign.components import Granularity
+from codesign.errors import SpecError
 from codesign.inputs import load_platform
 from codesign.planners.velocity_obstacle.plan import AvoidParameters
 from codesign.planners.velocity_obstacle.published import Style
@@ -152,8 +153,10 @@ def test_every_frame_is_shown_dropped_skipped_or_under_way(
     assert sum(flight.figures.shares.values()) == pytest.approx(1.0 if flight.figures.updates else 0.0)
 
 
-def test_a_frame_is_drawn_robot_by_robot_where_the_processor_has_a_cost_of_it(ground: Ground) -> None:
-    plain, drawn = (ground.fly(costs=costs, parameters="updates: 5") for costs in ("", "render_robot: 3 us"))
+def test_a_frame_is_drawn_robot_by_robot(ground: Ground) -> None:
+    plain, drawn = (
+        ground.fly(costs=f"render_robot: {cost}", parameters="updates: 5") for cost in ("0 s", "3 us")
+    )
     assert plain.figures.frames is not None
     assert drawn.figures.frames is not None
     assert plain.figures.frames.age is not None
@@ -161,6 +164,14 @@ def test_a_frame_is_drawn_robot_by_robot_where_the_processor_has_a_cost_of_it(gr
     assert plain.figures.frames.age.worst_s == 0
     assert drawn.figures.frames.age.median_s >= 4 * 3e-6
     assert plain.ends == drawn.ends
+
+
+def test_a_processor_that_draws_needs_a_cost_of_it(ground: Ground) -> None:
+    with pytest.raises(
+        SpecError, match="pc has no cost of kernel render_robot, which task display is counted in"
+    ):
+        ground.machine(costs="")
+    ground.machine(costs="", scenario="pace: free_running, report: none")
 
 
 def test_no_frames_where_nobody_wants_them(ground: Ground) -> None:
@@ -195,7 +206,7 @@ kind: platform
 name: boards
 components:
   fpga: {{type: fpga, part: XC3S500E-4, clock: 50 MHz}}
-  pc: {{type: processor, clock: 2 GHz, power: {{busy: 60 W, idle: 20 W}}}}
+  pc: {{type: processor, clock: 2 GHz, costs: {{render_robot: 0 s}}, power: {{busy: 60 W, idle: 20 W}}}}
 links:
   one: {{type: serial, baud: {one}, fifo_depth: 16, between: [fpga, pc]}}
   other: {{type: serial, baud: {other}, fifo_depth: 16, between: [pc, fpga]}}
@@ -225,7 +236,7 @@ name: relay
 components:
   fpga: {type: fpga, part: XC3S500E-4, clock: 50 MHz}
   relay: {type: processor, clock: 1 GHz, power: {busy: 2 W, idle: 1 W}}
-  pc: {type: processor, clock: 2 GHz, power: {busy: 60 W, idle: 20 W}}
+  pc: {type: processor, clock: 2 GHz, costs: {render_robot: 0 s}, power: {busy: 60 W, idle: 20 W}}
 links:
   radio: {type: serial, baud: 9600, fifo_depth: 16, between: [relay, pc]}
   wire: {type: serial, baud: 115200, fifo_depth: 16, between: [fpga, relay]}

@@ -83,7 +83,7 @@ kind: platform
 name: boards
 components:
   fpga: {{type: fpga, part: XC3S500E-4, clock: {clock}}}
-  pc: {{type: processor, clock: 2 GHz, power: {{busy: 60 W, idle: 20 W}}}}
+  pc: {{type: processor, clock: 2 GHz, costs: {{render_robot: 0 s}}, power: {{busy: 60 W, idle: 20 W}}}}
 links:
   line: {{type: serial, baud: 115200, fifo_depth: 16, between: [fpga, pc]}}
 """

@@ -16,6 +16,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Generator
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -28,7 +29,7 @@ from codesign.planners.breadth_first.plan.planner import searched
 from codesign.planners.breadth_first.plan.search import BreadthFirstPlan
 from codesign.planners.breadth_first.styles.steps import INIT, SEARCH, step, steps
 from codesign.planners.demand import Demand, Lever, Line
-from codesign.planners.host import HostStyle, assumed_bytes, side_step
+from codesign.planners.host import HostStyle, assumed_bytes
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
 from codesign.planners.map_flood import MAP_KERNEL, WALL_KERNEL, beside_walls
@@ -90,6 +91,10 @@ class Software(HostStyle):
         """One: no parameter changes the search."""
         return (({},),)
 
+    def kernels(self, _job: Job[Problem, SearchParameters]) -> tuple[str, ...]:
+        """One of the Java program; of the compiled search also those of the map and of the cells beside walls."""
+        return (self.kernel,) if self._java else (self.kernel, MAP_KERNEL, WALL_KERNEL)
+
     def demand(self, job: Job[Problem, SearchParameters]) -> Demand:
         """No resource of a part; the arrays, or the heap of the Java program."""
         if self._java:
@@ -103,17 +108,17 @@ class Software(HostStyle):
     def work(self, job: Job[Problem, SearchParameters]) -> Generator[Step, None, BreadthFirstPlan]:
         """Phase ``bf``: a unit of ``kernel`` for each popped cell; its cost includes the path.
 
-        Phase ``init`` of ``software``: a unit of ``MAP_KERNEL`` for each cell of the map. Where the platform has no
-        cost of it or of ``WALL_KERNEL``, the cost of a popped cell includes it, as that of the Java program does.
+        Of ``software`` besides: a unit of ``WALL_KERNEL`` for those beside an obstacle, and in phase ``init`` a unit of
+        ``MAP_KERNEL`` for each cell of the map. The cost of a popped cell of the Java program includes these.
 
         So nothing is saved where another component tracks the path. Every search begins anew: ``start`` and
         ``inside`` of the job change nothing.
         """
         plan = searched(job)
         if not self._java:
-            yield side_step(step(INIT, job.problem.free.size), MAP_KERNEL)
+            yield replace(step(INIT, job.problem.free.size), kernel=MAP_KERNEL)
             if walls := wall_cells(job.problem.free, plan):
-                yield side_step(step(SEARCH, walls), WALL_KERNEL)
+                yield replace(step(SEARCH, walls), kernel=WALL_KERNEL)
         if job.detail:
             yield from steps(SEARCH, np.ones(plan.popped_cells, np.int64))
         else:

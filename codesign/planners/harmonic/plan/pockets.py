@@ -35,7 +35,7 @@ def fill_work(problem: Problem, parameters: RelaxParameters) -> tuple[MapWork, .
     reached = sent_map(problem, parameters)
     walls = int((reached & beside_walls(problem.free)).sum())
     return (
-        MapWork(FILL, MAP_KERNEL, problem.free.size, instead=0),
+        MapWork(FILL, MAP_KERNEL, problem.free.size),
         MapWork(FILL, CELL_KERNEL, int(reached.sum())),
-        MapWork(FILL, WALL_KERNEL, walls, instead=0),
+        MapWork(FILL, WALL_KERNEL, walls),
     )

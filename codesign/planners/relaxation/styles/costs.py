@@ -30,12 +30,6 @@ BARRIER_UNITS = 60
 SEARCH_UNITS = 2
 """Units of a step of the search: eight neighbours compared, in place of four averaged. Assumed."""
 
-CHECK_UNITS = 1
-"""Units a cell of a check for cells without a descent: four neighbours compared, in place of averaged. Assumed.
-
-A flood fill determines once, for as many units, the cells that can reach a goal. Assumed.
-"""
-
 DIRECT_KERNEL = "relaxation_direct_cell"
 """The unit of a direct solution: one cell passed by a sweep in raster order as a compiled loop, node after node.
 

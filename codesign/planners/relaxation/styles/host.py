@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 
 from codesign.figures import Figure
-from codesign.planners.host import HostStyle, assumed_bytes, side_step
+from codesign.planners.host import HostStyle, assumed_bytes
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
 from codesign.planners.relaxation.plan import Method, Solution
@@ -29,7 +29,6 @@ from codesign.planners.relaxation.plan.planner import PLANNER, Plan, factor_byte
 from codesign.planners.relaxation.styles.costs import (
     BARRIER_UNITS,
     CHECK_KERNEL,
-    CHECK_UNITS,
     DIAGONAL_KERNEL,
     DIRECT_KERNEL,
     MAP_KERNEL,
@@ -92,13 +91,14 @@ class Host(HostStyle):
         return {} if method is Method.DIRECT else {"sweep": sweep}
 
     def kernels(self, job: Job[Problem, RelaxParameters]) -> tuple[str, ...]:
-        """The kernel of the sweeps and the search; for the direct solution its own kernel too."""
-        return (DIRECT_KERNEL, self.kernel) if job.parameters.method is Method.DIRECT else (self.kernel,)
+        """The kernel of the sweeps and the search; those beside the sweeps, or that of the direct solution."""
+        direct = job.parameters.method is Method.DIRECT
+        return self.kernel, MAP_KERNEL, *((DIRECT_KERNEL,) if direct else (DIAGONAL_KERNEL, CHECK_KERNEL))
 
     def work(self, job: Job[Problem, RelaxParameters]) -> Generator[Step, None, Plan]:
         """Phases: the paper's levels (or ``sweep``, ``factorise``), ``fill`` of half sweeps, ``check``, ``search``.
 
-        Runs that end by descents have ``check``. Where the platform has their costs, ``prepare`` and ``diagonals``.
+        Iterations have ``prepare`` and ``diagonals`` besides, and runs that end by descents ``check``.
 
         With ``detail`` the iterations come in batches. The last batch reports the potential, scaled to 0 on obstacles
         and 1 on goals. ``start``: the potential of an earlier plan, from which the sweeps continue.
@@ -122,20 +122,16 @@ class Host(HostStyle):
         return plan
 
     def _relaxation(self, solution: Solution, shape: tuple[int, int], batches: int) -> list[Step]:
-        """The steps of the relaxation, in order.
-
-        A platform may leave out the costs of the work besides the nodes. Then a node's update includes it, and a check
-        costs ``CHECK_UNITS`` of them a cell.
-        """
+        """The steps of the relaxation, in order."""
         cells, method = shape[0] * shape[1], solution.method
         # The whole map is read, whichever of its cells lead to a goal.
-        steps = [side_step(_step("prepare", cells), MAP_KERNEL)]
+        steps = [_step("prepare", cells, MAP_KERNEL)]
         if method is Method.DIRECT:
             units = direct_units(solution.updates, solution.factors)
-            return [*steps, replace(_step("factorise", units), kernel=DIRECT_KERNEL)]
+            return [*steps, _step("factorise", units, DIRECT_KERNEL)]
         if solution.iterations:
             passed = solution.iterations * diagonals(method, shape, self.cores)
-            steps.append(side_step(_step("diagonals", passed), DIAGONAL_KERNEL))
+            steps.append(_step("diagonals", passed, DIAGONAL_KERNEL))
         iteration = self.iteration(method, cells)
         steps += [
             _step(phase, count * units)
@@ -145,8 +141,7 @@ class Host(HostStyle):
         if method is Method.HALF_SWEEP_AM:
             steps.append(_step("fill", -(-cells // 2)))
         if solution.checks:
-            checked = cells * (1 + solution.checks)
-            steps.append(side_step(_step("check", checked), CHECK_KERNEL, CHECK_UNITS * checked))
+            steps.append(_step("check", cells * (1 + solution.checks), CHECK_KERNEL))
         return steps
 
 
@@ -160,8 +155,8 @@ def _batches(iterations: int, most: int) -> list[int]:
     return [iterations // number + (index < iterations % number) for index in range(number)]
 
 
-def _step(phase: str, units: int) -> Step:
-    return Step(phase, np.array([units], np.int64))
+def _step(phase: str, units: int, kernel: str = "") -> Step:
+    return Step(phase, np.array([units], np.int64), kernel=kernel)
 
 
 @dataclass

@@ -11,7 +11,7 @@ from collections.abc import Generator
 from typing import Any
 
 from codesign.figures import Figure
-from codesign.planners.host import HostStyle, assumed_bytes, one_step, side_step
+from codesign.planners.host import HostStyle, assumed_bytes, one_step
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
 from codesign.planners.styles import Designs, Step
@@ -40,13 +40,13 @@ SAFE_BYTES = assumed_bytes(13, f"{BYTES.source}; a 32-bit potential of the obsta
 
 def preparation(job: Job[Problem, PropagateParameters]) -> Step:
     """The cells of the map, prepared for the tracking of paths."""
-    return side_step(one_step(TRACK, TRACK_CELLS * job.problem.free.size), MAP_KERNEL)
+    return one_step(TRACK, TRACK_CELLS * job.problem.free.size, kernel=MAP_KERNEL)
 
 
 class Software(HostStyle):
     """Every node that the wave reaches costs one unit, and so does every step of the path. The latter is assumed.
 
-    Where the platform has costs of ``MAP_KERNEL`` and ``TIME_KERNEL``, the work besides the nodes counts too.
+    The work besides the nodes counts in units of ``MAP_KERNEL`` and ``TIME_KERNEL``.
     """
 
     planner = "wavefront"
@@ -56,6 +56,10 @@ class Software(HostStyle):
     def designs(self, _job: Job[Problem, Any]) -> Designs:
         """For the starts and for the whole map."""
         return DESIGNS
+
+    def kernels(self, _job: Job[Problem, PropagateParameters]) -> tuple[str, ...]:
+        """Those of the nodes, of the cells of the map, and of the times of the wave."""
+        return self.kernel, MAP_KERNEL, TIME_KERNEL
 
     def bytes_a_cell(self, job: Job[Problem, PropagateParameters]) -> Figure:
         """The map, the potential and the sets; safe paths take a second potential."""
@@ -71,11 +75,11 @@ class Software(HostStyle):
         if plan.obstacle_potentials is not None:
             obstacles = int(free.size - free.sum())
             yield one_step(OBSTACLES, free.size)
-            yield side_step(one_step(OBSTACLES, free.size + SEED_CELLS * obstacles), MAP_KERNEL)
-            yield side_step(one_step(OBSTACLES, int(plan.obstacle_potentials.max()) + 1), TIME_KERNEL)
+            yield one_step(OBSTACLES, free.size + SEED_CELLS * obstacles, kernel=MAP_KERNEL)
+            yield one_step(OBSTACLES, int(plan.obstacle_potentials.max()) + 1, kernel=TIME_KERNEL)
         yield one_step(PROPAGATE, plan.reached_cells)
-        yield side_step(one_step(PROPAGATE, free.size), MAP_KERNEL)
-        yield side_step(one_step(PROPAGATE, plan.largest_potential + 1), TIME_KERNEL)
+        yield one_step(PROPAGATE, free.size, kernel=MAP_KERNEL)
+        yield one_step(PROPAGATE, plan.largest_potential + 1, kernel=TIME_KERNEL)
         if job.does(TRACK):
             yield preparation(job)
             yield one_step(TRACK, tracked_steps(job, plan))

@@ -21,7 +21,7 @@ from codesign.planners.styles import Step, TaskStyle
 from codesign.planners.wavefront.plan.parameters import PropagateParameters
 from codesign.planners.wavefront.plan.planner import PLANNER, value_bits
 from codesign.planners.wavefront.styles import timing
-from codesign.planners.wavefront.styles.software import preparation
+from codesign.planners.wavefront.styles.software import MAP_KERNEL, preparation
 from codesign.planners.wavefront.styles.steps import TRACK, tracked_steps
 
 Path = tuple[NDArray[np.float64], bool]
@@ -103,6 +103,10 @@ class HostTracking(HostTask):
     task = TRACK
     description = "the path by the rule of Dreyfus, eight neighbours a step"
     kernel = "wavefront_cell"
+
+    def kernels(self, _job: Job[Problem, PropagateParameters]) -> tuple[str, ...]:
+        """Those of the steps and of the cells of the map."""
+        return self.kernel, MAP_KERNEL
 
     def outcome(self, job: Job[Problem, PropagateParameters]) -> tuple[int, Path]:
         """The path from the position; a local course costs its first steps only."""
