@@ -5,8 +5,8 @@ needs, with the reason why the cheaper ones do not.
 
 The stages, one module each: ``needs`` (the question), ``boards`` (the catalogue), ``candidates`` (the designs of a
 board), ``trials`` (what a design comes to), ``cache`` (trials kept on disk), ``search`` (which designs are tried, in
-which order), ``answer`` (boards side by side), ``certainty`` (how sure it is), ``sentence`` (the verdict in words),
-``files`` (the winner as a file).
+which order), ``shortfalls`` (a design against the needs), ``answer`` (boards side by side), ``certainty`` (how sure it
+is), ``sentence`` (the verdict in words), ``files`` (the winner as a file).
 
 Of the designs that suffice on a board, the simplest is named: software before a circuit, a circuit before a split. The
 board costs the same with each of them. The fastest stands beside it.
@@ -120,7 +120,8 @@ def _confirmed(laboratory: Laboratory, candidate: Candidate, design: Design | No
     """
     result = laboratory.result(candidate)
     assert design is not None, "a board suffices by a design"
-    trial = trial_of(result).model_copy(update={"clock_hz": design.trial.clock_hz})
+    kept = {key: getattr(design.trial, key) for key in ("clock_hz", "time_low_s")}
+    trial = trial_of(result).model_copy(update=kept)
     if trial != design.trial:
         raise RunError(
             f"the run of {candidate.board.name} does not come to the figures of its trial",

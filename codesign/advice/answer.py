@@ -13,6 +13,7 @@ from codesign.advice.candidates import Candidate, Where
 from codesign.advice.certainty import Certainty
 from codesign.advice.needs import Needs
 from codesign.advice.search import Findings, Tried
+from codesign.advice.shortfalls import input_power, may_suffice, mean_power, shortfalls_of
 from codesign.advice.trials import Shortfall, Trial
 from codesign.results.model import ResultModel
 
@@ -31,7 +32,12 @@ class Design(ResultModel):
     rate_hz: float | None = Field(
         description="plans a second: 1 / the time of a plan; None where it was not run"
     )
-    mean_power_w: float | None = Field(description="mean power of the board at the rate that is asked for, W")
+    mean_power_w: float | None = Field(
+        description="mean power of the components of the board at the rate that is asked for, W"
+    )
+    input_power_w: float | None = Field(
+        description="mean power at the input of the whole board at that rate, W; None where it declares none"
+    )
     binds: str = Field(description="the limit that is nearest, or the one that is passed by most")
     binds_share: float | None = Field(description="the share of that limit; None where there is no number")
 
@@ -41,7 +47,7 @@ class BoardAdvice(ResultModel):
 
     board: str = Field(description="name of the platform")
     price_usd: float | None = Field(description="its price, USD; None where the platform declares none")
-    idle_w: float = Field(description="power while no plan is computed, W")
+    idle_w: float = Field(description="power of its components while no plan is computed, W")
     suffices: bool = Field(description="whether a design on it meets every need")
     design: Design | None = Field(description="its best design; None where no planner has a style for it")
     fastest: Design | None = Field(
@@ -51,6 +57,9 @@ class BoardAdvice(ResultModel):
         description="rate over the rate that is asked for; None where it was not run"
     )
     shortfalls: tuple[Shortfall, ...] = Field(description="the needs that its best design does not meet")
+    perhaps: str = Field(
+        description="of a board that does not suffice: why a design on it may, inside the intervals; empty: none does"
+    )
     designs: int = Field(description="designs tried")
 
 
@@ -135,37 +144,6 @@ def cheaper_than(recommended: BoardAdvice, boards: Sequence[BoardAdvice]) -> lis
     return [board for _, board in sorted(cheaper, key=lambda each: -each[0])]
 
 
-def mean_power(trial: Trial, board: Board, needs: Needs) -> float | None:
-    """Mean power of the board at the rate that is asked for, W; None of a design that was not run.
-
-    The energy of a plan at every period, and the idle power of the board for the rest of the period. A board that is
-    too slow plans all the time.
-    """
-    if trial.energy_j is None or trial.mean_time_s is None:
-        return None
-    busy = needs.rate_hz * trial.mean_time_s
-    if busy >= 1:
-        return trial.energy_j / trial.mean_time_s
-    return needs.rate_hz * trial.energy_j + (1 - busy) * board.idle_w
-
-
-def shortfalls_of(trial: Trial, board: Board, needs: Needs) -> tuple[Shortfall, ...]:
-    """Every need that a design does not meet."""
-    short = list(trial.shortfalls)
-    if trial.time_s is not None and trial.time_s > needs.period_s:
-        short.append(
-            Shortfall(need="rate", name="time of a plan", demand=trial.time_s, limit=needs.period_s, unit="s")
-        )
-    power = mean_power(trial, board, needs)
-    lowest = board.idle_w if power is None else power
-    if needs.power_w is not None and lowest > needs.power_w:
-        short.append(Shortfall(need="power", name="mean power", demand=lowest, limit=needs.power_w, unit="W"))
-    if needs.price_usd is not None and (board.price_usd is None or board.price_usd > needs.price_usd):
-        price = board.price_usd
-        short.append(Shortfall(need="price", name="price", demand=price, limit=needs.price_usd, unit="USD"))
-    return tuple(short)
-
-
 def met_alone(boards: Sequence[Board], findings: Findings, needs: Needs) -> dict[str, tuple[str, ...]]:
     """For each need, the boards with a design that fits, serves, and meets this need, whatever the others are."""
     asked = {"rate": True, "power": needs.power_w is not None, "price": needs.price_usd is not None}
@@ -207,6 +185,7 @@ def _of_board(
     """``why`` the board has no design, where it has none."""
     serving = [each for each in tried if each[1].time_s is not None and not each[1].shortfalls]
     fastest = min(serving, key=lambda each: each[1].time_s or 0.0, default=None)
+    ordered = sorted(tried, key=lambda each: _order(each, board, needs))
     design = None if chosen is None else _design(chosen, board, needs)
     short = (
         (Shortfall(need="refused", name=why),) if chosen is None else shortfalls_of(chosen[1], board, needs)
@@ -220,6 +199,9 @@ def _of_board(
         fastest=None if fastest is None else _design(fastest, board, needs),
         margin=None if design is None or design.rate_hz is None else design.rate_hz / needs.rate_hz,
         shortfalls=short,
+        perhaps=""
+        if not short
+        else next(filter(None, (may_suffice(each[1], board, needs) for each in ordered)), ""),
         designs=len(tried),
     )
 
@@ -236,6 +218,7 @@ def _design(tried: Tried, board: Board, needs: Needs) -> Design:
         trial=trial,
         rate_hz=None if trial.time_s is None else 1 / max(trial.time_s, 1e-12),
         mean_power_w=mean_power(trial, board, needs),
+        input_power_w=input_power(trial, board, needs),
         binds=binds,
         binds_share=share,
     )
@@ -251,7 +234,7 @@ def _binding(
     shares = {}
     if trial.time_s is not None:
         shares["rate"] = trial.time_s / needs.period_s
-    power = mean_power(trial, board, needs)
+    power = input_power(trial, board, needs)
     if needs.power_w and power is not None:
         shares["power"] = power / needs.power_w
     if needs.price_usd and board.price_usd is not None:

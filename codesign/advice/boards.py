@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 from codesign.errors import InputError
 from codesign.figures import Figure
 from codesign.inputs import Platform, list_platforms, load_platform
 from codesign.inputs.components import FpgaComponent, MemoryComponent, ProcessorComponent
 from codesign.inputs.files import is_path
+from codesign.inputs.platform import Board as Sold
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,17 +43,38 @@ class Board:
     @property
     def _prices(self) -> list[Figure] | None:
         """Its own price, and that of the computer beside it."""
+        prices = [board.price for board in self._sold]
+        known = [price for price in prices if price is not None]
+        return known if prices and len(known) == len(prices) else None
+
+    @property
+    def _sold(self) -> list[Sold]:
+        """The board that is sold, and the computer beside it; empty for a platform that is none."""
         board = self.platform.board
-        if board is None or board.price is None:
+        if board is None:
+            return []
+        return (
+            [board]
+            if board.beside is None
+            else [board, *Board(board.beside, load_platform(board.beside))._sold]
+        )
+
+    @cached_property
+    def input_idle_w(self) -> tuple[float, float, float] | None:
+        """The power at its input while it waits, with that of the computer beside it: value, least and greatest, W.
+
+        The greatest is that of the work that was measured too. None where it is not declared for both.
+        """
+        powers = [board.power for board in self._sold]
+        known = [power for power in powers if power is not None]
+        if not powers or len(known) < len(powers):
             return None
-        if board.beside is None:
-            return [board.price]
-        beside = Board(board.beside, load_platform(board.beside))._prices
-        return None if beside is None else [board.price, *beside]
+        ends = [(power.idle.interval[0], (power.busy or power.idle).interval[1]) for power in known]
+        return sum(power.idle.value for power in known), *(sum(column) for column in zip(*ends, strict=True))
 
     @property
     def idle_w(self) -> float:
-        """The power that it draws while no plan is computed, W."""
+        """The power that its components draw while no plan is computed, W."""
         return sum(figure.value for figure in self._idle)
 
     @property

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import math
+
 from pydantic import Field
 
 from codesign.advice.boards import Board
 from codesign.advice.needs import Needs
-from codesign.advice.trials import ENERGY, WORST_TIME
+from codesign.advice.shortfalls import power_interval
+from codesign.advice.trials import WORST_TIME, trial_of
 from codesign.results.model import ResultModel
 from codesign.results.result import Result
 from codesign.units import format_frequency, format_power, format_time
 from codesign.verdicts import Fit, Verdict, fit_verdict, need_verdict
+from codesign.verdicts.fits import ends_text
 
 
 class Certainty(ResultModel):
@@ -18,40 +22,33 @@ class Certainty(ResultModel):
 
     time_low_s: float | None = Field(description="least time of a plan inside all intervals, s")
     time_high_s: float | None = Field(description="greatest, s")
-    power_low_w: float | None = Field(description="a lower bound of the mean power inside all intervals, W")
-    power_high_w: float | None = Field(description="an upper bound of it, W")
+    power_low_w: float | None = Field(
+        description="a lower bound of the mean power at the input of the board inside all intervals, W"
+    )
+    power_high_w: float | None = Field(
+        description="an upper bound of it, W; None without a power of the whole board"
+    )
     rate: Verdict = Field(description="the time of a plan against the period that is asked for")
     fit: Fit = Field(description="the design against its part")
     text: str = Field(description="the same in words")
 
 
 def certainty_of(result: Result, board: Board, needs: Needs) -> Certainty:
-    """How sure it is that the design of a result meets the needs on a board.
-
-    Mean power is bounded from either side: busy and idle power are taken at the same end of their intervals.
-    """
-    time, energy = result.interval(WORST_TIME), result.interval(ENERGY)
-    power = None if energy is None or time is None else _mean_power(energy, time, board, needs)
+    """How sure it is that the design of a result meets the needs on a board. Mean power: see ``power_interval``."""
+    trial = trial_of(result)
+    power = power_interval(trial, board, needs)
     rate, fit = need_verdict(result, WORST_TIME, needs.period_s), fit_verdict(result)
     texts = [_rate_text(rate), _power_text(power, needs), _price_text(board, needs), _fit_text(fit)]
     open_texts = [text for text in texts if text]
     return Certainty(
-        time_low_s=None if time is None else time[0],
-        time_high_s=None if time is None else time[1],
+        time_low_s=trial.time_low_s,
+        time_high_s=trial.time_high_s,
         power_low_w=None if power is None else power[0],
-        power_high_w=None if power is None else power[1],
+        power_high_w=None if power is None or math.isinf(power[1]) else power[1],
         rate=rate,
         fit=fit,
         text="; ".join(open_texts) or "proved at every value inside the declared intervals",
     )
-
-
-def _mean_power(
-    energy: tuple[float, float], time: tuple[float, float], board: Board, needs: Needs
-) -> tuple[float, float]:
-    (idle_low, idle_high), rate = board.idle_interval_w, needs.rate_hz
-    low = rate * energy[0] + max(0.0, 1 - rate * time[1]) * idle_low
-    return low, rate * energy[1] + max(0.0, 1 - rate * time[0]) * idle_high
 
 
 def _rate_text(rate: Verdict) -> str:
@@ -71,8 +68,10 @@ def _rate_text(rate: Verdict) -> str:
 
 
 def _power_text(power: tuple[float, float] | None, needs: Needs) -> str:
-    if needs.power_w is None or power is None or power[1] <= needs.power_w:
+    if needs.power_w is None or (power is not None and power[1] <= needs.power_w):
         return ""
+    if power is None or math.isinf(power[1]):
+        return "its mean power at its input has no bound"
     low, high = (format_power(float(f"{watts:.3g}")) for watts in power)
     return f"its mean power may be {low} to {high}"
 
@@ -91,4 +90,6 @@ def _fit_text(fit: Fit) -> str:
         low, high = (format_frequency(hertz) for hertz in fit.limit)
         clock = format_frequency(fit.demand[0])
         return f"whether it runs at {clock} is not sure, as the limit of its clock is {low} to {high}"
-    return f"whether it fits depends on {fit.decides}"
+    if fit.fits == "no":
+        return f"it does not fit at any value: {ends_text(fit)}"
+    return f"whether it fits depends on {ends_text(fit)}"

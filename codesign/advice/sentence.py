@@ -7,14 +7,13 @@ from collections.abc import Mapping, Sequence
 from codesign.advice.answer import BoardAdvice, Design, cheaper_than
 from codesign.advice.certainty import Certainty
 from codesign.advice.needs import Needs
+from codesign.advice.shortfalls import amount
 from codesign.advice.trials import Shortfall
 from codesign.units import (
-    PICOSECONDS_PER_SECOND,
     Dimension,
     counted,
     format_power,
     format_quantity,
-    format_time,
 )
 
 _MOST_NAMED = 3
@@ -68,8 +67,8 @@ def _time(time: float, certainty: Certainty) -> str:
     """A time with its interval."""
     low, high = certainty.time_low_s, certainty.time_high_s
     if low is None or high is None or low == high:
-        return _amount(time, "s")
-    return f"{_amount(time, 's')} ({_amount(low, 's')} to {_amount(high, 's')})"
+        return amount(time, "s")
+    return f"{amount(time, 's')} ({amount(low, 's')} to {amount(high, 's')})"
 
 
 def design_text(design: Design) -> str:
@@ -95,8 +94,8 @@ def shortfall_text(short: Shortfall, needs: Needs) -> str:
     """What keeps a design from sufficing, and by how much."""
     if short.demand is None:
         return short.name if short.need == "refused" else f"its {short.name} is not known"
-    demand, limit = _amount(short.demand, short.unit), _amount(short.limit, short.unit)
-    over = _amount(short.demand - short.limit, short.unit)
+    demand, limit = amount(short.demand, short.unit), amount(short.limit, short.unit)
+    over = amount(short.demand - short.limit, short.unit)
     texts = {
         "arrive": f"{demand} of {limit} starts arrive",
         "rate": f"a plan takes {demand}, {short.ratio:.3g} times the {limit} that {rate_text(needs)} leaves",
@@ -109,7 +108,7 @@ def shortfall_text(short: Shortfall, needs: Needs) -> str:
 def cost_text(board: BoardAdvice) -> str:
     """The price of a board, or else its mean power."""
     if board.price_usd is not None:
-        return _amount(board.price_usd, "USD")
+        return amount(board.price_usd, "USD")
     power = None if board.design is None else board.design.mean_power_w
     return f"price not known, {format_power(board.idle_w if power is None else power)}"
 
@@ -118,7 +117,7 @@ def _cheaper(
     best: BoardAdvice, boards: Sequence[BoardAdvice], needs: Needs, next_certainty: Certainty | None
 ) -> str:
     cheaper = cheaper_than(best, boards)
-    what = "cheaper" if best.price_usd is not None else "of less mean power"
+    what = "cheaper" if best.price_usd is not None else "of less power of its components"
     if not cheaper:
         return f"no other board is {what} ({cost_text(best)})"
     first = cheaper[0]
@@ -128,22 +127,42 @@ def _cheaper(
     why = _main_reason(first, needs)
     if next_certainty is not None:
         why += f" ({next_certainty.text})"
-    return f"nothing {what} does: the next, {first.board} ({cost_text(first)}), fails: {why}"
+    unknown = all(short.is_unknown for short in first.shortfalls)
+    if next_certainty is None and first.perhaps and not unknown:
+        why += f" (not sure: {first.perhaps})"
+    own = ", at the figures' own values" if any(board.perhaps for board in cheaper) else ""
+    others = [board for board in cheaper[1:] if board.perhaps]
+    more = f"; not sure either: {_unsure(others)}" if others else ""
+    fate = "is not sure" if unknown else "fails"
+    return f"nothing {what} does{own}: the next, {first.board} ({cost_text(first)}), {fate}: {why}{more}"
+
+
+def _unsure(boards: Sequence[BoardAdvice]) -> str:
+    """Boards by the reason why they may suffice, the reason of most boards first."""
+    by_reason: dict[str, list[str]] = {}
+    for board in boards:
+        by_reason.setdefault(board.perhaps, []).append(board.board)
+    reasons = sorted(by_reason.items(), key=lambda each: -len(each[1]))
+    shown = [f"{_named(names)} ({reason})" for reason, names in reasons[:_MOST_NAMED]]
+    left = sum(len(names) for _, names in reasons[_MOST_NAMED:])
+    return "; ".join(shown) + (f"; and {counted(left, 'board')} more" if left else "")
 
 
 def _nothing(boards: Sequence[BoardAdvice], needs: Needs, alone: Mapping[str, tuple[str, ...]]) -> str:
     """No board suffices: the needs that exclude them, each with its nearest board."""
     by_need: dict[str, list[BoardAdvice]] = {}
     for board in boards:
-        worst = max(board.shortfalls, key=lambda short: short.ratio)
-        by_need.setdefault(worst.need, []).append(board)
+        by_need.setdefault(_worst(board).need, []).append(board)
     parts = []
     for need, excluded in by_need.items():
         nearest = min(excluded, key=_distance)
         names = counted(len(excluded), "board") if len(excluded) > 1 else nearest.board
         the_nearest = f"of these the nearest is {nearest.board}: " if len(excluded) > 1 else ""
         parts.append(f"{_NEEDS[need]} excludes {names} ({the_nearest}{_main_reason(nearest, needs)})")
-    text = f"no board suffices: {'; '.join(parts)}"
+    unsure = [board for board in boards if board.perhaps]
+    how = " at the figures' own values" if unsure else " at any value inside the declared intervals"
+    text = f"no board suffices{how}: {'; '.join(parts)}"
+    text += f". Not sure, as they may at other values: {_unsure(unsure)}" if unsure else ""
     if len(alone) > 1 and all(alone.values()):
         each = "; ".join(f"{_NEEDS[need]} by {_named(names)}" for need, names in alone.items())
         text += f". Each need alone is met, {each}, but no board meets all of them together"
@@ -162,36 +181,19 @@ _NEEDS = {
 
 def _main_reason(board: BoardAdvice, needs: Needs) -> str:
     """The shortfall of a board that is passed by most, with its design."""
-    worst = max(board.shortfalls, key=lambda short: short.ratio)
-    text = shortfall_text(worst, needs)
+    text = shortfall_text(_worst(board), needs)
     return text if board.design is None else f"{text}, with {design_text(board.design)}"
 
 
+def _worst(board: BoardAdvice) -> Shortfall:
+    """The shortfall that is passed by most; one whose demand is not known only where there is no other."""
+    return max(board.shortfalls, key=lambda short: (not short.is_unknown, short.ratio))
+
+
 def _distance(board: BoardAdvice) -> float:
-    return max(short.ratio for short in board.shortfalls)
+    return _worst(board).ratio
 
 
 def _named(names: Sequence[str]) -> str:
     more = len(names) - _MOST_NAMED
     return ", ".join(names[:_MOST_NAMED]) + (f" and {more} more" if more > 0 else "")
-
-
-def _amount(value: float, unit: str) -> str:
-    """A number in ``unit`` for people."""
-    if unit == "s":
-        return format_time(round(float(f"{value:.3g}") * PICOSECONDS_PER_SECOND))
-    if unit in _DIMENSIONS:
-        return format_quantity(value, _DIMENSIONS[unit], 3)
-    return f"{number_text(value)} {unit}".rstrip()
-
-
-def number_text(value: float) -> str:
-    """A number with at most two decimals.
-
-    >>> number_text(31.5), number_text(1500)
-    ('31.5', '1,500')
-    """
-    return f"{value:,.2f}".rstrip("0").rstrip(".")
-
-
-_DIMENSIONS = {"W": Dimension.POWER, "Hz": Dimension.FREQUENCY}

@@ -25,6 +25,7 @@ from codesign.scenarios import simulate
 from codesign.system import catalog
 from codesign.system.planner_code import planner_code
 from codesign.verdicts import fit_verdict
+from codesign.verdicts.fits import ends_text
 
 WORST_TIME = FIGURES["plan_time_worst_s"]
 """The time that a rate is held against."""
@@ -52,6 +53,11 @@ class Shortfall(ResultModel):
     demand: float | None = Field(default=None, description="what it comes to, in unit; None: not known")
     limit: float = Field(default=0.0, description="what it may be, in unit")
     unit: str = Field(default="", description="unit of the two; empty for counts")
+
+    @property
+    def is_unknown(self) -> bool:
+        """Whether nobody knows what it comes to, which is no matter of a refusal."""
+        return self.demand is None and self.need != "refused"
 
     @property
     def ratio(self) -> float:
@@ -83,14 +89,23 @@ class Trial(ResultModel):
         description="the clock that the fabric was lowered to, as the design is too slow for its own",
     )
     time_s: float | None = Field(default=None, description="time of a plan, the worst over the starts, s")
+    time_low_s: float | None = Field(
+        default=None, description="the same, the least value inside the intervals of all figures, s"
+    )
     time_high_s: float | None = Field(
         default=None, description="the same, the greatest value inside the intervals of all figures, s"
     )
     surely_fits: bool = Field(
         default=False, description="whether it fits, its clock too, at every value inside the intervals"
     )
+    may_fit: str = Field(
+        default="",
+        description="of a design that does not fit: the limit that it keeps at some values inside intervals",
+    )
     mean_time_s: float | None = Field(default=None, description="the same, mean, s")
     energy_j: float | None = Field(default=None, description="energy of a plan, J")
+    energy_low_j: float | None = Field(default=None, description="the same, the least value, J")
+    energy_high_j: float | None = Field(default=None, description="the same, the greatest value, J")
     starts: int = Field(default=0, description="starts tried")
     arrived: int = Field(default=0, description="starts that arrived")
     fullest: Use | None = Field(default=None, description="the resource of the part that is used most")
@@ -152,7 +167,12 @@ class Laboratory:
             result = self.result(candidate)
             if not result.feasible and all(reason.kind == "clock" for reason in result.reasons):
                 slower = slowed(candidate, result)
-                return trial_of(self.result(slower)).model_copy(update={"clock_hz": clock_of(slower)})
+                trial, clock = trial_of(self.result(slower)), clock_of(slower)
+                assert result.clock is not None, "only a design with a clock is too slow for it"
+                # No part of a time falls by more than the clock rises.
+                fastest = min(result.clock.hz, result.clock.limit.interval[1])
+                least = None if trial.time_low_s is None else trial.time_low_s * clock / fastest
+                return trial.model_copy(update={"clock_hz": clock, "time_low_s": least})
         except SpecError as refused:
             return _refused(refused.faults[0].what)
         except RunError as failed:
@@ -197,13 +217,18 @@ def trial_of(result: Result) -> Trial:
     ]
     if result.feasible and arrived < starts:
         shortfalls.append(Shortfall(need="arrive", name="starts", demand=arrived, limit=starts))
-    interval = result.interval(WORST_TIME)
+    fit, nothing = fit_verdict(result), (None, None)
+    time, energy = result.interval(WORST_TIME) or nothing, result.interval(ENERGY) or nothing
     return Trial(
         time_s=result.figure(WORST_TIME),
-        time_high_s=None if interval is None else interval[1],
-        surely_fits=fit_verdict(result).fits == "yes",
+        time_low_s=time[0],
+        time_high_s=time[1],
+        surely_fits=fit.fits == "yes",
+        may_fit=ends_text(fit) if fit.fits == "uncertain" and not result.feasible else "",
         mean_time_s=result.figure(MEAN_TIME),
         energy_j=result.figure(ENERGY),
+        energy_low_j=energy[0],
+        energy_high_j=energy[1],
         starts=starts,
         arrived=arrived,
         fullest=max(uses, key=lambda use: use.share, default=None),

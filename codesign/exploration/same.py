@@ -112,6 +112,7 @@ def _idle_axes(study: Study) -> NDArray[np.bool_]:
 
 def _is_idle(axis: str, result: Result, tasks: set[str]) -> bool:
     head, _, key = axis.partition(".")
+    head = result.roles.get(head, head)
     if head in result.parameters:
         first = key.partition(".")[0]
         return first not in result.parameters[head] and first not in PLACE_KEYS

@@ -13,7 +13,7 @@ from codesign.inputs.base import Spec
 from codesign.inputs.components import Component, FpgaComponent
 from codesign.inputs.document import Document
 from codesign.inputs.faults import validate
-from codesign.inputs.fields import Name, PriceFigure
+from codesign.inputs.fields import Name, PowerFigure, PriceFigure
 from codesign.inputs.files import Source, read_spec, shipped_names
 from codesign.inputs.links import MAX_ENDS, Link
 from codesign.inputs.roles import LINK, ROLE_TYPES, ROLES, Roles, filled_roles, role_faults
@@ -26,6 +26,13 @@ MAX_NAMES = 256
 """Components of a platform, and links of a platform."""
 
 
+class BoardPower(SpecModel):
+    """Power at the input of a whole board, as its source measured it: supplies, memories and fans included."""
+
+    idle: PowerFigure = Field(description="While it waits.")
+    busy: PowerFigure | None = Field(default=None, description="At the work that its source names.")
+
+
 class Board(SpecModel):
     """A board that is sold. It changes no result."""
 
@@ -34,10 +41,15 @@ class Board(SpecModel):
     price: PriceFigure | None = Field(
         default=None, description="Price of one board; left out where it is not known."
     )
+    power: BoardPower | None = Field(
+        default=None,
+        description="Power at the input of the whole board, with its source; left out where nobody measured it. hwsw"
+        " advise holds it against --power. Without it, that verdict is not sure: components are a part of a board.",
+    )
     beside: Name | None = Field(
         default=None,
         description="The shipped platform of a computer that is sold apart, where a component is of it. hwsw advise"
-        " adds its price.",
+        " adds its price and its power.",
     )
 
 

@@ -41,14 +41,14 @@ class Line:
 
     - ``resource``: the kind of resource; "" for a bound. A bound, such as word depth, is no resource of the part but
       just as hard.
-    - ``limit``: the largest feasible value of a bound, in the unit of ``figure``. The part limits resources.
+    - ``most``: the largest feasible value of a bound, in the unit of ``figure``. The part limits resources.
     - ``levers``: the changes that would mend a broken bound.
     """
 
     name: str
     resource: str
     figure: Figure
-    limit: float | None = None
+    most: Figure | None = None
     levers: tuple[Lever, ...] = ()
 
     @classmethod
@@ -69,15 +69,24 @@ class Line:
     def bound(
         cls,
         name: str,
-        demand: float,
-        limit: float,
+        demand: float | Figure,
+        limit: float | Figure,
         unit: str,
         status: Status,
         source: str,
         levers: tuple[Lever, ...] = (),
     ) -> Line:
-        """A bound: ``demand`` against ``limit``, both in ``unit``."""
-        return cls(name, "", Figure(demand, unit, status, source), limit, levers)
+        """A bound: ``demand`` against ``limit``, both in ``unit``. A number of them has the status and the source."""
+        figure, most = (
+            each if isinstance(each, Figure) else Figure(each, unit, status, source)
+            for each in (demand, limit)
+        )
+        return cls(name, "", figure, most, levers)
+
+    @property
+    def limit(self) -> float | None:
+        """The value of ``most``; None for a resource."""
+        return None if self.most is None else self.most.value
 
     @property
     def amount(self) -> int:

@@ -38,14 +38,16 @@ class HostStyle(Architecture):
         figure = self.bytes_a_cell(job)
         if figure is None or job.memory is None:
             return Demand(items=())
-        side = math.isqrt(int(job.memory / figure.value))
+        side = math.isqrt(int(job.memory.value / figure.value))
+        cells, (low, high) = job.problem.free.size, figure.interval
+        source = f"{figure.value:g} bytes a cell, {low:g} to {high:g}: {figure.source}"
         arrays = Line.bound(
             name="memory of the processor",
-            demand=job.problem.free.size * figure.value,
+            demand=Figure(cells * figure.value, "bytes", figure.status, source, cells * low, cells * high),
             limit=job.memory,
             unit="bytes",
             status=figure.status,
-            source=f"{figure.value:g} bytes a cell: {figure.source}",
+            source=source,
             levers=(Lever("problem.map", f"at most about {side} × {side} cells; crop or downsample it"),),
         )
         return Demand(items=(), bounds=(arrays,))

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Generic, TypeVar
 
+from codesign.figures import Figure
 from codesign.memo import Memo
 from codesign.part import Part
 from codesign.planners.external_memory import ExternalMemoryLaw
@@ -27,7 +28,7 @@ class Job(Generic[ProblemT, ParametersT]):
     Where it is planned:
 
     - ``part``: the part of the FPGA; None on a processor.
-    - ``memory``: bytes of RAM that the processor has for a plan; None on an FPGA, and where none is declared.
+    - ``memory``: bytes of RAM that the processor has for a plan, a figure; None on an FPGA, and where none is declared.
     - ``inside``: the tasks of the planner that the planning component does itself; None for all of them.
     - ``mapped``: the names of all tasks that the workload maps.
     - ``external``: the external memory that the mapping names, only for a style with ``supports_external``.
@@ -46,7 +47,7 @@ class Job(Generic[ProblemT, ParametersT]):
     problem: ProblemT
     parameters: ParametersT
     part: Part | None = None
-    memory: int | None = None
+    memory: Figure | None = None
     inside: frozenset[str] | None = None
     mapped: frozenset[str] = frozenset()
     external: ExternalMemoryLaw | None = None

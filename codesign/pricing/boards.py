@@ -17,12 +17,15 @@ from codesign.part import Part
 from codesign.planners.demand import Demand
 from codesign.planners.job import Job
 from codesign.pricing.machines import Column, Specs
-from codesign.results.result import Power, Reason, ResourceUse
+from codesign.results.result import BoundUse, Power, Reason, ResourceUse
 from codesign.system.bind import System
 from codesign.system.calibrated import Laws, laws_of
 from codesign.system.fit import clock_reason, fit_part
 
 Numbers = NDArray[np.intp]
+
+PartUse = tuple[tuple[ResourceUse, ...], tuple[BoundUse, ...], tuple[Reason, ...]]
+"""See ``fit_part``."""
 
 NOTHING = Figure(0, "W", Status.ASSUMED, "no task is on it")
 
@@ -31,14 +34,14 @@ NOTHING = Figure(0, "W", Status.ASSUMED, "no task is on it")
 class Board:
     """The use of one FPGA by a design.
 
-    - ``kind``: of each model, the number of its kind: a part and a calibration. ``fits``: by kind, the resources and
-      why the design does not fit. ``parts``: by kind.
+    - ``kind``: of each model, the number of its kind: a part and a calibration. ``fits``: by kind, the resources,
+      the other limits, and why the design does not fit. ``parts``: by kind.
     - ``powers``: static and dynamic power of each model. ``too_fast``: why its clock is, or None.
     """
 
     kind: Numbers
     parts: Sequence[Part]
-    fits: Sequence[tuple[tuple[ResourceUse, ...], tuple[Reason, ...]]]
+    fits: Sequence[PartUse]
     powers: Sequence[Power]
     too_fast: Sequence[Reason | None]
 
@@ -71,7 +74,7 @@ def _board(system: System, models: Sequence[Any], name: str) -> Board:
     kinds: dict[Any, int] = {}
     kind: list[int] = []
     parts: list[Part] = []
-    fits: list[tuple[tuple[ResourceUse, ...], tuple[Reason, ...]]] = []
+    fits: list[PartUse] = []
     prices: list[tuple[Laws, Demand, Figure] | None] = []
     powers: list[Power] = []
     too_fast: list[Reason | None] = []
@@ -82,7 +85,7 @@ def _board(system: System, models: Sequence[Any], name: str) -> Board:
             kinds[key] = len(fits)
             parts.append(part)
             if style is None:
-                fits.append(((), ()))
+                fits.append(((), (), ()))
                 prices.append(None)
             else:
                 laws, own = laws_of(style, model, task), replace(job, part=part)
@@ -104,7 +107,7 @@ def _board(system: System, models: Sequence[Any], name: str) -> Board:
 
 
 @lru_cache(maxsize=256)
-def _fit(demand: Same[Demand], part: Same[Part]) -> tuple[tuple[ResourceUse, ...], tuple[Reason, ...]]:
+def _fit(demand: Same[Demand], part: Same[Part]) -> PartUse:
     """See ``fit_part``; styles give many designs one demand."""
     return fit_part(demand.it, part.it)
 

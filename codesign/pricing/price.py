@@ -11,16 +11,17 @@ import numpy as np
 
 from codesign.figures import FIGURES
 from codesign.inputs.components import DisplayComponent
-from codesign.pricing.boards import Board, Numbers, boards_of, used_boards
+from codesign.pricing.boards import Board, Numbers, PartUse, boards_of, used_boards
 from codesign.pricing.computation import Computation, Recorded
 from codesign.pricing.edges import Times
 from codesign.pricing.intervals import intervals_of
 from codesign.pricing.machines import Column, Machines, Played, Specs
 from codesign.results.mission import LinkUse
-from codesign.results.result import Power, Reason, ResourceUse, Result
+from codesign.results.result import Power, Reason, Result
 from codesign.results.task import times_of
 from codesign.scenarios.requests import mean_of_requests
 from codesign.system.bind import System
+from codesign.system.fit import fit_part
 from codesign.system.outcome import head_fields
 from codesign.units import PICOSECONDS_PER_SECOND
 
@@ -123,21 +124,27 @@ def _fitted(
     """A result without a run for each combination of parts, and the one of each machine."""
     head, key = head_fields(system), _kinds(specs, {name: boards[name] for name in used})
     numbers, firsts, which = np.unique(key, return_index=True, return_inverse=True)
+    of_processor: PartUse = (), (), ()
+    if system.part is None:
+        # Machines that compute the same have processors of one memory.
+        of_processor = fit_part(system.architecture.demand(system.job), None)
     templates = []
     for first in firsts[: len(numbers)]:
-        resources: tuple[ResourceUse, ...] = ()
-        reasons: tuple[Reason, ...] = ()
+        resources, bounds, reasons = of_processor
         for name in used:
             board = boards[name]
-            uses, more = board.fits[board.kind[specs.which[name][first]]]
+            uses, limits, more = board.fits[board.kind[specs.which[name][first]]]
             # One object for designs that have one fit: it is then written once.
-            resources, reasons = resources or uses, (*reasons, *more) if reasons else more
+            resources = resources or uses
+            bounds, reasons = ((*bounds, *limits), (*reasons, *more)) if bounds or reasons else (limits, more)
         fields = dict(head)
         if system.part is not None:
             board = boards[system.component]
             fields["part"] = board.parts[board.kind[specs.which[system.component][first]]].full_name
         templates.append(
-            Result.model_construct(**fields, feasible=not reasons, reasons=reasons, resources=resources)
+            Result.model_construct(
+                **fields, feasible=not reasons, reasons=reasons, resources=resources, bounds=bounds
+            )
         )
     return tuple(templates), which.reshape(-1)
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from codesign.advice.answer import Advice, BoardAdvice, Design
 from codesign.advice.needs import Needs
-from codesign.advice.sentence import design_text, number_text, shortfall_text
+from codesign.advice.sentence import design_text, shortfall_text
+from codesign.advice.shortfalls import number_text
 from codesign.figures import label
 from codesign.report.table import Cell, Table, left, right, word
 from codesign.report.wording import (
@@ -36,7 +37,8 @@ def advice_table(advice: Advice) -> Table:
         f"A map of {advice.rows} × {advice.columns} cells, {advice.free_cells:,} free;"
         f" {counted(advice.starts, 'start')}{pocket}."
         " Rate: one over the time of a plan, the worst over the starts. Margin: rate over the rate that is asked for.",
-        "Power: mean power of the board at the rate that is asked for, idle between plans.",
+        "Power: mean power at the plug at the rate that is asked for, idle between plans; ≥: of its components alone,"
+        " as nobody measured the whole board (board.power).",
         *(f"Not searched, as the budget was spent: {what}." for what in advice.not_searched),
         *advice.remarks,
     ]
@@ -59,12 +61,21 @@ def _row(board: BoardAdvice, needs: Needs) -> tuple[Cell, ...]:
         Cell(ABSENT) if board.price_usd is None else Cell(number_text(board.price_usd), board.price_usd),
         quantity_cell(None if design is None else design.rate_hz, "Hz"),
         margin,
-        quantity_cell(board.idle_w if design is None else design.mean_power_w, "W"),
+        _power(board),
         word(ABSENT if design is None else design_text(design)),
         word(ABSENT if design is None else _parameters(design)),
         word(_binds(board, needs)),
         word(_fastest(board)),
     )
+
+
+def _power(board: BoardAdvice) -> Cell:
+    """Mean power at the plug; of a board that declares none, that of its components, which is less."""
+    design = board.design
+    if design is not None and design.input_power_w is not None:
+        return quantity_cell(design.input_power_w, "W")
+    parts = quantity_cell(board.idle_w if design is None else design.mean_power_w, "W")
+    return parts if parts.value is None else Cell(f"≥ {parts.text}", parts.value)
 
 
 def _fastest(board: BoardAdvice) -> str:
@@ -83,7 +94,8 @@ def _parameters(design: Design) -> str:
 
 def _binds(board: BoardAdvice, needs: Needs) -> str:
     if board.shortfalls:
-        return "; ".join(shortfall_text(short, needs) for short in board.shortfalls)
+        text = "; ".join(shortfall_text(short, needs) for short in board.shortfalls)
+        return f"{text} (not sure)" if board.perhaps else text
     design = board.design
     if design is None or design.binds_share is None:
         return ABSENT

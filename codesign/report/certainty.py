@@ -185,7 +185,8 @@ def certainty_table(result: Result) -> Table:
         most = next(iter(sensitivity(result, figure)), None)
         moved = "" if most is None else f"{most.name} ({figure_text(most.figure)})"
         rows.append(_row(figure, value, interval, moved))
-    notes = (f"fits its part: {fit_text(fit_verdict(result))}",) if result.part is not None else ()
+    limited = result.part is not None or result.bounds
+    notes = (f"fits: {fit_text(fit_verdict(result))}",) if limited else ()
     columns = (*left("figure"), *right("value", "least", "most"), *left("moved most by"))
     return Table("How sure", columns, tuple(rows), notes)
 

@@ -42,6 +42,7 @@ from codesign.report.wording import (
 )
 from codesign.results.result import Reason
 from codesign.units import counted, format_count
+from codesign.verdicts import fit_verdict
 
 if TYPE_CHECKING:
     from codesign.exploration import Design, Study, StudyPoint
@@ -69,11 +70,23 @@ def study_counts(study: Study) -> tuple[tuple[str, str], ...]:
         "feasible": len(study.feasible),
         "infeasible": count - len(study.feasible) - len(study.failed) - len(study.missing),
     }
+    perhaps = _perhaps_feasible(study)
+    counts |= {"of these not surely": perhaps} if perhaps else {}
     counts |= {"without their goals": len(study.unreached)} if study.unreached else {}
     counts |= {"failed": len(study.failed)} if study.failed else {}
     counts |= {"not computed": len(study.missing)} if study.missing else {}
     counts["on the front"] = len(study.front)
     return tuple((name, format_count(count)) for name, count in counts.items())
+
+
+def _perhaps_feasible(study: Study) -> int:
+    """How many designs do not fit at the figures' own values, and do at others; 0 over conditions: not counted."""
+    if study.conditions:
+        return 0
+    fits = study.outcomes.each(
+        lambda template: not template.feasible and fit_verdict(template).fits == "uncertain", False
+    )
+    return int((fits & (study.outcomes.reason < 0))[list(study.distinct)].sum())
 
 
 class _Designs:

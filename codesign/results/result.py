@@ -46,6 +46,14 @@ class ResourceUse(ResultModel):
     items: tuple[ResourceItem, ...] = Field(description="what the demand is made of")
 
 
+class BoundUse(ResultModel):
+    """A limit of the design that is no resource of the part, such as the memory of its processor."""
+
+    name: str = Field(description="which limit")
+    figure: Figure = Field(description="what the design comes to")
+    limit: Figure = Field(description="what it may be, in the same unit")
+
+
 class Reason(ResultModel):
     """Why a design point cannot be built, or is not wanted: ``demand`` passes ``limit`` by ``gap``.
 
@@ -199,6 +207,9 @@ class Result(InNotebooks, ResultModel):
     reasons: tuple[Reason, ...] = Field(default=(), description="why it does not fit, or is not wanted")
     resources: tuple[ResourceUse, ...] = Field(
         default=(), description="use of each kind of resource of the part; empty for a processor"
+    )
+    bounds: tuple[BoundUse, ...] = Field(
+        default=(), description="limits of the design that are no resources of the part, met or not"
     )
     clock: Clock | None = Field(default=None, description="clock of the design, and its limit")
     power: Power | None = Field(default=None, description="power of the FPGA while it plans")

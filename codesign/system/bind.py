@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from codesign import maps
 from codesign.errors import Fault, InputError, SpecError, UnsuitedError, choose_hint
+from codesign.figures import Figure
 from codesign.inputs import Platform, Workload, cross_check, fault
 from codesign.inputs.components import FpgaComponent, ProcessorComponent
 from codesign.inputs.edit import on_platform
@@ -40,7 +41,7 @@ class System(Draft):
 
     - ``planner``: it computes the plan, without a clock. ``component``: the name of the component that it runs on
       (``Machine.planning_component``). ``part``: its chip, or None on a processor. ``clock``: in Hz.
-      ``memory``: bytes of RAM of a processor, or None.
+      ``memory``: bytes of RAM of a processor, a figure, or None.
     - ``placement``: the component of each task.
     - ``external``: the memory beside the FPGA that holds what does not fit in block RAM; None where none is asked for.
     - ``parameters``: those of each mapped task, as the style runs with them.
@@ -50,7 +51,7 @@ class System(Draft):
 
     component: str
     part: Part | None
-    memory: int | None
+    memory: Figure | None
     clock: int
     placement: Placement
     external: ExternalMemoryLaw | None
@@ -164,11 +165,11 @@ def with_found(system: System) -> System:
     )
 
 
-def _ram(component: FpgaComponent | ProcessorComponent) -> int | None:
+def _ram(component: FpgaComponent | ProcessorComponent) -> Figure | None:
     """Bytes of RAM that a processor declares."""
     if isinstance(component, FpgaComponent) or component.memory is None:
         return None
-    return int(component.memory.value) // 8
+    return component.memory.per(8, "bytes")
 
 
 def plannable(

@@ -12,8 +12,9 @@ from dataclasses import dataclass
 from codesign.figures import RESOURCES, Figure
 from codesign.part import Part
 from codesign.planners.demand import Demand, Lever, lever_texts, sum_by_resource
-from codesign.results.result import Clock, Reason, ResourceItem, ResourceUse
+from codesign.results.result import BoundUse, Clock, Reason, ResourceItem, ResourceUse
 from codesign.units import format_frequency
+from codesign.verdicts.fits import ends_text, limit_verdicts
 
 TellLevers = Callable[[Iterable[Lever]], tuple[str, ...]]
 """Puts levers into words; it may try them."""
@@ -24,6 +25,7 @@ class PartFit:
     """A design's use of a part. ``reasons``: why it does not fit; empty where it fits."""
 
     resources: tuple[ResourceUse, ...]
+    bounds: tuple[BoundUse, ...]
     clock: Clock | None
     reasons: tuple[Reason, ...]
 
@@ -37,19 +39,22 @@ def fit(
 
     On a processor there is no part, no clock limit and no resource; only the bounds are held.
     """
-    uses, reasons = fit_part(demand, part, tell)
+    uses, bounds, reasons = fit_part(demand, part, tell)
     if clock_limit is None:
-        return PartFit(uses, None, reasons)
+        return PartFit(uses, bounds, None, reasons)
     too_fast = clock_reason(clock, clock_limit)
     return PartFit(
-        uses, Clock(hz=clock, limit=clock_limit), (*reasons, *([too_fast] if too_fast is not None else []))
+        uses,
+        bounds,
+        Clock(hz=clock, limit=clock_limit),
+        (*reasons, *([too_fast] if too_fast is not None else [])),
     )
 
 
 def fit_part(
     demand: Demand, part: Part | None, tell: TellLevers = lever_texts
-) -> tuple[tuple[ResourceUse, ...], tuple[Reason, ...]]:
-    """The use of a part at any clock, and why the design does not fit."""
+) -> tuple[tuple[ResourceUse, ...], tuple[BoundUse, ...], tuple[Reason, ...]]:
+    """The use of a part at any clock, the other limits, and why the design does not fit."""
     uses: tuple[ResourceUse, ...] = ()
     if part is not None:
         sums = sum_by_resource(demand.items)
@@ -84,7 +89,12 @@ def fit_part(
         for bound in demand.bounds
         if bound.limit is not None and bound.figure.value > bound.limit
     ]
-    return uses, tuple(reasons)
+    bounds = tuple(
+        BoundUse(name=bound.name, figure=bound.figure, limit=bound.most)
+        for bound in demand.bounds
+        if bound.most is not None
+    )
+    return uses, bounds, tuple(reasons)
 
 
 def clock_reason(clock: int, limit: Figure) -> Reason | None:
@@ -109,21 +119,24 @@ def clock_reason(clock: int, limit: Figure) -> Reason | None:
     )
 
 
-def clock_notes(component: str, held: PartFit) -> tuple[str, ...]:
-    """A note where a clock is below the value of its limit and above the low end of its interval; else none.
+def fit_notes(component: str, held: PartFit) -> tuple[str, ...]:
+    """A note for each limit that the design keeps, or passes, at some values inside the intervals only.
 
-    The design counts as feasible, and whether it is one depends on where in the interval the limit lies.
+    Feasible is what fits at the figures' own values.
     """
-    if held.clock is None:
-        return ()
-    low, limit = held.clock.limit.interval[0], held.clock.limit.value
-    if not low < held.clock.hz <= limit:
-        return ()
-    clock, sure, most = (format_frequency(hertz) for hertz in (held.clock.hz, low, limit))
-    return (
-        f"{component}.clock: it is not sure that the design runs at {clock}; the limit is {most} by its law,"
-        f" and may be as low as {sure}",
-    )
+    notes = []
+    for each in limit_verdicts(held.resources, held.bounds, held.clock):
+        if each.fits != "uncertain" or each.demand is None or each.limit is None:
+            continue
+        if each.decides != "clock":
+            notes.append(f"{component}: it is not sure whether the design fits: {ends_text(each)}")
+        elif held.clock is not None and held.clock.hz <= held.clock.limit.value:
+            clock, sure, most = map(format_frequency, (held.clock.hz, each.limit[0], held.clock.limit.value))
+            notes.append(
+                f"{component}.clock: it is not sure that the design runs at {clock}; the limit is {most} by its law,"
+                f" and may be as low as {sure}"
+            )
+    return tuple(notes)
 
 
 def _use(demand: Demand, part: Part, resource: str, total: int) -> ResourceUse:

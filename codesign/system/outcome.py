@@ -20,7 +20,7 @@ from codesign.system.build import Machine
 from codesign.system.calibrated import calibration_notes, laws_of
 from codesign.system.chain import Answer
 from codesign.system.energy import board_powers, energy, idle_boards
-from codesign.system.fit import TellLevers, clock_notes, fit
+from codesign.system.fit import TellLevers, fit, fit_notes
 from codesign.system.problem_map import length_error
 from codesign.units import PICOSECONDS_PER_SECOND
 
@@ -77,14 +77,16 @@ def fit_system(system: System, tell: TellLevers = lever_texts) -> SystemFit:
         laws = laws_of(system.architecture, spec)
         demand = laws.demand(job)
         held = fit(demand, part, system.clock, laws.clock_limit(job), tell)
-        fields["notes"] += clock_notes(system.component, held)
+        fields["notes"] += fit_notes(system.component, held)
         fields["notes"] += calibration_notes(system.component, spec, system.architecture)
         static, dynamic = laws.power(laws.power_demand(job, demand), system.clock)
         powers[system.component] = power = Power(static=static, dynamic=dynamic)
         fields |= {"resources": held.resources, "clock": held.clock, "power": power}
     else:
         held = fit(system.architecture.demand(job), None, system.clock, None, tell)
+        fields["notes"] += fit_notes(system.component, held)
         fields = {"processor": _processor_figures(system), **fields}
+    fields["bounds"] = held.bounds + fields.get("bounds", ())
     boards = board_powers(system, powers)
     fields["idle_fpgas"] = {name: boards[name].static for name in idle_boards(system)}
     return SystemFit(fields, held.reasons + reasons, boards)
@@ -109,9 +111,10 @@ def _apart(system: System) -> tuple[dict[str, Any], tuple[Reason, ...], dict[str
         powers[name] = power = Power(static=static, dynamic=dynamic)
         fields = {
             "resources": held.resources,
+            "bounds": fields.get("bounds", ()) + held.bounds,
             "clock": held.clock,
             "power": power,
-            "notes": clock_notes(name, held) + calibration_notes(name, spec, style, task),
+            "notes": fit_notes(name, held) + calibration_notes(name, spec, style, task),
         }
         reasons += held.reasons
     return fields, reasons, powers

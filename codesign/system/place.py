@@ -218,19 +218,21 @@ def _link_faults(platform: Platform, graph: TaskGraph, places: Mapping[str, str]
 
 def _cost_faults(platform: Platform, needed: Sequence[tuple[str, str, str]]) -> list[Fault]:
     """Kernels that their processor has no cost of. ``needed``: component, kernel, and what is counted in it."""
-    faults, reported = [], set()
+    missing: dict[tuple[str, str], str] = {}
     for name, kernel, user in needed:
         component = platform.components[name]
-        if not isinstance(component, ProcessorComponent) or not kernel or kernel in component.costs:
-            continue
-        if (name, kernel) not in reported:
-            text = f"{name} has no cost of kernel {kernel}, which {user} is counted in"
-            hint = (
-                f"add {kernel}: TIME to the costs of {name} (0 s where another cost holds it), or map the task to"
-                " another component or style"
-            )
-            faults.append(fault(platform, ("components", name, "costs"), text, hint))
-        reported.add((name, kernel))
+        if isinstance(component, ProcessorComponent) and kernel and kernel not in component.costs:
+            missing.setdefault((name, kernel), user)
+    faults = []
+    for name, user in dict.fromkeys((name, user) for (name, _), user in missing.items()):
+        kernels = [kernel for (at, kernel), of in missing.items() if (at, of) == (name, user)]
+        what = f"kernel {kernels[0]}" if len(kernels) == 1 else f"kernels {', '.join(kernels)}"
+        text = f"{name} has no cost of {what}, which {user} is counted in"
+        hint = (
+            f"add {', '.join(f'{kernel}: TIME' for kernel in kernels)} to the costs of {name} (0 s where another cost"
+            " holds it), or map the task to another component or style"
+        )
+        faults.append(fault(platform, ("components", name, "costs"), text, hint))
     return faults
 
 

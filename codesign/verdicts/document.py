@@ -17,7 +17,7 @@ class RunDocument(Result):
         description="least and greatest value of each figure that rests on figures with intervals, in its unit"
     )
     fit: Fit | None = Field(
-        description="whether it fits its part at every value of its demand and its clock limit; null without a part"
+        description="whether it fits at every value of its demand and its limits; null without a part or a limit"
     )
 
 
@@ -27,7 +27,7 @@ def run_document(result: Result) -> RunDocument:
     fields = dict(result) | {
         "provenance": None if result.provenance is None else result.provenance.stamped(),
         "intervals": {figure: ends for figure, ends in intervals.items() if ends is not None},
-        "fit": None if result.part is None else fit_verdict(result),
+        "fit": None if result.part is None and not result.bounds else fit_verdict(result),
     }
     # Every field is of a result that was checked when it was made.
     return RunDocument.model_construct(**fields)

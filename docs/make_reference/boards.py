@@ -39,6 +39,7 @@ def _tables() -> list[str]:
         "host",
         "link",
         "price",
+        "idle at the plug",
     )
     hosts = (
         "host",
@@ -47,6 +48,7 @@ def _tables() -> list[str]:
         "power busy / idle",
         "by itself, as platform",
         "price",
+        "idle at the plug",
     )
     return [
         "## Boards with an FPGA",
@@ -79,9 +81,10 @@ def _board_row(platform: Platform) -> tuple[str, ...]:
         f"{_count(luts, f' {kind}')}",
         *(_count(figure) for figure in (resources.flip_flops, resources.block_rams, resources.multipliers)),
         _marked(format_frequency(fpga.clock.value), fpga.clock),
-        host.host or "see the file",
+        host.host or "",
         platform.links[platform.filled["link"]].type,
         _price(platform),
+        _plug(platform),
     )
 
 
@@ -95,7 +98,8 @@ def _host_row(host: HostFile, platforms: list[Platform]) -> tuple[str, ...]:
             for component in platform.components.values()
         )
     ]
-    factor = "measured: 1"
+    measured = any(cost.status is Status.MEASURED for cost in host.costs.values())
+    factor = "measured: 1" if measured else "its own, as of its paper"
     if host.costs_of is not None:
         low, high = host.costs_of.factor.interval
         factor = _marked(f"{host.costs_of.factor.value:g} times, {low:g} to {high:g}", host.costs_of.factor)
@@ -107,12 +111,18 @@ def _host_row(host: HostFile, platforms: list[Platform]) -> tuple[str, ...]:
         " / ".join(watts),
         ", ".join(f"`{platform.name}`" for platform in alone) or "",
         ", ".join(_price(platform) for platform in alone),
+        ", ".join(filter(None, map(_plug, alone))),
     )
 
 
 def _price(platform: Platform) -> str:
     price = platform.board.price if platform.board is not None else None
     return "unknown" if price is None else _marked(f"{price.value:,g} USD", price)
+
+
+def _plug(platform: Platform) -> str:
+    power = platform.board.power if platform.board is not None else None
+    return "" if power is None else _marked(format_power(power.idle.value), power.idle)
 
 
 def _count(figure: Figure, kind: str = "") -> str:

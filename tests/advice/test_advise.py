@@ -8,7 +8,7 @@ from pathlib import Path
 
 import jsonschema
 import pytest
-from advice_boards import CELLS, FABRIC, Run, asked, board, by_name
+from advice_boards import CELLS, FABRIC, Run, asked, board, by_name, powered
 
 from codesign import advice
 from codesign.advice import candidates
@@ -95,15 +95,79 @@ def test_the_printed_command_reproduces_the_figure(hwsw: Run, corridor: Path, tm
 def test_where_no_board_suffices_each_need_says_by_how_much(
     hwsw: Run, corridor: Path, tmp_path: Path
 ) -> None:
-    boards = [board(tmp_path, "slow", 1000, busy=1, idle=0.5), board(tmp_path, "hungry", 1, busy=20, idle=10)]
+    boards = [
+        powered(board(tmp_path, "slow", 1000, busy=1, idle=0.5), 0.5),
+        powered(board(tmp_path, "hungry", 1, busy=20, idle=10), 10),
+    ]
     code, answer = asked(hwsw, corridor, boards, "100 Hz", "--power", "5 W")
     assert (code, answer["recommended"], answer["command"]) == (3, None, None)
     verdict = answer["verdict"]
-    assert verdict.startswith("No board suffices: ")
+    assert verdict.startswith("No board suffices at any value inside the declared intervals: ")
     assert "the rate excludes slow (a plan takes 100 ms, 10 times the 10 ms that 100 Hz leaves" in verdict
     assert "the power excludes hungry (it draws 10.1 W, 5.1 W more than 5 W" in verdict
     assert "Each need alone is met, the rate by hungry; the power by slow, but no board meets all" in verdict
     assert all(each["shortfalls"] for each in answer["boards"])
+
+
+@pytest.mark.parametrize(("cost", "perhaps"), [(90, None), (110, True), (190, True), (210, False)])
+def test_that_no_board_suffices_is_held_against_the_intervals_too(
+    hwsw: Run, corridor: Path, tmp_path: Path, cost: float, perhaps: bool | None
+) -> None:
+    """The interval of a cost is half to double: a board of 110 us a cell plans in 5.5 to 22 ms."""
+    _, answer = asked(hwsw, corridor, [board(tmp_path, "close", cost)], "100 Hz")
+    (only,) = answer["boards"]
+    assert only["suffices"] == (perhaps is None)
+    assert bool(only["perhaps"]) == bool(perhaps)
+    if perhaps is not None:
+        own = "at the figures' own values" if perhaps else "at any value inside the declared intervals"
+        assert answer["verdict"].startswith(f"No board suffices {own}: ")
+        assert (
+            "Not sure, as they may at other values: close (its time of a plan" in answer["verdict"]
+        ) == perhaps
+
+
+@pytest.mark.parametrize(
+    ("memory", "fits", "perhaps"),
+    [(100, False, True), (90, False, False), (900, True, False), (700, True, None)],
+)
+def test_memory_that_its_bytes_a_cell_decide(
+    hwsw: Run, corridor: Path, tmp_path: Path, memory: int, fits: bool, perhaps: bool | None
+) -> None:
+    """100 cells take 600 bytes, 100 to 800."""
+    small = board(tmp_path, "small", 1)
+    text = small.read_text(encoding="utf-8").replace("clock: 1 GHz", f"clock: 1 GHz\n    memory: {memory} B")
+    small.write_text(text, encoding="utf-8")
+    code, answer = asked(hwsw, corridor, [small], "100 Hz")
+    assert code == (0 if fits else 3)
+    if fits:
+        assert answer["certainty"]["fit"]["fits"] == ("yes" if perhaps is False else "uncertain")
+        depends = (
+            f"whether it fits depends on memory of the processor, 100 to 800 bytes against {memory} bytes"
+        )
+        assert (depends in answer["verdict"]) == (perhaps is None)
+        assert (f"it changes at {memory} bytes" in answer["verdict"]) == (perhaps is None)
+    else:
+        assert bool(answer["boards"][0]["perhaps"]) == perhaps
+
+
+def test_a_verdict_about_power_needs_that_of_the_whole_board(
+    hwsw: Run, corridor: Path, tmp_path: Path
+) -> None:
+    """Components are a part of a board: more than the limit is sure, less says nothing."""
+    chips = board(tmp_path, "chips", 10, busy=2, idle=1)
+    code, answer = asked(hwsw, corridor, [chips], "100 Hz", "--power", "3 W")
+    assert code == 3
+    assert "its power at its input (board.power) is not known" in answer["boards"][0]["perhaps"]
+    assert answer["verdict"].startswith("No board suffices at the figures' own values")
+    code, answer = asked(hwsw, corridor, [chips], "100 Hz", "--power", "1.04 W")
+    assert (code, answer["boards"][0]["perhaps"]) == (3, "")
+    powered(chips, 2.5)
+    code, answer = asked(hwsw, corridor, [chips], "100 Hz", "--power", "3 W")
+    design = answer["boards"][0]["design"]
+    # Planning adds 1 W for a tenth of the time.
+    assert (design["mean_power_w"], design["input_power_w"]) == pytest.approx((1.1, 2.6))
+    assert (code, answer["recommended"]) == (0, "chips")
+    assert asked(hwsw, corridor, [chips], "100 Hz", "--power", "2.4 W")[0] == 3
 
 
 def test_a_second_question_simulates_nothing_but_the_winner(

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import copy
 from typing import Any
 
 import pytest
 
 import codesign
+from codesign.figures import Figure
+from codesign.report.study_answer import study_sentence
 from codesign.results.result import Result
 from codesign.scenarios import simulate
 from codesign.system import catalog
+from codesign.verdicts import fit_verdict
 
 ROOMS = {"generate": "rooms", "rows": 24, "columns": 32, "room": [10, 14], "door": 2}
 CELLS = 24 * 32
@@ -82,3 +86,68 @@ def test_a_host_file_brings_its_memory() -> None:
     assert host.memory is not None
     assert host.memory.value == 8 * 2**20
     assert codesign.load_platform("raspberry-pi-4").components["host"].memory is None  # type: ignore[union-attr]
+
+
+@pytest.mark.parametrize("share", [0.05, 0.3, 0.9, 1.1, 3.0, 50.0])
+@pytest.mark.parametrize("planner", sorted(MAPPINGS))
+def test_the_verdict_about_memory_holds_at_both_ends_of_the_bytes_a_cell(
+    planner: str, share: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """``share``: the memory, of what the plan takes at the assumed bytes a cell."""
+    mapping, _ = MAPPINGS[planner]
+    need = run(planner, mapping, "    memory: 1 GiB").bounds[0].figure
+    memory = f"    memory: {max(1, round(share * need.value))} B"
+    result = run(planner, mapping, memory)
+    verdict = fit_verdict(result)
+    assert verdict.decides == "memory of the processor"
+    style, fits = catalog.architectures()[planner, result.style], []
+    for end in need.interval:
+        exact = Figure(end / CELLS, "B", need.status, need.source)
+        monkeypatch.setattr(type(style), "bytes_a_cell", lambda _style, _job, exact=exact: exact)
+        fits.append(run(planner, mapping, memory).feasible)
+    assert (
+        verdict.fits == {(True, True): "yes", (False, False): "no", (True, False): "uncertain"}[tuple(fits)]
+    )  # type: ignore[index]
+    # A verdict that depends names the value at which it changes, and a note says so.
+    assert (verdict.flips_at is not None) == (verdict.fits == "uncertain")
+    assert any("it is not sure whether the design fits" in note for note in result.notes) == (
+        verdict.fits == "uncertain"
+    )
+
+
+def test_a_limit_with_an_interval_decides_too() -> None:
+    planner, (mapping, _) = next(iter(MAPPINGS.items()))
+    need = run(planner, mapping, "    memory: 1 GiB").bounds[0].figure.interval[1]
+    memory = (
+        f"    memory: {{value: {2 * need:.0f} B, low: {need / 2:.0f} B, status: assumed, source: a guess}}"
+    )
+    assert fit_verdict(run(planner, mapping, memory)).fits == "uncertain"
+
+
+def test_an_exploration_holds_software_to_the_memory_as_a_run_does() -> None:
+    rows = {"workload.problem.map.rows": [100, 512, 2000]}
+    planner, platform = "breadth_first", codesign.load_platform("teensy-4-1")
+    tree = {
+        "kind": "workload",
+        "name": "sizes",
+        "planner": planner,
+        "problem": {
+            "map": {"generate": "empty", "rows": 100, "columns": 512},
+            "goals": [[2, 2]],
+            "starts": [[9, 9]],
+        },
+        "mapping": {"search": {"component": "host", "style": "software"}},
+        "explore": {"axes": rows},
+    }
+    study = codesign.explore(platform, codesign.load_workload(tree))
+    fates = []
+    for count, point in zip(*rows.values(), study.points, strict=True):
+        alone = copy.deepcopy(tree)
+        alone["problem"]["map"]["rows"] = count  # type: ignore[index]
+        del alone["explore"]
+        result = codesign.simulate(platform, codesign.load_workload(alone))
+        assert (point.feasible, point.reasons) == (result.feasible, result.reasons)
+        fates.append(point.feasible)
+    assert fates == [True, False, False]
+    # At 1 byte a cell both would fit, 512 × 512 and 2,000 × 512.
+    assert "1 feasible, 2 infeasible, 2 of these not surely" in study_sentence(study)

@@ -71,3 +71,11 @@ def priced(path: Path, usd: float, beside: str = "") -> Path:
     price = f"{{value: {usd} USD, status: assumed, source: a test}}"
     path.write_text(f"{text}board: {{product: a product, price: {price}{more}}}\n", encoding="utf-8")
     return path
+
+
+def powered(path: Path, idle: float) -> Path:
+    """The board with a power at its input."""
+    power = f"{{idle: {{value: {idle} W, status: measured, source: a test}}}}"
+    text = path.read_text(encoding="utf-8")
+    path.write_text(f"{text}board: {{product: a product, power: {power}}}\n", encoding="utf-8")
+    return path

@@ -42,6 +42,7 @@ from codesign.planners.wavefront.styles.probes import PROBES as WAVEFRONT
 from codesign.records import StageRecord
 from codesign.scenarios import simulate
 from codesign.system import Result, catalog, point_of
+from codesign.system.place import RENDER_KERNEL
 
 SEQUENTIAL, TWO_CORE = ARCHITECTURES
 ROOMS = maps.rooms(24, 32, room=(11, 15), door=3, seed=5).free
@@ -163,7 +164,7 @@ def test_platforms_carry_the_costs() -> None:
     assert paper.costs[DIRECT_KERNEL].value == cost.value  # type: ignore[union-attr]
     assert paper.costs[DIRECT_KERNEL].status == Status.ASSUMED  # type: ignore[union-attr]
     measured = load_platform("pc-epyc").components["pc"].costs  # type: ignore[union-attr]
-    assert set(measured) == set(all_probes())
+    assert set(measured) == {*all_probes(), RENDER_KERNEL}
     assert set(paper.costs) == set(all_probes())  # type: ignore[union-attr]
 
 

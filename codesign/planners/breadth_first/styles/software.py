@@ -39,7 +39,7 @@ JAVA_HEAP = 64 * 2**20
 """Bytes. Assumed."""
 LARGEST_CELLS_RUN = 100 * 100
 SMALLEST_CELLS_REFUSED = published.MEMORY_WALL_SIDE**2
-JAVA_BYTES_A_CELL_LOW = JAVA_HEAP / SMALLEST_CELLS_REFUSED
+JAVA_BYTES_A_CELL_LOW = (JAVA_HEAP + 1) / SMALLEST_CELLS_REFUSED
 JAVA_BYTES_A_CELL_HIGH = JAVA_HEAP / LARGEST_CELLS_RUN
 JAVA_BYTES_A_CELL = math.sqrt(JAVA_BYTES_A_CELL_LOW * JAVA_BYTES_A_CELL_HIGH)
 """About 3,355: between the bounds from 200 × 200 and from 100 × 100 cells."""
@@ -52,14 +52,20 @@ BYTES = assumed_bytes(
 def heap_bound(cells: int) -> Line:
     """Bytes of the Java program for a map, against its heap."""
     side = math.isqrt(int(JAVA_HEAP / JAVA_BYTES_A_CELL))
+    source = (
+        f"{published.PAPER}, section 2.2: ran at 100 × 100, not at 200 × 200; {JAVA_BYTES_A_CELL_LOW:,.0f} to"
+        f" {JAVA_BYTES_A_CELL_HIGH:,.0f} bytes a cell in 64 MB"
+    )
+    value, low, high = (
+        cells * each for each in (JAVA_BYTES_A_CELL, JAVA_BYTES_A_CELL_LOW, JAVA_BYTES_A_CELL_HIGH)
+    )
     return Line.bound(
         name="heap of the Java program",
-        demand=cells * JAVA_BYTES_A_CELL,
+        demand=Figure(value, "bytes", Status.ASSUMED, source, low, high),
         limit=JAVA_HEAP,
         unit="bytes",
         status=Status.ASSUMED,
-        source=f"{published.PAPER}, section 2.2: ran at 100 × 100, not at 200 × 200; {JAVA_BYTES_A_CELL_LOW:,.0f} to"
-        f" {JAVA_BYTES_A_CELL_HIGH:,.0f} bytes a cell in 64 MB",
+        source=source,
         levers=(
             Lever("problem.map", f"at most about {side} × {side} cells"),
             Lever(
