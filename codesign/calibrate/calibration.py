@@ -13,10 +13,18 @@ from codesign import __version__
 from codesign.calibrate.design import DesignPoint
 from codesign.calibrate.fit import factor_of, fitted_term
 from codesign.calibrate.reports import Report
-from codesign.errors import InputError, SpecError, WrittenFloat
+from codesign.errors import InputError, SpecError, WrittenFloat, choose_hint
 from codesign.figures import Figure, label
 from codesign.files import date_of_writing
-from codesign.inputs.calibration_file import LEAST_FACTOR, MOST_FACTOR, CalibrationFile, FittedTerm, Sample
+from codesign.inputs.calibration_file import (
+    LEAST_FACTOR,
+    LEAST_SURE,
+    MOST_FACTOR,
+    MOST_SURE,
+    CalibrationFile,
+    FittedTerm,
+    Sample,
+)
 from codesign.inputs.faults import validate
 from codesign.inputs.yaml_tree import parse_document
 
@@ -46,13 +54,16 @@ def fit_calibration(
     rows: Sequence[Compared],
     added_to: CalibrationFile | None,
     name: str,
+    explained: Mapping[str, str],
 ) -> CalibrationFile | None:
     """The calibration that follows from reports, checked as its file is; None where no term has a factor.
 
     ``reports``: with their design points. ``rows``: their numbers. ``added_to``: its samples are taken too.
+    ``explained``: by term, why reports differ from the law by more than a factor of 2.
 
     Raises:
-        InputError: a factor is of another design or part, ``added_to`` is of another style, or the part cannot be so.
+        InputError: a factor is of another design or part or is not explained, ``added_to`` is of another style, or the
+            part cannot be so.
     """
     point = reports[0][1]
     style = point.style
@@ -75,11 +86,16 @@ def fit_calibration(
             if sample not in samples.setdefault(row.term, []):
                 samples[row.term].append(sample)
             low, high = (bound / law.value for bound in law.interval)
-            before = widths.get(row.term, (1.0, 1.0))
-            widths[row.term] = min(low, before[0]), max(high, before[1])
+            width = widths.get(row.term, (1.0, 1.0))
+            widths[row.term] = min(low, width[0]), max(high, width[1])
     if not samples:
         return None
-    terms = _fitted(samples, widths, point)
+    before = added_to.terms if added_to else {}
+    for term in before.keys() - widths.keys():
+        low, high = (bound / before[term].factor.value for bound in before[term].factor.interval)
+        widths[term] = low, high
+    reasons = {term: fitted.explained for term, fitted in before.items()} | dict(explained)
+    terms = _fitted(samples, widths, point, reasons)
     tools = dict.fromkeys([*(added_to.tools if added_to else ()), *(report.made_by for report, _ in reports)])
     files = {
         **(added_to.reports if added_to else {}),
@@ -112,13 +128,20 @@ def _words(of: Iterable[str]) -> str:
 
 
 def _fitted(
-    samples: Mapping[str, Sequence[Sample]], widths: Mapping[str, tuple[float, float]], point: DesignPoint
+    samples: Mapping[str, Sequence[Sample]],
+    widths: Mapping[str, tuple[float, float]],
+    point: DesignPoint,
+    reasons: Mapping[str, str],
 ) -> dict[str, FittedTerm]:
     """The factor of each term. ``widths``: the interval of each law over its value.
 
     Raises:
-        InputError: a factor is of another design or part.
+        InputError: a factor is of another design or part, or is not explained.
     """
+    unknown = next((term for term in reasons if term not in samples), None)
+    if unknown is not None:
+        hint = choose_hint(unknown, samples)
+        raise InputError(f"no report says {unknown}", "--explain", hint)
     terms = {}
     for term, of_term in samples.items():
         factor = factor_of(of_term)
@@ -126,7 +149,15 @@ def _fitted(
             what = f"{label(term)}: reported are {factor:.3g} times what the law says ({of_term[-1].report})"
             hint = f"{LEAST_FACTOR:g} to {MOST_FACTOR:g} times are accepted; is the report of {point.name}?"
             raise InputError(what, None, hint)
-        terms[term] = fitted_term(term, of_term, widths.get(term, (1.0, 1.0)))
+        reason = "" if LEAST_SURE <= factor <= MOST_SURE else reasons.get(term, "")
+        if not LEAST_SURE <= factor <= MOST_SURE and not reason:
+            what = f"{label(term)}: reported are {factor:.3g} times what the law says ({of_term[-1].report})"
+            hint = (
+                f"more than a factor of {MOST_SURE:g} is most often a report with more than {point.name} in it: name"
+                f" one of it alone or one by hierarchy; where you know why, --explain {term}=REASON"
+            )
+            raise InputError(what, None, hint)
+        terms[term] = fitted_term(term, of_term, widths.get(term, (1.0, 1.0)), reason)
     return terms
 
 
@@ -158,7 +189,15 @@ def _tree(fitted: FittedTerm) -> dict[str, Any]:
         "source": factor.source,
     }
     held_out = {} if fitted.held_out is None else {"held_out": round(fitted.held_out, 6)}
-    return {"factor": figure, **held_out, "samples": [sample.model_dump() for sample in fitted.samples]}
+    line = {"offset": fitted.offset, "margin": fitted.margin} if fitted.offset else {}
+    reason = {"explained": fitted.explained} if fitted.explained else {}
+    return {
+        "factor": figure,
+        **line,
+        **reason,
+        **held_out,
+        "samples": [sample.model_dump() for sample in fitted.samples],
+    }
 
 
 def calibration_text(calibration: CalibrationFile) -> str:

@@ -10,7 +10,7 @@ from pathlib import Path
 from codesign.calibrate.calibration import Compared, fit_calibration
 from codesign.calibrate.design import DesignPoint, check_design, exported_point, find_manifest
 from codesign.calibrate.fit import Errors, errors_of
-from codesign.calibrate.lines import compared_lines
+from codesign.calibrate.lines import alone, compared_lines
 from codesign.calibrate.reports import ClockReading, Reading, Report, Stage, read_report
 from codesign.errors import InputError, choose_hint
 from codesign.figures import label
@@ -66,6 +66,7 @@ def compare_reports(
     clock: str | None = None,
     added_to: CalibrationFile | None = None,
     name: str = "calibration",
+    explained: Mapping[str, str] | None = None,
 ) -> Comparison:
     """Read reports, hold them against the laws of their designs, and fit a factor to each term.
 
@@ -75,6 +76,7 @@ def compare_reports(
         clock: the clock domain of the design, where a report has several.
         added_to: a calibration; its samples are taken too.
         name: of the new calibration.
+        explained: by term, why its reports differ from the law by more than a factor of 2.
 
     Raises:
         SpecError: a report is none, is cut off or in another language; or the calibration contradicts the part.
@@ -86,8 +88,9 @@ def compare_reports(
     reports: list[tuple[Report, DesignPoint]] = []
     notes: list[str] = []
     for path in paths:
-        report = read_report(path)
         of, expected = _point_of(path, point, points)
+        report, wrapped = alone(read_report(path), expected)
+        notes += wrapped
         note = check_design(report, of, expected)
         notes += [*([note] if note else []), *(f"{report.file}: {text}" for text in report.notes)]
         reports.append((report, of))
@@ -100,9 +103,9 @@ def compare_reports(
         for row in rows
         if row.ratio is None and row.reported
     ]
-    calibration = fit_calibration(reports, rows, added_to, name)
+    calibration = fit_calibration(reports, rows, added_to, name, explained or {})
     terms = {} if calibration is None else calibration.terms
-    errors = {term: errors_of(fitted.samples) for term, fitted in terms.items()}
+    errors = {term: errors_of(term, fitted.samples) for term, fitted in terms.items()}
     notes += [
         _no_help(term, error) for term, error in errors.items() if (error.held_out or 0.0) > error.before
     ]
@@ -212,7 +215,7 @@ def _latest(told: Sequence[_Told]) -> tuple[list[_Told], list[str]]:
     for each in told:
         stage = latest[each.term, each.point.name]
         if each.term == CLOCK and each.report.stage != Stage.ROUTED:
-            notes.append(f"{each.report.file}: its clock is an estimate before placement, and is left out")
+            notes.append(f"{each.report.file}: its clock is of no routed design, and is left out")
         elif each.report.stage != stage:
             notes.append(f"{each.report.file}: another report has its numbers {stage.word}, which are taken")
         else:

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 
 from codesign.calibrate.calibration import Compared
 from codesign.calibrate.design import DesignPoint
 from codesign.calibrate.reports import Report
 from codesign.calibrate.reports.record import Reading, added
+from codesign.errors import InputError
 from codesign.figures import Figure, Status
 
 REST = "all else"
@@ -18,6 +20,38 @@ NOT_COUNTED = Figure(0, "1", Status.CALIBRATED, "no line of the demand counts it
 
 _COPY = re.compile(r"(__\w+)?(_\d+)?")
 """What Vivado adds to the name of a module: the number of its parameters, and of its copy."""
+
+
+def alone(report: Report, top: str | None) -> tuple[Report, list[str]]:
+    """A report of a design that stands inside of another one, as the report of that design alone; with a note.
+
+    ``top``: the top module of the design. A report of nothing else, or without a hierarchy, stays as it is.
+
+    Raises:
+        InputError: the design stands in it more than once.
+    """
+    if top is None or report.top == top or not report.hierarchy:
+        return report, []
+    known = {top: top}
+    names = {
+        place.modules[: i + 1]
+        for place in report.hierarchy
+        for i, module in enumerate(place.modules)
+        if module_name(module, known) == top
+    }
+    if not names:
+        return report, []
+    if len(names) > 1:
+        what = f"has {len(names)} copies of {top}, and a report by module does not part them"
+        raise InputError(what, report.file, "report a design with one of them")
+    (path,) = names
+    inside = [place for place in report.hierarchy if place.modules[: len(path)] == path]
+    used: dict[str, Reading] = {}
+    for place in inside:
+        used = added(used, place.used)
+    hierarchy = tuple(replace(place, modules=place.modules[len(path) :]) for place in inside)
+    note = f"{report.file}: counts are those of module {top}, inside of {report.top or 'the whole design'}"
+    return replace(report, top=top, used=used, hierarchy=hierarchy), [note]
 
 
 def compared_lines(report: Report, point: DesignPoint) -> Iterator[Compared]:

@@ -80,6 +80,13 @@ def _ps(seconds: float) -> int:
     metavar="FILE",
     help="Write the calibration, such as calibrations/mine.yaml.",
 )
+@click.option(
+    "--explain",
+    "reasons",
+    multiple=True,
+    metavar="TERM=REASON",
+    help="Accept reports of TERM, such as lut4, that differ from the law by more than a factor of 2. May be repeated.",
+)
 @click.option("--json", "as_json", is_flag=True, help="Print the comparison as JSON.")
 @force_option
 def fpga(
@@ -89,6 +96,7 @@ def fpga(
     clock: str | None,
     added_to: Path | None,
     output: Path | None,
+    reasons: tuple[str, ...],
     as_json: bool,
 ) -> None:
     """Show what reports of your FPGA tool say beside what the laws predict, and fit a factor to each term.
@@ -115,6 +123,7 @@ def fpga(
         clock=clock,
         added_to=None if added_to is None else _loaded(added_to),
         name=name,
+        explained=dict(_explained(reason) for reason in reasons),
     )
     if as_json:
         click.echo(json.dumps(calibration_document(compared), indent=2))
@@ -150,6 +159,17 @@ def _named_point(specs: tuple[str, ...], settings: tuple[str, ...]) -> DesignPoi
     platform, workload = load_platform(specs[0]), catalog.load_workload(specs[1])
     name = " ".join((platform.name, workload.name, *settings))
     return design_point(platform, workload, settings_of(settings), name[:200])
+
+
+def _explained(option: str) -> tuple[str, str]:
+    """The term and the reason of an option."""
+    from codesign.inputs.calibration_file import TERMS
+
+    term, _, reason = option.partition("=")
+    if term not in TERMS or not reason.strip():
+        hint = f"write TERM=REASON; a term is one of {', '.join(TERMS)}"
+        raise InputError(f"{printable(option)} gives no reason for a term", "--explain", hint)
+    return term, reason.strip()[:512]
 
 
 def _loaded(path: Path) -> CalibrationFile:

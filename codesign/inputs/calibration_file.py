@@ -6,7 +6,8 @@ style are then multiplied by its factors.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import math
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Literal, Self
 
@@ -29,6 +30,8 @@ UNITS: Mapping[str, str] = {CLOCK: "Hz", STATIC: "W", DYNAMIC: "W"}
 
 LEAST_FACTOR, MOST_FACTOR = 1 / 20, 20.0
 """Beyond these a report is of another design, or of another part."""
+LEAST_SURE, MOST_SURE = 1 / 2, 2.0
+"""Beyond these a factor has to be explained: most of the time the report has more than the design."""
 
 Amount = Annotated[float, Field(gt=0, le=1e12)]
 
@@ -47,9 +50,20 @@ class Sample(SpecModel):
 
 
 class FittedTerm(SpecModel):
-    """One term: the factor of its law, and what it was fitted to."""
+    """One term: the factor and the offset of its law, and what they were fitted to."""
 
     factor: FactorFigure = Field(description="What the law is multiplied by, with its interval.")
+    offset: Annotated[float, Field(ge=-1e12, le=1e12)] = Field(
+        default=0.0,
+        description="What is added then: a count, fitted to four designs or more of several sizes.",
+    )
+    margin: Annotated[float, Field(ge=0, le=1e6)] = Field(
+        default=0.0,
+        description="With an offset: Student's quantile times the scatter of reported / predicted about the line.",
+    )
+    explained: Annotated[str, Field(max_length=512)] = Field(
+        default="", description="Why reports differ from the law by more than a factor of 2."
+    )
     held_out: Annotated[float, Field(ge=0)] | None = Field(
         default=None,
         description="Mean relative error on each design in turn, fitted to the others; left out for one design.",
@@ -58,17 +72,53 @@ class FittedTerm(SpecModel):
         description="What the factor was fitted to."
     )
 
+    def at(self, predicted: float) -> tuple[float, float, float]:
+        """What a law that says ``predicted`` is multiplied by: the value, and its interval (low, high)."""
+        factor = self.factor.value
+        low, high = (bound / factor for bound in self.factor.interval)
+        value = max(LEAST_FACTOR * factor, factor + self.offset / predicted)
+        width = self.margin * math.sqrt(
+            1 + leverage(list(inverse_sizes(self.samples).values()), 1 / predicted)
+        )
+        return value, max(0.0, min(low * value, value - width)), max(high * value, value + width)
+
     @model_validator(mode="after")
     def _plausible(self) -> Self:
-        factor = self.factor.value
-        if not LEAST_FACTOR <= factor <= MOST_FACTOR:
+        ratios = [sample.reported / sample.predicted for sample in self.samples]
+        factor, mean = self.factor.value, math.exp(math.fsum(map(math.log, ratios)) / len(ratios))
+        if not LEAST_FACTOR <= mean <= MOST_FACTOR or not LEAST_FACTOR <= factor <= MOST_FACTOR:
             what = f"a factor of {factor:g} is of another design or part"
             raise RefusalError(what, f"from {LEAST_FACTOR:g} to {MOST_FACTOR:g}", ("factor",))
-        ratios = [sample.reported / sample.predicted for sample in self.samples]
-        if not min(ratios) * (1 - 1e-3) <= factor <= max(ratios) * (1 + 1e-3):
+        if not LEAST_SURE <= mean <= MOST_SURE and not self.explained:
+            what = f"reports that are {mean:.3g} times the law are not explained"
+            raise RefusalError(what, "say why, or calibrate with reports of the design alone", ("explained",))
+        outside = not self.offset and not min(ratios) * (1 - 1e-3) <= factor <= max(ratios) * (1 + 1e-3)
+        for sample, ratio in zip(self.samples, ratios, strict=True):
+            _, low, high = self.at(sample.predicted)
+            outside = outside or not low * (1 - 1e-3) <= ratio <= high * (1 + 1e-3)
+        if outside:
             what = f"a factor of {factor:g} is outside of its samples, {min(ratios):.3g} to {max(ratios):.3g}"
             raise RefusalError(what, "write the file again with hwsw calibrate fpga", ("factor",))
         return self
+
+
+def inverse_sizes(samples: Iterable[Sample]) -> dict[str, float]:
+    """The mean of 1 / predicted of each design, by its name."""
+    groups: dict[str, list[float]] = {}
+    for sample in samples:
+        groups.setdefault(sample.design, []).append(1 / sample.predicted)
+    return {design: math.fsum(group) / len(group) for design, group in groups.items()}
+
+
+def leverage(fitted: Sequence[float], at: float) -> float:
+    """The variance of a fitted line at a place, over that of one point it was fitted to.
+
+    >>> leverage([1.0, 2.0, 3.0], 2.0), leverage([1.0, 2.0, 3.0], 3.0)
+    (0.3333333333333333, 0.8333333333333333)
+    """
+    mean = math.fsum(fitted) / len(fitted)
+    squares = math.fsum((each - mean) ** 2 for each in fitted)
+    return 1 / len(fitted) + ((at - mean) ** 2 / squares if squares else 0.0)
 
 
 class CalibrationFile(Spec):

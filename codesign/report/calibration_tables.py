@@ -10,7 +10,8 @@ from codesign.figures import label
 from codesign.inputs.calibration_file import UNITS
 from codesign.report.table import Cell, Column, Table, left, right, word
 
-_SCALES = {"Hz": (1e6, "MHz"), "W": (1e3, "mW"), "": (1.0, "")}
+_SCALES = {"Hz": (1e6, "MHz"), "W": (1e-3, "mW"), "": (1.0, "")}
+"""The unit of a table for each unit of a term, and how much of the latter it is."""
 
 
 def calibration_tables(compared: Comparison) -> tuple[Table, ...]:
@@ -29,7 +30,7 @@ def calibration_tables(compared: Comparison) -> tuple[Table, ...]:
     if calibration is not None:
         fitted = []
         for term, errors in compared.errors.items():
-            factor = calibration.terms[term].factor
+            factor, offset = calibration.terms[term].factor, calibration.terms[term].offset
             low, high = factor.interval
             held_out = "-" if errors.held_out is None else f"{errors.held_out:.1%}"
             fitted.append(
@@ -37,6 +38,7 @@ def calibration_tables(compared: Comparison) -> tuple[Table, ...]:
                     word(label(term)),
                     Cell(f"{factor.value:.4g}", factor.value),
                     word(f"{low:.4g} to {high:.4g}"),
+                    Cell(f"{offset:+,.0f}" if offset else "-", offset),
                     Cell(f"{errors.before:.1%}", errors.before),
                     Cell(f"{errors.after:.1%}", errors.after),
                     Cell(held_out, errors.held_out),
@@ -47,7 +49,7 @@ def calibration_tables(compared: Comparison) -> tuple[Table, ...]:
             Column("term"),
             *right("factor"),
             Column("interval"),
-            *right("error of the law", "error left", "error held out", "samples"),
+            *right("offset", "error of the law", "error left", "error held out", "samples"),
         )
         tables.append(Table(f"Calibration {calibration.name}", heads, tuple(fitted)))
     return tuple(tables)

@@ -101,7 +101,9 @@ def _merge(
 def top_of(document: dict[str, Any]) -> str:
     """The name of the top module."""
     return next(
-        name for name, each in document["modules"].items() if "1" in str(each["attributes"].get("top", ""))
+        str(name)
+        for name, each in document["modules"].items()
+        if "1" in str(each["attributes"].get("top", ""))
     )
 
 

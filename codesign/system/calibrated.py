@@ -1,7 +1,8 @@
 """The laws of a style on an FPGA, as the calibration that its platform names corrects them.
 
-A calibration multiplies: each line of a resource, the clock limit, the static and the dynamic power. A figure so made
-is ``calibrated``, and its source names the file and its reports.
+A calibration multiplies: each line of a resource, the clock limit, the static and the dynamic power. What it adds to a
+resource is a multiplication too, by another number for each size (``FittedTerm.at``). A figure so made is
+``calibrated``, and its source names the file and its reports.
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ class Laws:
     calibration: CalibrationFile | None = None
 
     def demand(self, job: Job[Any, Any]) -> Demand:
-        """The demand. The lines of a resource sum up to its total times the factor, rounded once."""
+        """The demand. The lines of a resource sum up to its calibrated total, rounded once."""
         demand = self.style.demand(job)
         if self.calibration is None:
             return demand
@@ -35,15 +36,15 @@ class Laws:
         before: dict[str, int] = {}
         for line in demand.items:
             term = self._term(line.resource)
-            if term is None:
+            if term is None or not demand.total(line.resource):
                 lines.append(line)
                 continue
+            times, least, most = term.at(demand.total(line.resource))
             begin = before.get(line.resource, 0)
             before[line.resource] = end = begin + line.amount
-            factor = term.factor.value
-            amount = round(end * factor) - round(begin * factor)
-            low, high = (round(bound * line.amount) for bound in term.factor.interval)
-            figure = self._figure(line.figure, term, amount, min(low, amount), max(high, amount))
+            amount = round(end * times) - round(begin * times)
+            low, high = (round(bound * line.amount) for bound in (least, most))
+            figure = self._figure(line.figure, term, times, amount, min(low, amount), max(high, amount))
             lines.append(replace(line, figure=figure))
         return replace(demand, items=tuple(lines))
 
@@ -53,8 +54,8 @@ class Laws:
         if term is None:
             return limit
         most = self.part.block_ram_clock.interval[1]
-        low, high = (min(bound * limit.value, most) for bound in term.factor.interval)
-        return self._figure(limit, term, min(term.factor.value * limit.value, most), low, high)
+        value, low, high = (min(bound * limit.value, most) for bound in term.at(limit.value))
+        return self._figure(limit, term, term.factor.value, value, low, high)
 
     def power_demand(self, job: Job[Any, Any], demand: Demand) -> Demand:
         """The demand that the power rests on. ``demand``: of the same job, calibrated.
@@ -74,18 +75,19 @@ class Laws:
         return None if self.calibration is None else self.calibration.terms.get(name)
 
     def _times(self, figure: Figure, term: FittedTerm | None) -> Figure:
-        if term is None:
+        if term is None or not figure.value:
             return figure
-        low, high = term.factor.interval
-        value = figure.value
-        return self._figure(figure, term, value * term.factor.value, value * low, value * high)
+        value, low, high = (bound * figure.value for bound in term.at(figure.value))
+        return self._figure(figure, term, term.factor.value, value, low, high)
 
-    def _figure(self, law: Figure, term: FittedTerm, value: float, low: float, high: float) -> Figure:
-        """A figure of a law times a factor, with its source."""
+    def _figure(
+        self, law: Figure, term: FittedTerm, times: float, value: float, low: float, high: float
+    ) -> Figure:
+        """A figure of a law times a number, with its source."""
         assert self.calibration is not None, "only a calibration has terms"
         first, *others = term.samples
         more = f" and {len(others)} more" if others else ""
-        cited = f"calibration {self.calibration.name}: {term.factor.value:.4g} times the law, by {first.report}{more}"
+        cited = f"calibration {self.calibration.name}: {times:.4g} times the law, by {first.report}{more}"
         return Figure(value, law.unit, Status.CALIBRATED, f"{cited}; law: {law.source}", low, high)
 
 

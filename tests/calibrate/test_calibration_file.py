@@ -87,6 +87,7 @@ def _too_fast(tree: dict[str, Any]) -> None:
     term = tree["terms"]["clock"]
     term["samples"][0]["reported"] = 400e6
     term["factor"] = 400e6 / term["samples"][0]["predicted"]
+    term["explained"] = "a test"
 
 
 def _too_many(tree: dict[str, Any]) -> None:

@@ -36,7 +36,12 @@ def test_a_design_is_recognised_by_its_manifest(tmp_path: Path, hwsw: Run) -> No
     )
     text = path.read_text(encoding="utf-8").replace("144 out", "  2 out")
     path.write_text(text, encoding="utf-8")
-    done = hwsw("calibrate", "fpga", "--report", path, "--json")
+    reasons = [
+        word
+        for term in ("flip_flops", "slices", "lut4", "multipliers")
+        for word in ("--explain", f"{term}=a test")
+    ]
+    done = hwsw("calibrate", "fpga", "--report", path, *reasons, "--json")
     assert done.exit_code == 0, done.output
     document = json.loads(done.stdout)
     assert {row["design"] for row in document["rows"]} == {top}

@@ -31,14 +31,15 @@ def test_exact_counts_stay_exact() -> None:
     assert term.factor.interval == (1.0, 1.0)
 
 
-def test_several_designs_narrow_it_and_hold_it_out() -> None:
+def test_several_designs_are_held_out_and_claim_no_less_than_the_law() -> None:
     samples = samples_of(*((name, 100.0 * n, 100.0 * n * ratio) for n, (name, ratio) in enumerate(
         (("a", 1.20), ("b", 1.21), ("c", 1.19), ("d", 1.205)), 1)))  # fmt: skip
-    term = fitted_term("lut4", samples, (0.5, 2.0))
-    low, high = term.factor.interval
-    assert 1.15 < low < 1.19
-    assert 1.21 < high < 1.25
-    errors = errors_of(samples)
+    term = fitted_term("lut4", samples, (0.8, 1.3))
+    value, low, high = term.at(250.0)
+    assert value == pytest.approx(1.2, rel=0.01)
+    assert low <= 0.8 * value
+    assert high >= 1.3 * value
+    errors = errors_of("lut4", samples)
     assert errors.before == pytest.approx(1 - 1 / 1.2, abs=0.01)
     assert errors.after < 0.01
     assert errors.held_out is not None

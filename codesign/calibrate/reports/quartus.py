@@ -40,6 +40,10 @@ _KINDS = (
 )
 
 
+_SNAPSHOTS = {"synthesized": Stage.SYNTHESISED, "planned": Stage.SYNTHESISED, "placed": Stage.PLACED}
+"""How far a design had come that Quartus Prime Pro analysed the timing of; without the row it is the final one."""
+
+
 def is_report(text: Text) -> bool:
     """Whether Quartus wrote it."""
     kinds = "|".join(_KINDS)
@@ -63,6 +67,7 @@ def read(text: Text) -> Report:
     used: dict[str, Reading] = {}
     clocks: tuple[ClockReading, ...] = ()
     static = dynamic = None
+    snapshot = text.value(r"^; *Snapshot *; *(\w+)").lower()
     if text.find(r"^Fitter (?:report for|Status\s*:)"):
         used = _used(text, named)
     elif text.has("Core Dynamic Thermal Power Dissipation"):
@@ -78,7 +83,7 @@ def read(text: Text) -> Report:
         digest=text.digest,
         tool="Quartus",
         version=text.value(_VERSION),
-        stage=Stage.ROUTED,
+        stage=next((stage for word, stage in _SNAPSHOTS.items() if word in snapshot), Stage.ROUTED),
         date=text.value(r"^(\w{3} \w{3} +\d+ [\d:]+ \d{4})") or text.value(r"Successful - (.*?)\s*;?$"),
         top=named.get("Top-level Entity Name", named.get("Revision Name", ("", 0)))[0],
         part=named.get("Device", named.get("Device Name", ("", 0)))[0],

@@ -34,7 +34,16 @@ COLUMNS: Mapping[str, tuple[str, float]] = {
 }
 """Columns of a report by hierarchy."""
 
-_STAGES = {"synthesized": Stage.SYNTHESISED, "routed": Stage.ROUTED, "physopt postrout": Stage.ROUTED}
+_STAGES = {
+    "postrout": Stage.ROUTED,
+    "routed": Stage.ROUTED,
+    "synth": Stage.SYNTHESISED,
+    "opted": Stage.SYNTHESISED,
+}
+"""Words in the state of a design, or in the name of the file of a report."""
+
+_NETS = {"unplaced": Stage.SYNTHESISED, "estimated": Stage.PLACED, "routed": Stage.ROUTED}
+"""What a path says of the delay of a net: one that is not routed makes the whole path so."""
 
 
 def is_report(text: Text) -> bool:
@@ -51,8 +60,7 @@ def read(text: Text) -> Report:
     version = re.sub(r"^Vivado v\.?", "", text.value(_HEAD.format("Tool Version"))).split(" ")[0]
     part = text.value(_HEAD.format("Device"))
     speed = text.value(_HEAD.format("Speed File")).split(" ")[0]
-    state = text.value(_HEAD.format("Design State")).lower()
-    stage = next((stage for word, stage in _STAGES.items() if word in state), Stage.PLACED)
+    stage = _stage(text)
     used: dict[str, Reading] = {}
     hierarchy: tuple[Inside, ...] = ()
     clocks: tuple[ClockReading, ...] = ()
@@ -64,8 +72,7 @@ def read(text: Text) -> Report:
         else:
             used = _flat(text)
     elif text.has("Design Timing Summary"):
-        # A timing summary of a design that is not routed has no other mark than its file name.
-        stage, clocks = Stage.ROUTED, _clocks(text)
+        clocks = _clocks(text)
     elif text.has("Total On-Chip Power (W)"):
         _check_sections(text)
         static, dynamic, power_clock = _power(text)
@@ -88,6 +95,22 @@ def read(text: Text) -> Report:
         dynamic=dynamic,
         power_clock=power_clock,
     )
+
+
+def _stage(text: Text) -> Stage:
+    """How far the design had come.
+
+    A report says it itself, or by the delays of the nets on its paths, or by the name of the file that it was written
+    to. A timing summary that says nothing is of no routed design.
+    """
+    state = text.value(_HEAD.format("Design State")).lower()
+    if not state:
+        nets = [match.group(1) for _, match in text.all(r"net \(fo=\d+, (\w+)\)")]
+        marks = [stage for word, stage in _NETS.items() if word in nets]
+        if marks:
+            return marks[0]
+        state = text.value(r"^\|\s*Command\s*:.*-file\s+(\S+)").lower()
+    return next((stage for word, stage in _STAGES.items() if word in state), Stage.PLACED)
 
 
 def _check_sections(text: Text) -> None:
