@@ -16,7 +16,10 @@ def model_alone(points: list[Asked]) -> tuple[StyleChecked, ...]:
     groups: dict[tuple[str, str, str], list[Checked]] = {}
     for each in points:
         expected = each.style.expected(each.job())
-        verified = Verified(len(expected.events.cycle), sum(expected.cycles.values()), 0, None)
+        pins = expected.pins
+        shown = 0 if pins is None else pins.end - int(pins.cycle[0])
+        cycles = sum(expected.cycles.values())
+        verified = Verified(len(expected.events.cycle), cycles, 0, None, shown=shown)
         names = each.style.planner, each.style.style, each.style.task
         groups.setdefault(names, []).append(Checked(*names, each.name, verified))
     return tuple(StyleChecked(*names, tuple(group)) for names, group in groups.items())
