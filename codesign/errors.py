@@ -39,7 +39,8 @@ def printable(text: str, most: int | None = 200) -> str:
     return shown + "…" if most is not None and len(text) > most else shown
 
 
-def _lines(text: str) -> str:
+def printable_lines(text: str) -> str:
+    """Text of several lines, each made safe for a terminal as by ``printable``, and not cut."""
     return "\n".join(printable(line, None) for line in text.split("\n"))
 
 
@@ -61,9 +62,9 @@ class CodesignError(Exception):
         self.hint = hint
 
     def __str__(self) -> str:
-        what = _lines(self.what)
+        what = printable_lines(self.what)
         head = f"{printable(self.where, None)}: {what}" if self.where else what
-        return f"{head}\n  hint: {_lines(self.hint)}" if self.hint else head
+        return f"{head}\n  hint: {printable_lines(self.hint)}" if self.hint else head
 
 
 class InputError(CodesignError):
@@ -132,8 +133,10 @@ class Fault:
 
     def __str__(self) -> str:
         place = f"{self.file}:{self.line}:{self.column}" if self.line else self.file
-        head = printable(f"{place}: {self.key}" if self.key else place, None) + f": {_lines(self.what)}"
-        return f"{head}\n  hint: {_lines(self.hint)}" if self.hint else head
+        head = (
+            printable(f"{place}: {self.key}" if self.key else place, None) + f": {printable_lines(self.what)}"
+        )
+        return f"{head}\n  hint: {printable_lines(self.hint)}" if self.hint else head
 
 
 class SpecError(CodesignError):

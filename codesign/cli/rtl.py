@@ -19,7 +19,7 @@ from codesign.cli.options import (
     settings_of,
 )
 from codesign.cli.specs import specs_of
-from codesign.errors import EXIT_FAILED, EXIT_NO, InputError, choose_hint, printable
+from codesign.errors import EXIT_FAILED, EXIT_NO, InputError, choose_hint, printable, printable_lines
 from codesign.units import counted
 
 if TYPE_CHECKING:
@@ -179,7 +179,7 @@ def _print(styles: Sequence[StyleChecked], waves: Path | None, drawn: bool, as_j
     click.echo(render_text(verification_table(styles)))
     wrong = [point for each in styles for point in each.points if not point.equal]
     for point in wrong:
-        click.echo(printable(difference_text(point), None))
+        click.echo(printable_lines(difference_text(point)))
     for each in styles:
         if not each.equal and all(point.equal for point in each.points):
             click.echo(f"{each.planner} {each.style}: the cycles deviate by more than contention excuses")

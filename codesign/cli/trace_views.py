@@ -166,4 +166,7 @@ def _opened(file: Path, quiet: bool = False) -> Trace:
 
 def _fault(opened: Trace) -> None:
     if opened.fault is not None:
-        click.echo(f"{opened.path}: the file is not complete: {printable(opened.fault)}", err=True)
+        click.echo(
+            f"{printable(str(opened.path), None)}: the file is not complete: {printable(opened.fault)}",
+            err=True,
+        )
