@@ -1,8 +1,9 @@
 """``python -m docs.make_site [FOLDER]``: the pages of ``docs`` as a site that needs no network; ``make site`` runs it.
 
 Sphinx builds it from a copy of the pages. Pages stay as a forge shows them: what only a site has is put into the copy,
-which is the tree of contents (the sections of ``docs/index.md``), the notebook as a page, and the public names of the
-package from their docstrings. Sphinx, myst-parser and furo are the extra ``docs``.
+which is the first page (the README, then the sections of ``docs/index.md``), the tree of contents, the notebook as a
+page, and the public names of the package from their docstrings. Its search shows pages that explain before the
+reference (``search_scores.js``). Sphinx, myst-parser and furo are the extra ``docs``.
 """
 
 from __future__ import annotations
@@ -50,6 +51,7 @@ SETTINGS: dict[str, Any] = {
     "html_copy_source": False,
     # A page that is opened as a file may not read another one, which summaries of what is found need.
     "html_show_search_summary": False,
+    "html_search_scorer": str(DOCS / "search_scores.js"),
     "autodoc_member_order": "bysource",
     "autodoc_typehints_format": "short",
     "autodoc_preserve_defaults": True,
@@ -106,12 +108,13 @@ def stage(folder: Path) -> None:
         _write(folder / name, (ROOT / name).read_text(encoding="utf-8").replace("](docs/", "]("))
     for page in folder.glob("**/*.md"):
         text = page.read_text(encoding="utf-8").replace("](tour.ipynb)", "](tour.md)")
+        text = text.replace("](README.md", "](index.md")
         # What is a file on a forge is a page here.
         _write(page, re.sub(r"\[([\w/]+)\.(?:md|ipynb)\]\(", r"[\1](", text))
-    index = folder / "index.md"
-    _write(
-        index, "\n".join((index.read_text(encoding="utf-8"), *contents(index.read_text(encoding="utf-8"))))
-    )
+    readme, index = folder / "README.md", folder / "index.md"
+    listed = index.read_text(encoding="utf-8")
+    _write(index, "\n".join((front_page(readme.read_text(encoding="utf-8"), listed), *contents(listed))))
+    readme.unlink()
     notebook = json.loads((folder / "tour.ipynb").read_text(encoding="utf-8"))
     _write(folder / "tour.md", "\n\n".join(notebook_page(notebook)))
     _stage_names(folder / "reference")
@@ -121,9 +124,14 @@ def _write(page: Path, text: str) -> None:
     page.write_text(text, encoding="utf-8")
 
 
+def front_page(readme: str, index: str) -> str:
+    """The first page of a site: the README, and after it the index of all pages, whose headings go a level down."""
+    return "\n".join((readme, re.sub(r"^#", "##", index, flags=re.MULTILINE)))
+
+
 def contents(index: str) -> Iterator[str]:
     """The tree of contents of a site: each section of the index has the pages that it is the first to link to."""
-    seen = {"index.md"}
+    seen = {"index.md", "README.md"}
     for section in re.split(r"^## ", index, flags=re.MULTILINE)[1:]:
         pages = dict.fromkeys(re.findall(r"\]\(([\w/]+\.md)[)#]", section))
         new = [page for page in pages if page not in seen]

@@ -66,7 +66,7 @@ def test_every_page_is_built_and_in_the_contents(site: Path) -> None:
         assert (site / f"{name}.html").is_file()
         assert name in listed | {"index"}, f"{name} is in no section of docs/index.md"
     assert 'id="search-results"' in (site / "search.html").read_text(encoding="utf-8")
-    assert {"README", "CONTRIBUTING", "CHANGELOG", "tour"} <= listed
+    assert {"CONTRIBUTING", "CHANGELOG", "tour"} <= listed
 
 
 def inner_links(pages: dict[Path, Page]) -> Iterator[tuple[Path, str, Path, str]]:
@@ -130,4 +130,17 @@ def test_the_notebook_becomes_a_page() -> None:
     assert sum("data:image/png" in block for block in blocks) >= 4
     assert sum(block.startswith("```python") for block in blocks) == sum(
         cell["cell_type"] == "code" for cell in notebook["cells"]
+    )
+
+
+def test_it_opens_on_the_readme_and_finds_guides_first(site: Path) -> None:
+    front = (site / "index.html").read_text(encoding="utf-8")
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    assert re.search(r"<h1>(.*?)<", front)[1] == readme.splitlines()[0].removeprefix("# ")  # type: ignore[index]
+    assert (
+        front.index('id="install-and-first-run"') < front.index('id="the-pages"') < front.index('id="decide"')
+    )
+    # Sphinx's script takes this scorer in place of its own.
+    assert 'page.startsWith("reference/") || kind === "object"' in "".join(
+        path.read_text(encoding="utf-8") for path in site.glob("_static/*.js")
     )
