@@ -12,7 +12,7 @@ from codesign.planners.circuits import Circuit, CircuitStyle, Events, Expected, 
 from codesign.planners.clock_law import on_family
 from codesign.planners.demand import Demand, Lever, Line
 from codesign.planners.external_memory import ExternalMemoryLaw, Traffic
-from codesign.planners.host import HostStyle, HostTask, one_step
+from codesign.planners.host import HostStyle, HostTask, map_read, one_step
 from codesign.planners.interface import (
     COMMAND,
     LOAD,
@@ -105,6 +105,7 @@ __all__ = [
     "from_position",
     "judge_arrival",
     "judge_paths",
+    "map_read",
     "on_family",
     "one_step",
     "phase_cycles",

@@ -80,6 +80,14 @@ def task_record(task: str, cycles: int) -> Callable[[int, int, str], TaskRecord]
     return lambda begin, end, source: TaskRecord(begin, source, task, end, cycles)
 
 
+def map_read(phase: str, problem: Any, kernel: str, more: int = 0) -> Step:
+    """The reading of a map, which every program pays for: a unit of ``kernel`` for each cell, wherever the goals are.
+
+    ``more``: units that the same pass takes besides.
+    """
+    return one_step(phase, problem.free.size + more, kernel=kernel)
+
+
 def one_step(task: str, cycles: int, ram_addresses: int = 0, kernel: str = "") -> Step:
     """A step of one unit, recorded as a ``TaskRecord`` of ``task``; ``kernel`` as of ``Step``."""
     return Step(task, np.array([cycles], np.int64), task_record(task, cycles), ram_addresses, kernel)

@@ -167,6 +167,20 @@ def styles_on_a_processor_list_their_kernels(case: Case) -> None:
         )
 
 
+@rule(on_maps)
+def programs_pay_for_their_map(case: Case) -> None:
+    """On a processor the whole map is read, whichever cells the plan needs: a unit of some kernel a cell, or more."""
+    cells = case.problem.free.size
+    for style in case.styles:
+        if style.component_type == "processor":
+            units = Counter[str]()
+            for step in case.work(style).steps:
+                units[step.kernel or style.kernel] += int(step.cycles.sum())
+            require(
+                max(units.values()) >= cells, f"{of(style)} does not pay for the {cells} cells of its map"
+            )
+
+
 @rule()
 def work_leaves_out_the_answer_where_it_is_placed_elsewhere(case: Case) -> None:
     """Without the answering task inside, its phase alone is left out, and the plan is the same.
@@ -340,6 +354,7 @@ RULES: tuple[Rule, ...] = (
     work_drained_ends_in_the_plan,
     coarse_steps_cost_the_same,
     styles_on_a_processor_list_their_kernels,
+    programs_pay_for_their_map,
     work_leaves_out_the_answer_where_it_is_placed_elsewhere,
     demand_names_resources_of_a_part,
     what_is_done_elsewhere_takes_nothing_of_the_part,

@@ -407,13 +407,13 @@ def test_a_board_changes_no_result(tmp_path: Path) -> None:
 SEARCH = """kind: workload
 name: search
 planner: breadth_first
-problem: {map: {generate: rooms, rows: 20, columns: 20, room: [8, 8], door: 2}, goals: [[1, 1]], starts: [[18, 18]]}
+problem: {map: {generate: rooms, rows: 32, columns: 32, room: [8, 8], door: 2}, goals: [[1, 1]], starts: [[30, 30]]}
 mapping: {search: {component: fpga, style: state_machine}, track: {component: host}}
 """
 
 
-PLACED = ("orangecrab-25f",)
-"""Boards with a part of a family that the search was placed on, so the limit of its clock is measured there."""
+PLACED = ("orangecrab-25f", "ulx3s-85f")
+"""Boards with a part of a family that the search was placed on at this size: its clock limit is measured."""
 
 
 @pytest.mark.parametrize("name", ON_BOARDS)

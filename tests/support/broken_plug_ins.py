@@ -86,6 +86,18 @@ def work_longer(when: Callable[[Job[Any, Any]], bool], phase: str = "more", **mo
     return replace(styles(work=longer), **more)
 
 
+def without_map(self: Any, job: Job[Any, Any]) -> Any:
+    """The work without the cells of its map."""
+    work = self.original.work(job)
+    while True:
+        try:
+            step = next(work)
+        except StopIteration as end:
+            return end.value
+        if step.kernel != "breadth_first_map_cell":
+            yield step
+
+
 def work_elsewhere(when: Callable[[Job[Any, Any]], bool]) -> PlugIn:
     """``work`` ends in the plan of another problem where its job is such."""
 
@@ -265,6 +277,7 @@ RULE_BREAKERS: list[tuple[str, str, PlugIn]] = [
     ("styles_on_a_processor_list_their_kernels", "leaves out", styles(kernels=lambda *_: ("other",))),
     ("styles_on_a_processor_list_their_kernels", "are for processors", styles(kernel="cell")),
     ("styles_on_a_processor_list_their_kernels", "processor needs one", tasks(kernel="")),
+    ("programs_pay_for_their_map", "does not pay for the 768 cells", styles(work=without_map)),
     (
         "work_leaves_out_the_answer_where_it_is_placed_elsewhere",
         "by default",

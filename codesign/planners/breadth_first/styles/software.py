@@ -29,7 +29,7 @@ from codesign.planners.breadth_first.plan.planner import searched
 from codesign.planners.breadth_first.plan.search import BreadthFirstPlan
 from codesign.planners.breadth_first.styles.steps import INIT, SEARCH, step, steps
 from codesign.planners.demand import Demand, Lever, Line
-from codesign.planners.host import HostStyle, assumed_bytes
+from codesign.planners.host import HostStyle, assumed_bytes, map_read
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
 from codesign.planners.map_flood import MAP_KERNEL, WALL_KERNEL, beside_walls
@@ -98,8 +98,8 @@ class Software(HostStyle):
         return (({},),)
 
     def kernels(self, _job: Job[Problem, SearchParameters]) -> tuple[str, ...]:
-        """One of the Java program; of the compiled search also those of the map and of the cells beside walls."""
-        return (self.kernel,) if self._java else (self.kernel, MAP_KERNEL, WALL_KERNEL)
+        """Those of popped cells and of the map; of the compiled search also that of the cells beside walls."""
+        return (self.kernel, MAP_KERNEL) if self._java else (self.kernel, MAP_KERNEL, WALL_KERNEL)
 
     def demand(self, job: Job[Problem, SearchParameters]) -> Demand:
         """No resource of a part; the arrays, or the heap of the Java program."""
@@ -112,19 +112,18 @@ class Software(HostStyle):
         return BYTES
 
     def work(self, job: Job[Problem, SearchParameters]) -> Generator[Step, None, BreadthFirstPlan]:
-        """Phase ``bf``: a unit of ``kernel`` for each popped cell; its cost includes the path.
+        """Phase ``init``: the map. Phase ``bf``: a unit of ``kernel`` for each popped cell; it includes the path.
 
-        Of ``software`` besides: a unit of ``WALL_KERNEL`` for those beside an obstacle, and in phase ``init`` a unit of
-        ``MAP_KERNEL`` for each cell of the map. The cost of a popped cell of the Java program includes these.
+        Of ``software`` besides: a unit of ``WALL_KERNEL`` for those beside an obstacle. The cost of a popped cell of
+        the Java program includes these.
 
         So nothing is saved where another component tracks the path. Every search begins anew: ``start`` and
         ``inside`` of the job change nothing.
         """
         plan = searched(job)
-        if not self._java:
-            yield replace(step(INIT, job.problem.free.size), kernel=MAP_KERNEL)
-            if walls := wall_cells(job.problem.free, plan):
-                yield replace(step(SEARCH, walls), kernel=WALL_KERNEL)
+        yield map_read(INIT, job.problem, MAP_KERNEL)
+        if not self._java and (walls := wall_cells(job.problem.free, plan)):
+            yield replace(step(SEARCH, walls), kernel=WALL_KERNEL)
         if job.detail:
             yield from steps(SEARCH, np.ones(plan.popped_cells, np.int64))
         else:

@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 
 from codesign.figures import Figure
-from codesign.planners.host import HostStyle, assumed_bytes
+from codesign.planners.host import HostStyle, assumed_bytes, map_read
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
 from codesign.planners.relaxation.plan import Method, Solution
@@ -108,7 +108,7 @@ class Host(HostStyle):
         key = ("relaxation", problem.map_digest, parameters.model_dump_json(), began)
         plan = job.shared(key, lambda: PLANNER.plan(job))
         search = search_of(problem, plan)
-        *earlier, last = self._relaxation(plan.solution, problem.shape, BATCHES if job.detail else 1)
+        *earlier, last = self._relaxation(plan.solution, problem, BATCHES if job.detail else 1)
         if job.detail:
             clock = _StageClock()
             earlier = [replace(step, record=clock.note, makes=StageRecord) for step in earlier]
@@ -121,16 +121,15 @@ class Host(HostStyle):
             yield _step(SEARCH, SEARCH_UNITS * max(1, entered))
         return plan
 
-    def _relaxation(self, solution: Solution, shape: tuple[int, int], batches: int) -> list[Step]:
+    def _relaxation(self, solution: Solution, problem: Problem, batches: int) -> list[Step]:
         """The steps of the relaxation, in order."""
-        cells, method = shape[0] * shape[1], solution.method
-        # The whole map is read, whichever of its cells lead to a goal.
-        steps = [_step("prepare", cells, MAP_KERNEL)]
+        cells, method = problem.free.size, solution.method
+        steps = [replace(map_read("prepare", problem, MAP_KERNEL), record=None)]
         if method is Method.DIRECT:
             units = direct_units(solution.updates, solution.factors)
             return [*steps, _step("factorise", units, DIRECT_KERNEL)]
         if solution.iterations:
-            passed = solution.iterations * diagonals(method, shape, self.cores)
+            passed = solution.iterations * diagonals(method, problem.shape, self.cores)
             steps.append(_step("diagonals", passed, DIAGONAL_KERNEL))
         iteration = self.iteration(method, cells)
         steps += [

@@ -11,7 +11,7 @@ from collections.abc import Generator
 from typing import Any
 
 from codesign.figures import Figure
-from codesign.planners.host import HostStyle, assumed_bytes, one_step
+from codesign.planners.host import HostStyle, assumed_bytes, map_read, one_step
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
 from codesign.planners.styles import Designs, Step
@@ -26,9 +26,6 @@ MAP_KERNEL = "wavefront_map_cell"
 TIME_KERNEL = "wavefront_time_step"
 """One time of a wave: the eight directions are gone through, however few nodes send. A narrow maze has many times."""
 
-TRACK_CELLS = 1
-"""Units of ``MAP_KERNEL`` a cell that the tracking of paths prepares. Fitted: docs/laws.md."""
-
 SEED_CELLS = 14
 """Units of ``MAP_KERNEL`` of each obstacle, a source of the wave of safe paths. Fitted: docs/laws.md."""
 
@@ -39,8 +36,8 @@ SAFE_BYTES = assumed_bytes(13, f"{BYTES.source}; a 32-bit potential of the obsta
 
 
 def preparation(job: Job[Problem, PropagateParameters]) -> Step:
-    """The cells of the map, prepared for the tracking of paths."""
-    return one_step(TRACK, TRACK_CELLS * job.problem.free.size, kernel=MAP_KERNEL)
+    """The cells of the map, prepared for the tracking of paths: a unit each, fitted (docs/laws.md)."""
+    return map_read(TRACK, job.problem, MAP_KERNEL)
 
 
 class Software(HostStyle):
@@ -75,10 +72,10 @@ class Software(HostStyle):
         if plan.obstacle_potentials is not None:
             obstacles = int(free.size - free.sum())
             yield one_step(OBSTACLES, free.size)
-            yield one_step(OBSTACLES, free.size + SEED_CELLS * obstacles, kernel=MAP_KERNEL)
+            yield map_read(OBSTACLES, job.problem, MAP_KERNEL, SEED_CELLS * obstacles)
             yield one_step(OBSTACLES, int(plan.obstacle_potentials.max()) + 1, kernel=TIME_KERNEL)
         yield one_step(PROPAGATE, plan.reached_cells)
-        yield one_step(PROPAGATE, free.size, kernel=MAP_KERNEL)
+        yield map_read(PROPAGATE, job.problem, MAP_KERNEL)
         yield one_step(PROPAGATE, plan.largest_potential + 1, kernel=TIME_KERNEL)
         if job.does(TRACK):
             yield preparation(job)
