@@ -101,8 +101,9 @@ def advise(
         reach=reach,
     )
     question = advice.ask(needs, section, map_file)
-    for board in asked if write is not None else ():
-        check_replaceable("--write", advice.design_file(write, board))
+    if write is not None:
+        for board in asked:
+            check_replaceable("--write", advice.design_file(write, board))
     budget_s = advice.BUDGET_S if budget is None else budget
     pace, begun = Pace(1), time.process_time()
 
