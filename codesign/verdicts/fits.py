@@ -92,8 +92,9 @@ def ends_text(fit: Fit) -> str:
     text = f"{label(fit.decides)}, " + " against ".join(f"{' to '.join(span)}{unit}" for span in spans)
     if fit.figure is None or fit.flips_at is None:
         return text
-    stands = f"{fit.figure.status} {_number(fit.figure.value)}"
-    return f"{text}; it changes at {_number(fit.flips_at)}{unit} ({stands})"
+    whole = fit.figure.interval in (fit.demand, fit.limit)
+    stands = f"{_number(fit.flips_at)}{unit} ({fit.figure.status} {_number(fit.figure.value)})"
+    return f"{text}; it changes {'at' if whole else 'where one item of it takes'} {stands}"
 
 
 def _number(value: float) -> str:

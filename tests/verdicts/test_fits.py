@@ -8,6 +8,7 @@ from shipped_plans import design, result_of
 from codesign.figures import Figure, Status
 from codesign.results.result import Clock, Reason, Result
 from codesign.verdicts import fit_verdict
+from codesign.verdicts.fits import ends_text
 
 
 def limited(low: float, value: float, high: float, hz: int) -> Result:
@@ -46,3 +47,21 @@ def test_a_bound_that_is_broken_is_certain() -> None:
 
 def test_software_fits() -> None:
     assert fit_verdict(result_of(design("pc-epyc", "floor-plan"))).fits == "yes"
+
+
+@pytest.mark.parametrize("alone", [True, False])
+def test_the_value_at_which_it_changes_is_of_the_demand_or_of_one_item_of_it(alone: bool) -> None:
+    """A value outside of the printed interval is never said to be that of the whole."""
+    use = result_of(design("zynq", "breadth-first")).resources[0]
+    rest = use.budget // 2
+    wide = Figure(100, "1", Status.ASSUMED, "a guess", 50, use.budget)
+    exact = Figure(rest, "1", Status.PUBLISHED, "counted")
+    items = tuple(
+        use.items[0].model_copy(update={"figure": each}) for each in (wide, exact)[: 1 + (not alone)]
+    )
+    moved = use.model_copy(update={"items": items, "budget": use.budget - 1})
+    result = result_of(design("zynq", "breadth-first")).model_copy(update={"resources": (moved,)})
+    text = ends_text(fit_verdict(result))
+    taken = use.budget - 1 - (0 if alone else rest)
+    words = "it changes at" if alone else "it changes where one item of it takes"
+    assert f"; {words} {taken:,.0f} (assumed 100)" in text
