@@ -16,7 +16,7 @@ from functools import cached_property
 from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
-from codesign.kernel_cache import compiled_once, keep_kernels_on_node
+from codesign.kernel_cache import compiled_once, is_cold, keep_kernels_on_node
 
 COMPARED = ("numba", "llvmlite", "numpy", "scipy")
 """The packages that a figure may depend on, to the last bit."""
@@ -39,13 +39,19 @@ def introduced(digest: str) -> dict[str, Any]:
     """Keep the kernels of this worker on its node, and say what it is made of.
 
     - ``versions``: see there. ``host``, ``process``: where it runs.
-    - ``fault``: why it cannot be used; "" where it can.
+    - ``fault``: why it cannot be used; "" where it can. ``cold``: whether its node has no kernel yet.
     """
     try:
         fault = keep_kernels_on_node(digest)
     except OSError as wrong:
         fault = f"it has no folder for its kernels: {wrong}"
-    return {"versions": versions(), "host": platform.node(), "process": os.getpid(), "fault": fault}
+    return {
+        "versions": versions(),
+        "host": platform.node(),
+        "process": os.getpid(),
+        "fault": fault,
+        "cold": is_cold(),
+    }
 
 
 class Held:

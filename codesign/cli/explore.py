@@ -121,7 +121,7 @@ def explore(
     """
     import codesign
     from codesign import interrupts
-    from codesign.cli.progress import compiling_shown, progress_shown
+    from codesign.cli.progress import compiling, compiling_shown, progress_shown
     from codesign.exploration.budget import Budget
     from codesign.kernel_cache import is_cold
 
@@ -141,6 +141,8 @@ def explore(
         progress_shown(quiet=as_json or detail == SENTENCE) as show,
         compiling_shown(show),
     ):
+        if executor is not None:
+            executor.compiling = lambda: show(compiling())
         study = codesign.explore(
             platform,
             workload_spec,

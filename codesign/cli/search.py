@@ -19,7 +19,8 @@ def search_options(command: _Command) -> _Command:
         "--search",
         metavar="NAME",
         help="Compute what a search asks for, and as many random points beside it: nsga2, tpe (extra search), random,"
-        " or bound, which proves the front; all: no search. --points N limits each."
+        " or bound, which proves the front; all: no search. --points N limits each. All points of a small space are"
+        " computed instead, where they take few simulations: exact, and cheaper than bound."
         "  [default: explore.search of the workload]",
     )(command)
 

@@ -15,7 +15,7 @@ import json
 import logging
 import re
 import time
-from collections.abc import Generator, Iterable, Iterator
+from collections.abc import Callable, Generator, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import replace
@@ -52,7 +52,8 @@ class ClusterExecutor:
             stays open.
         patience: seconds to wait for workers where there is none.
 
-    ``died``: how many workers died with work under way, so that it was computed again.
+    ``died``: how many workers died with work under way, so that it was computed again. ``compiling``: called once
+    where works went out to a worker whose node has no kernel yet: it compiles them first.
 
     Raises:
         InputError: dask.distributed is not installed, or this is no address. RunError: no scheduler answers.
@@ -63,6 +64,7 @@ class ClusterExecutor:
         self.client = _connected(cluster) if isinstance(cluster, str) else cluster
         self.patience = patience
         self.died = 0
+        self.compiling: Callable[[], object] = lambda: None
 
     def __enter__(self) -> ClusterExecutor:
         return self
@@ -108,7 +110,11 @@ class ClusterExecutor:
             crew = Crew(self.client, evaluate)
             try:
                 self._gather(crew)
+                told = False
                 while self._work(crew, queue, size):
+                    if crew.cold and not told:
+                        told = True
+                        self.compiling()
                     match crew.next(self.patience):
                         case Came(seat=seat, batch=batch, done=done, seconds=seconds):
                             size.take(seconds, len(done))

@@ -122,6 +122,8 @@ class Crew:
     Args:
         client: of the cluster.
         evaluate: what the workers compute with.
+
+    ``cold``: whether a worker joined whose node had no kernel yet.
     """
 
     def __init__(self, client: distributed.Client, evaluate: Evaluator) -> None:
@@ -137,6 +139,7 @@ class Crew:
         self._events: SimpleQueue[Callable[[], Came | Left | None]] = SimpleQueue()
         self._looked = -_SECONDS_BETWEEN_LOOKS
         self.refused: dict[str, str] = {}
+        self.cold = False
 
     @property
     def ready(self) -> list[Seat]:
@@ -245,6 +248,7 @@ class Crew:
             self._sent = await self._sending
             holding = self._submit(address, node.hold, self._sent, digest)
             files = await self._fetch(self._submit(address, _differing, holding))
+            self.cold |= there["cold"]
             fault = (
                 f"its files differ from those here, or are not there: {', '.join(files[:3])}" if files else ""
             )

@@ -27,6 +27,7 @@ def keep_search(kept: Kept, study: str, searched: Searched) -> None:
             "excluded": [*map(row_of, trace.excluded)],
             "ended": trace.ended,
             "proved": trace.proved,
+            "enumerated": trace.enumerated,
         }
         for trace in searched.traces
     ]
@@ -71,7 +72,8 @@ def _read(record: Any, decisions: Space, chosen: Sequence[int] | None) -> Search
 
 def _trace(record: Any, decisions: Space) -> Trace:
     name, ended, proved = record["name"], record["ended"], record["proved"]
-    if not isinstance(name, str) or not isinstance(ended, str) or not isinstance(proved, bool):
+    enumerated = record["enumerated"]
+    if not all(isinstance(text, str) for text in (name, ended, enumerated)) or not isinstance(proved, bool):
         raise TypeError("no name, end or proof")
     return Trace(
         name,
@@ -81,6 +83,7 @@ def _trace(record: Any, decisions: Space) -> Trace:
         tuple(box_of(row, decisions) for row in record["excluded"]),
         ended,
         proved,
+        enumerated,
     )
 
 

@@ -36,8 +36,8 @@ from codesign.exploration.kept import Kept
 from codesign.exploration.kept_boxes import boxes_of, keep_boxes
 from codesign.exploration.kept_search import forget_search, keep_search, search_of_study
 from codesign.exploration.partition import Alone, Indices, Together, Turns, Work, parted
-from codesign.exploration.search import Searched
-from codesign.exploration.search_run import Rounds, SearchRun, searched_before
+from codesign.exploration.search import Searched, Trace
+from codesign.exploration.search_run import CUT_OFF, Rounds, SearchRun, enumerated, searched_before
 from codesign.exploration.simulator import check_some_point
 from codesign.exploration.space import Space
 from codesign.exploration.specs import Specs
@@ -120,10 +120,13 @@ def explore(
     specs = Specs.of(explored, identity_of(explored.single, workload, grid), contents_of(explored), grid)
     space = Space(axes, canonical_digest(specs.identity), specs.contents, section.when)
     where = str(store) if isinstance(store, str | Path) else None
-    rounds = Rounds(space, section, where, progress, specs) if searching is not None else None
-    tally = rounds or Tally(space, section, where, progress, specs)
     with seldom_collected(), _open_store(store) as opened:
         evaluator = _evaluator(explored, space, grid, share, evaluate, opened)
+        why = ""
+        if searching is not None and isinstance(evaluator, Pricer):
+            why = enumerated(searching, explored, space, budget)
+        kind = Tally if searching is None or why else Rounds
+        tally = kind(space, section, where, progress, specs)
         provenance = provenance_of(explored.platforms.values(), explored.workload)
         definition = definition_text(explored, section, specs, provenance)
         run = _Run(
@@ -136,10 +139,12 @@ def explore(
             definition,
             files,
         )
-        if searching is None or rounds is None:
+        if searching is None:
             run.every_point(budget)
+        elif isinstance(tally, Rounds):
+            tally.search = run.search(tally, searching, budget)
         else:
-            tally.search = run.search(rounds, searching, budget)
+            tally.search = run.in_place_of(searching, why, budget or Budget())
         excluded = boxes_of(run.kept, run.key, run.decisions)
     names = [each.name for each in explored.platforms.values()]
     return replace(tally.study(platform_text(names), workload.name, provenance), excluded=excluded)
@@ -240,6 +245,18 @@ class _Run:
         rounds.gather(run.in_order, run.conditions)
         keep_boxes(self.kept, self.key, found.excluded, self.decisions)
         return found
+
+    def in_place_of(self, searching: Searching, why: str, budget: Budget) -> Searched:
+        """Compute all points in the place of a search; ``why``: see ``enumerated``. Time alone limits it."""
+        budget.points = None
+        trace = Trace(searching.sampler, searching.seed, ended=CUT_OFF, enumerated=why)
+        try:
+            self.every_point(budget)
+            trace.ended, trace.proved = budget.ended, self.tally.done == len(self.space)
+        finally:
+            searched = Searched((trace,), self.tally.simulated, self.tally.cached)
+            keep_search(self.kept, self.key, searched)
+        return searched
 
     def works(self, points: Indices) -> Iterator[Work]:
         """Points as work: those that compute the same together, where they can be priced."""

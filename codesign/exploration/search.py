@@ -59,8 +59,12 @@ class Search(Protocol):
     def batch(self) -> int:
         """How many designs the search asks for at once, where it may choose."""
 
+    @property
+    def repeated(self) -> int:
+        """How often a design was suggested that had been asked for before."""
+
     def ask(self, count: int) -> list[int]:
-        """At most so many designs; one may be known already. Empty: the search is at its end."""
+        """At most so many designs, none of which was asked for before. Empty: the search is at its end."""
 
     def tell(self, designs: Sequence[int], objectives: Floats, excess: Floats) -> None:
         """What came of the designs that were asked for.
@@ -112,8 +116,9 @@ class Trace:
     """What a search did.
 
     - ``name``, ``seed``: of the search. ``designs``: those that it evaluated, each once, in their order.
-    - ``repeated``: how often it asked for one again; that costs nothing.
-    - ``excluded``: see ``Search.excluded``. ``ended``: why it ended; ``proved``: no other design is on the front.
+    - ``repeated``: see ``Search.repeated``. ``excluded``: see ``Search.excluded``.
+    - ``ended``: why it ended; ``proved``: no other design is on the front.
+    - ``enumerated``: why all points were computed in its place, which has no ``designs`` of its own then; "": it ran.
     """
 
     name: str
@@ -123,6 +128,7 @@ class Trace:
     excluded: tuple[ExcludedBox, ...] = ()
     ended: str = ""
     proved: bool = False
+    enumerated: str = ""
 
 
 @dataclass(frozen=True, eq=False)

@@ -62,6 +62,7 @@ class BoundSearch:
     name = "bound"
     batch = 64
     endless = False
+    repeated = 0
 
     def __init__(self, problem: Problem) -> None:
         if problem.bounds is None:

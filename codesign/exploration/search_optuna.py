@@ -10,8 +10,9 @@ An axis with numbers or quantities in order is an integer, the place of its valu
 
 from __future__ import annotations
 
+import random
 import warnings
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -20,6 +21,7 @@ from codesign.errors import InputError
 from codesign.exploration.constraints import Floats
 from codesign.exploration.rows import order_of
 from codesign.exploration.search import ExcludedBox, Problem, Search
+from codesign.exploration.search_random import RandomSearch
 from codesign.inputs.boxes import value_text
 from codesign.inputs.searching import POPULATION, STARTUP, Searching
 
@@ -32,6 +34,9 @@ if TYPE_CHECKING:
     from codesign.exploration.space import Space
 
 _TPE_BATCH = 10
+
+_STEPS_BESIDE = 20
+"""So many designs near a known one are looked at for a new one, before one is drawn from all."""
 
 
 def nsga2(problem: Problem, searching: Searching) -> Search:
@@ -57,7 +62,7 @@ def nsga2(problem: Problem, searching: Searching) -> Search:
     )
     # A population crosses axes that all of its designs have. So each has a value of every axis; an axis that does not
     # exist for a design is a gene without effect.
-    return OptunaSearch("nsga2", problem, sampler, population, every_axis=True)
+    return OptunaSearch("nsga2", problem, sampler, population, searching.seed, every_axis=True)
 
 
 def tpe(problem: Problem, searching: Searching) -> Search:
@@ -88,22 +93,24 @@ def tpe(problem: Problem, searching: Searching) -> Search:
             weights=None,
             warn_independent_sampling=None,
         )
-    return OptunaSearch("tpe", problem, sampler, _TPE_BATCH, every_axis=False)
+    return OptunaSearch("tpe", problem, sampler, _TPE_BATCH, searching.seed, every_axis=False)
 
 
 class OptunaSearch:
     """A sampler of Optuna behind the interface of searches.
+
+    A design that it suggests again is told with the others, as what came of it before. A new one near it is then given
+    to the sampler as its next suggestion. So a new design takes two trials at most.
 
     ``batch``: how many designs are asked for before any of them is told. ``every_axis``: whether a design is given
     values of axes that do not exist for it too.
     """
 
     endless = True
-    complete = False
     excluded: tuple[ExcludedBox, ...] = ()
 
     def __init__(
-        self, name: str, problem: Problem, sampler: BaseSampler, batch: int, *, every_axis: bool
+        self, name: str, problem: Problem, sampler: BaseSampler, batch: int, seed: int, *, every_axis: bool
     ) -> None:
         optuna = _optuna()
         self.name, self.batch = name, batch
@@ -117,17 +124,53 @@ class OptunaSearch:
         )
         optuna.logging.set_verbosity(level)
         self._failed = optuna.trial.TrialState.FAIL
-        self._trials: list[Trial] = []
+        self._generator = random.Random(seed)
+        self._random = RandomSearch(problem, seed)
+        self._known: dict[int, tuple[Floats, Floats] | None] = {}
+        self._trials: list[tuple[Trial, int]] = []
+        self.repeated = 0
+
+    @property
+    def complete(self) -> bool:
+        """Whether every design was asked for."""
+        return len(self._known) == len(self._problem.decisions)
 
     def ask(self, count: int) -> list[int]:
-        """So many designs; one may be known already."""
-        self._trials = [self._study.ask() for _ in range(min(count, self.batch))]
-        return [self._genes.design(trial, self._every_axis) for trial in self._trials]
+        """So many new designs; fewer where no others are left."""
+        self._trials = []
+        asked: list[int] = []
+        while len(asked) < min(count, self.batch) and not self.complete:
+            asked.append(self._new())
+            self._known[asked[-1]] = None
+        return asked
+
+    def _new(self) -> int:
+        design = self._suggested()
+        if design not in self._known:
+            return design
+        self.repeated += 1
+        for reach in range(1, _STEPS_BESIDE + 1):
+            if design not in self._known:
+                break
+            design = self._genes.beside(design, reach, self._generator)
+        while design in self._known:
+            design = self._random.ask(1)[0]
+        self._study.enqueue_trial(self._genes.numbers(design))
+        return self._suggested()
+
+    def _suggested(self) -> int:
+        trial = self._study.ask()
+        design = self._genes.design(lambda axis: self._genes.suggested(trial, axis), self._every_axis)
+        self._trials.append((trial, design))
+        return design
 
     def tell(self, designs: Sequence[int], objectives: Floats, excess: Floats) -> None:
         """Tell the sampler; what a design breaks are its constraints, by their names."""
-        assert len(designs) == len(self._trials), "what was asked for is told"
-        for trial, values, amounts in zip(self._trials, objectives, excess, strict=True):
+        self._known |= zip(designs, zip(objectives, excess, strict=True), strict=True)
+        for trial, design in self._trials:
+            known = self._known[design]
+            assert known is not None, "what was asked for is told"
+            values, amounts = known
             if np.isnan(amounts).any():
                 self._study.tell(trial, state=self._failed)
                 continue
@@ -135,7 +178,6 @@ class OptunaSearch:
                 trial.set_constraint(name, amount)
             # A design that breaks a limit is ranked by how far alone: what stands for its figures is not looked at.
             self._study.tell(trial, np.where(np.isnan(values), 0.0, values).tolist())
-        self._trials = []
 
 
 class _Genes:
@@ -149,20 +191,36 @@ class _Genes:
             for axis, conditions in space.when.items()
         }
 
-    def design(self, trial: Trial, every_axis: bool) -> int:
-        """The design that a trial stands for; its parameters are suggested on the way."""
+    def design(self, number_of: Callable[[str], int], every_axis: bool) -> int:
+        """The design of the numbers of values; they are asked for axis by axis, of all axes or of those that exist."""
         chosen: dict[str, Any] = {}
         for axis, values in self._space.axes.items():
             exists = all(
                 other in chosen and value_text(chosen[other]) in texts
                 for other, texts in self._allowed.get(axis, {}).items()
             )
-            number = self._suggested(trial, axis) if exists or every_axis else 0
+            number = number_of(axis) if exists or every_axis else 0
             if exists:
                 chosen[axis] = values[number]
         return self._space.index(chosen)
 
-    def _suggested(self, trial: Trial, axis: str) -> int:
+    def numbers(self, design: int) -> dict[str, int]:
+        """The parameters of a design, by the axes that exist for it."""
+        levels = self._space.levels(np.array([design]))
+        return {axis: int(level[0]) for axis, level in levels.items() if level[0] >= 0}
+
+    def beside(self, design: int, reach: int, generator: random.Random) -> int:
+        """A design with another value of one axis: up to ``reach`` places away where the values are in order."""
+        numbers = self.numbers(design)
+        axis = generator.choice([axis for axis in numbers if len(self._space.axes[axis]) > 1])
+        number, most = numbers[axis], len(self._space.axes[axis]) - 1
+        near = range(max(0, number - reach), min(most, number + reach) + 1)
+        places = near if axis in self._ordered else range(most + 1)
+        numbers[axis] = generator.choice([place for place in places if place != number])
+        return self.design(lambda axis: numbers.get(axis, 0), every_axis=False)
+
+    def suggested(self, trial: Trial, axis: str) -> int:
+        """The number of the value of an axis that is suggested for a trial."""
         count = len(self._space.axes[axis])
         if count == 1:
             return 0

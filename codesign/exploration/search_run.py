@@ -6,6 +6,7 @@ import math
 import time
 from collections import deque
 from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
+from itertools import islice
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,23 +19,21 @@ from codesign.exploration.constraints import Floats, bound_names
 from codesign.exploration.definition import MAX_STUDY_POINTS
 from codesign.exploration.designs import Conditions
 from codesign.exploration.evaluation import Done
+from codesign.exploration.explored import Explored
 from codesign.exploration.judged import Judged
 from codesign.exploration.kept import Kept
 from codesign.exploration.outcomes import Outcomes, State
-from codesign.exploration.partition import Work
+from codesign.exploration.partition import Work, parted
 from codesign.exploration.sample import points_of
 from codesign.exploration.search import Problem, Search, Searched, Trace
 from codesign.exploration.searches import search_of
 from codesign.exploration.space import Space
 from codesign.exploration.specs import Specs
 from codesign.exploration.tally import Tally
+from codesign.inputs import searching as limits
 from codesign.inputs.exploration import Exploration
-from codesign.inputs.searching import Searching
+from codesign.inputs.searching import POPULATION, Searching
 from codesign.results.result import Reason, Result
-from codesign.units import counted
-
-MOST_REPEATED = 200
-"""A search that asked for so many known designs in a row is ended."""
 
 CUT_OFF = "cut off"
 """How a search ended that was interrupted."""
@@ -195,27 +194,21 @@ class SearchRun:
         budget = budget or Budget()
         traces = [Trace(each.sampler, each.seed, ended=CUT_OFF) for each in asked]
         self._traces = tuple(traces)
-        known: list[set[int]] = [set() for _ in asked]
-        sides = list(zip(searches, traces, known, strict=True))
+        first, *sides = zip(searches, traces, strict=True)
         self._tally.total = (budget.points or 0) * len(asked)
-        in_a_row, ended = 0, ""
-        while in_a_row < MOST_REPEATED and len(known[0]) < len(problem.decisions):
+        while len(traces[0].designs) < len(problem.decisions):
             room = self._room(searches[0], budget)
-            before = len(known[0]), traces[0].repeated
-            if not room or not self._round(*sides[0], room, budget):
+            if not room or not self._round(*first, room, budget):
                 break
-            in_a_row = in_a_row + traces[0].repeated - before[1] if len(known[0]) == before[0] else 0
-            for search, trace, own in sides[1:]:
-                while (missing := len(known[0]) - len(own)) and self._round(
-                    search, trace, own, missing, None
+            for search, trace in sides:
+                while (missing := len(traces[0].designs) - len(trace.designs)) and self._round(
+                    search, trace, missing, None
                 ):
                     pass
-        if in_a_row >= MOST_REPEATED:
-            ended = f"the last {counted(in_a_row, 'suggestion')} were known"
         for search, trace in zip(searches, traces, strict=True):
             trace.excluded, trace.ended = tuple(search.excluded), ""
             trace.proved = search.complete or len(trace.designs) == len(problem.decisions)
-        traces[0].ended = ended or ("" if traces[0].proved else budget.ended)
+        traces[0].ended = "" if traces[0].proved else budget.ended
         return self.searched
 
     @property
@@ -232,18 +225,16 @@ class SearchRun:
             return 0
         return min(search.batch, budget.left // self.conditions)
 
-    def _round(self, search: Search, trace: Trace, own: set[int], room: int, budget: Budget | None) -> bool:
+    def _round(self, search: Search, trace: Trace, room: int, budget: Budget | None) -> bool:
         """Ask, evaluate and tell; whether the search goes on."""
         asked = search.ask(room)
-        new = [design for design in dict.fromkeys(asked) if design not in own]
-        if not asked or (new and budget is not None and not budget.spend(len(new) * self.conditions)):
+        trace.repeated = search.repeated
+        if not asked or (budget is not None and not budget.spend(len(asked) * self.conditions)):
             return False
-        self.evaluate(new)
+        self.evaluate(asked)
         verdicts = [self._verdicts[design] for design in asked]
         search.tell(asked, np.array([each[0] for each in verdicts]), np.array([each[1] for each in verdicts]))
-        own.update(new)
-        trace.designs += new
-        trace.repeated += len(asked) - len(new)
+        trace.designs += asked
         return True
 
     def evaluate(self, designs: Sequence[int]) -> None:
@@ -284,6 +275,26 @@ class SearchRun:
             done = next(self._coming)
             self._came(done)
             left -= len(done.work)
+
+
+def enumerated(searching: Searching, explored: Explored, space: Space, budget: Budget | None) -> str:
+    """Why all points are computed in the place of a search; "": they are not.
+
+    It may not take more simulations: branch and bound simulates as much as all points do, the others at most what their
+    budget of points allows, or a generation where they have none.
+    """
+    if searching.sampler == "random" or len(space) > limits.ENUMERATED:
+        return ""
+    most = (budget and budget.points) or (len(space) if searching.sampler == "bound" else POPULATION)
+    works = parted(explored, space, np.arange(len(space)))
+    simulations = sum(1 for _ in islice(works, most + 1))
+    if simulations > most:
+        return ""
+    return (
+        f"{searching.sampler} was not run: all points of a space of at most {limits.ENUMERATED:,} are computed"
+        " where they take few simulations, which is exact, and cheaper than a proof"
+        f" ({len(space):,} take at most {simulations:,})"
+    )
 
 
 def searched_before(kept: Kept, section: Exploration, plan: Plan, specs: Specs) -> Rounds:

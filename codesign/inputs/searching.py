@@ -21,6 +21,9 @@ ALL = "all"
 MOST_SEED = 2**32 - 1
 """The greatest seed that every generator of random numbers takes."""
 
+ENUMERATED = 500_000
+"""All points of a space of at most so many are computed in the place of a search: measured, docs/searching.md."""
+
 POPULATION = 50
 STARTUP = 10
 MOST_TOGETHER = 10_000
@@ -32,7 +35,10 @@ _OPTIONS = {"population": "nsga2", "startup": "tpe"}
 class Searching(SpecModel):
     """Which search says which points to compute, with which options, and how many; as text, the sampler alone."""
 
-    sampler: Sampler = Field(description="nsga2, tpe (extra search), random, or bound. As --search.")
+    sampler: Sampler = Field(
+        description="nsga2, tpe (extra search), random, or bound. As --search."
+        f" All but random compute all points of a space of at most {ENUMERATED:,}, where they take few simulations."
+    )
     points: Annotated[int, Field(ge=1)] | None = Field(
         default=None, description="Compute no more than so many points. As --points."
     )

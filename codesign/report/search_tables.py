@@ -12,6 +12,7 @@ from codesign.units import counted, format_count
 
 if TYPE_CHECKING:
     from codesign.exploration import Study
+    from codesign.exploration.search import Trace
 
 _QUARTERS = (0.25, 0.5, 1.0)
 
@@ -20,6 +21,8 @@ def search_table(study: Study) -> Table | None:
     """The searches side by side, at the same number of evaluations; None where all designs were asked for."""
     if study.search is None:
         return None
+    if why := study.search.traces[0].enumerated:
+        return _in_its_place(study, study.search.traces[0], why)
     curves = curves_of(study)
     columns = (
         *left("search"),
@@ -29,6 +32,13 @@ def search_table(study: Study) -> Table | None:
     )
     rows = tuple(_row(curve) for curve in curves)
     return Table("Searches", columns, rows, _notes(study, curves))
+
+
+def _in_its_place(study: Study, trace: Trace, why: str) -> Table:
+    count = len(study.outcomes) - len(study.missing)
+    end = "all points computed" if trace.proved else trace.ended
+    columns = (*left("search asked for"), *right("points"), *left("end"))
+    return Table("Searches", columns, ((word(trace.name), count_cell(count), word(end)),), (why,))
 
 
 def _row(curve: Curve) -> tuple[Cell, ...]:

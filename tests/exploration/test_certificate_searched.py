@@ -27,6 +27,8 @@ from codesign.exploration.store import Batch
 from codesign.exploration.study import Study
 from codesign.inputs import Platform, Workload
 
+pytestmark = pytest.mark.usefixtures("searched")
+
 SEARCHED = ("random", "nsga2", "tpe")
 
 
@@ -46,7 +48,9 @@ def every(platform: Platform, workload: Workload) -> Study:
 
 
 @pytest.fixture(scope="module")
-def store(platform: Platform, workload: Workload, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def store(
+    searched: None, platform: Platform, workload: Workload, tmp_path_factory: pytest.TempPathFactory
+) -> Path:
     """The store of a front that branch and bound proved."""
     file = tmp_path_factory.mktemp("stores") / "proved.sqlite"
     explore(platform, workload, workers=1, store=file, search="bound")

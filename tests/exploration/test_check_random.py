@@ -128,6 +128,7 @@ def explored(folder: Path, board: str, workload: dict[str, Any], search: str | N
     return explore(codesign.load_platform(board), loaded, workers=1, search=search, seed=seed, budget=budget)
 
 
+@pytest.mark.usefixtures("searched")
 @settings(max_examples=examples(60), deadline=None)
 @given(studies())
 def test_a_point_of_any_study_is_what_it_is_alone(

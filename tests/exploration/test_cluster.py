@@ -135,6 +135,24 @@ class Noted(Fake):
             file.write(f"{os.getpid()}\n")
 
 
+def test_the_first_works_of_a_node_without_kernels_are_announced(tmp_path: Path) -> None:
+    """Once in a run, where something is computed, and no more where the node has a kernel."""
+    told: list[str] = []
+    cache, axes = tmp_path / "cache", {"slices": [10, 11, 12]}
+    with cluster(tmp_path, 0) as started:
+        started.add(2, NUMBA_CACHE_DIR=str(cache))
+        with ClusterExecutor(started.address) as executor:
+            executor.compiling = lambda: told.append("compiling")
+            run(executor, {"slices": []}, tmp_path / "log", limit=1)
+            assert told == []
+            run(executor, axes, tmp_path / "log", limit=1)
+            assert told == ["compiling"]
+            (node,) = (cache / "nodes").iterdir()
+            (node / "one.nbi").touch()
+            run(executor, axes, tmp_path / "log", limit=1)
+    assert told == ["compiling"]
+
+
 def test_workers_and_an_executor_are_refused_together(platform: Platform, workload: Workload) -> None:
     with pytest.raises(InputError, match="3 local workers and an executor are asked for at once"):
         explore(platform, workload, workers=3, executor=SerialExecutor(), evaluate=Fake())
@@ -405,6 +423,7 @@ def test_the_table_of_a_cluster_with_a_killed_worker_is_that_of_one_process(
         two = hwsw("explore", "virtex4-pci", "small.yaml", *words)
         killing.join()
     assert two.exit_code == 0, two.output
+    assert two.stderr.count("compiling kernels, once") == 1
     assert (tmp_path / "2.csv").read_bytes() == (tmp_path / "1.csv").read_bytes()
     (node,) = (cache / "nodes").iterdir()
     kernels = [file.name.rpartition(".nbc")[0] for file in node.rglob("*.nbc")]

@@ -25,6 +25,8 @@ from codesign.report.search_tables import search_table
 from codesign.report.study_answer import study_tables
 from codesign.report.study_page import study_html
 
+pytestmark = pytest.mark.usefixtures("searched")
+
 
 @pytest.fixture(scope="module")
 def platform() -> Platform:

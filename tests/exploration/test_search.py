@@ -27,6 +27,8 @@ from codesign.inputs.searching import Searching
 
 pytest.importorskip("optuna")
 
+pytestmark = pytest.mark.usefixtures("searched")
+
 SAMPLING = [name for name in SEARCHES if name != "bound"]
 
 
@@ -75,6 +77,7 @@ def test_contract(name: str, axes: dict[str, Any], when: dict[str, Any]) -> None
             designs = search.ask(count)
             assert len(designs) <= count
             assert all(0 <= design < len(space) for design in designs)
+            assert len({*asked, *designs}) == len(asked) + len(designs), "each is new"
             objectives, excess = told(designs, problem)
             if asked and designs:
                 # A design that failed has no figures at all.
