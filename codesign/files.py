@@ -294,7 +294,8 @@ def write_folder(folder: Path, files: Mapping[str, bytes], stale: Iterable[str] 
     except (OSError, ValueError) as error:
         hint = "name a folder that can be made and written to"
         raise RunError(f"cannot write: {_reason(error)}", str(folder), hint) from error
-    with passing(part), passing(part.with_suffix(".old")) as old:
+    old = part.with_suffix(".old")
+    with passing(part):
         try:
             for name, content in files.items():
                 (part / name).write_bytes(content)
@@ -307,10 +308,13 @@ def write_folder(folder: Path, files: Mapping[str, bytes], stale: Iterable[str] 
                 target.rename(old)
             put(part, target)
         except OSError as error:
-            if old.exists() and not target.exists():
-                old.rename(target)
             hint = "free some space, or name another folder"
             raise RunError(f"cannot write: {_reason(error)}", str(folder), hint) from error
+        finally:
+            # It is no passing file: an end at this place would lose what was there before.
+            if old.exists() and not target.exists():
+                old.rename(target)
+            _remove(old)
 
 
 def _copy(source: Path, target: Path) -> None:

@@ -186,3 +186,22 @@ def test_a_tool_leaves_nothing_in_the_folder_for_temporary_files(tmp_path: Path)
     with scratch() as folder:
         (folder / "a").touch()
     assert not folder.exists()
+
+
+def test_a_folder_that_is_replaced_outlives_an_interrupt(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Even one that removes all that is passing, between the two renames."""
+    folder = tmp_path / "design"
+    folder.mkdir()
+    (folder / "mine.txt").write_text("mine")
+
+    def interrupted(*_: Path) -> None:
+        remove_passing()
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("codesign.files.put", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        write_folder(folder, {"new.txt": b""})
+    assert [each.name for each in tmp_path.iterdir()] == ["design"]
+    assert (folder / "mine.txt").read_text() == "mine"

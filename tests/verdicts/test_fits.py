@@ -37,6 +37,22 @@ def test_a_resource_whose_demand_has_an_interval() -> None:
     assert (fit.fits, fit.decides, fit.figure) == ("uncertain", use.resource, wide)
 
 
+@pytest.mark.parametrize("hz", [91, 100, 150, 180, 199])
+def test_a_verdict_changes_where_demand_and_limit_meet(hz: int) -> None:
+    """At the named value of a limit, the clock is the limit; at that of a demand, the sum is the budget."""
+    assert fit_verdict(limited(90.0, 150.0, 200.0, hz)).flips_at == hz
+    result = result_of(design("zynq", "breadth-first"))
+    use = result.resources[0]
+    first, second = (
+        use.items[0],
+        use.items[0].model_copy(update={"figure": Figure(hz, "1", Status.MEASURED, "")}),
+    )
+    wide = Figure(100, "1", Status.ASSUMED, "a guess", 50, use.budget + 1)
+    items = first.model_copy(update={"figure": wide}), second
+    moved = result.model_copy(update={"resources": (use.model_copy(update={"items": items}),)})
+    assert fit_verdict(moved).flips_at == use.budget - hz
+
+
 def test_a_bound_that_is_broken_is_certain() -> None:
     reason = Reason(kind="bound", name="word depth", demand=9, limit=8, gap=1, unit="bits")
     result = result_of(design("zynq", "breadth-first")).model_copy(
