@@ -89,6 +89,7 @@ class Registers:
     The ``pipeline`` in words, the ``size`` that routing grows with, and how often the bits that pass in a cycle were
     doubled, ``doublings``. ``options``: in words, what else the circuit has that the law does not count. ``like``: the
     pipeline whose law stands for it on a family where it was not placed; the circuit may be slower, by ``TRANSFER``.
+    The value is not lowered to what it reached elsewhere, which the source of the figure gives.
     """
 
     pipeline: str
@@ -349,8 +350,10 @@ def on_family(
         alike = replace(registers, pipeline=registers.like, like="")
         figure = on_family(published, part, *families, registers=alike, placements=placements)
         low, high = figure.interval
-        slower = f"as {registers.like}, up to {TRANSFER} times slower"
-        source = f"{registers.pipeline}: not placed on {part.family}; {slower}"
+        slower = f"the value is that of {registers.like}, and it may be {TRANSFER} times slower"
+        source = (
+            f"{registers.pipeline}: not placed on {part.family}; {slower}{_reached(registers, placements)}"
+        )
         return Figure(figure.value, "Hz", Status.ASSUMED, f"{source}: {figure.source}", low / TRANSFER, high)
     if part.family in families:
         return published
@@ -361,6 +364,26 @@ def on_family(
         if placed is not None:
             return placed
     return _between(law, part, registers, parts, published, families)
+
+
+def _reached(registers: Registers, placements: tuple[Placement, ...]) -> str:
+    """What share of the law that stands for a circuit it reached where both were placed, in words.
+
+    At the nearest size that was placed.
+    """
+    law, text = clock_law(placements), ""
+    placed: dict[tuple[str, str], list[float]] = {}
+    for each in placements if law is not None else ():
+        if each.registers.pipeline == registers.pipeline:
+            placed.setdefault((each.row.part, each.row.family), []).append(each.registers.size)
+    for (part, family), sizes in sorted(placed.items()):
+        near = replace(registers, size=min(max(registers.size, min(sizes)), max(sizes)))
+        own, other = (
+            law.period(part, family, replace(near, pipeline=kind)) for kind in (near.pipeline, near.like)
+        )
+        if own is not None and other is not None:
+            text += f"; on {part} it reached {other / own:.0%} of that"
+    return text
 
 
 def _placed(

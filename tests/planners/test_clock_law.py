@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable
 from dataclasses import replace
 
@@ -254,6 +255,26 @@ def test_no_circuit_is_farther_from_the_law_of_another_than_a_transfer_says() ->
                 if period is not None:
                     factors.append(max(each.row.period_ns / period, period / each.row.period_ns))
     assert TRANSFER * 0.9 < max(factors) <= TRANSFER
+
+
+@pytest.mark.parametrize("part", ["XC7Z020-1", "XC4VLX160-12", "GW2A-18-7"])
+def test_a_borrowed_clock_says_what_its_circuit_reached_where_both_were_placed(part: str) -> None:
+    """Beside the value, which is that of delay lines; the medians of one size, as they were placed, say as much."""
+    layout = ArrayLayout((8, 8), 11)
+    borrowed, lent = (wave.clock_limit(layout, load_part(part), tiled=tiled) for tiled in (True, False))
+    assert borrowed.value == lent.value
+    assert borrowed.interval[0] == lent.interval[0] / TRANSFER
+    said = re.search(r"on LFE5U-85F-8 it reached (\d+)% of that", borrowed.source)
+    clocks = {
+        each.registers.like: each.row.clock
+        for each in wave.placements()
+        if each.row.part == "LFE5U-85F-8" and each.registers.size == 64 and not each.registers.options
+        if each.registers.pipeline in ("delay lines", wave.registers(layout, tiled=True).pipeline)
+    }
+    assert said is not None
+    assert int(said[1]) / 100 == pytest.approx(
+        clocks["delay lines"] / clocks[""], abs=0.05
+    )
 
 
 @pytest.mark.parametrize("room", ROOMS)
