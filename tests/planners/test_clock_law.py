@@ -272,9 +272,7 @@ def test_a_borrowed_clock_says_what_its_circuit_reached_where_both_were_placed(p
         if each.registers.pipeline in ("delay lines", wave.registers(layout, tiled=True).pipeline)
     }
     assert said is not None
-    assert int(said[1]) / 100 == pytest.approx(
-        clocks["delay lines"] / clocks[""], abs=0.05
-    )
+    assert int(said[1]) / 100 == pytest.approx(clocks["delay lines"] / clocks[""], abs=0.05)
 
 
 @pytest.mark.parametrize("room", ROOMS)

@@ -55,7 +55,7 @@ def drawn(style: str, seed: int) -> tuple[str, Design]:
 
 
 def demand_holds(room: str, design: Design, family: str) -> None:
-    """Every line that the circuit has lies in the interval of its law, and so does their sum."""
+    """The LUT of the circuit lie between the sums of the ends of its lines."""
     counted = synthesise(circuit_of(room, design).circuit(job_of(room, design)), family)
     demand: Any = laws_of(room, design).demand(job_of(room, design, load_part(PART)))
     lines = [line for line in demand.items if line.resource == "lut4"]

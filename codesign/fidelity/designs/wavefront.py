@@ -83,6 +83,11 @@ RESOURCES = [
     tiles(20, 36, (10, 9), 10, **FIELD),
     tiles(28, 28, (7, 7), 10, **SAFE),
     tiles(100, 60, (10, 6), 12, course="complete"),
+    # Plain tiles of all proportions, on maps of four; the last three are held out.
+    *(
+        array(2 * rows, 2 * columns, "tiled", tile=(rows, columns))
+        for rows, columns in ((4, 3), (8, 3), (4, 10), (7, 5), (9, 8), (5, 7), (10, 4), (6, 9), (8, 6))
+    ),
 ]
 
 CLOCKS = [

@@ -20,7 +20,7 @@ from codesign.planners.wavefront.styles.layout import ArrayLayout, side_bits
 
 HELD_OUT = {(10, 9), (6, 9), (16, 9), (16, 16), (6, 5), (5, 4), (5, 5)}
 """Sizes (rows, columns) of arrays that no LUT are fitted to."""
-HELD_OUT_IN_TILES = {(48, 48), (20, 36), (28, 28), (100, 60)}
+HELD_OUT_IN_TILES = {(48, 48), (20, 36), (28, 28), (100, 60), (20, 8), (12, 18), (16, 12)}
 """Sizes of maps in tiles that no LUT are fitted to."""
 SIMILAR = "ecp5"
 """The family that stands for one without rows: LUT of four inputs with a carry chain."""
