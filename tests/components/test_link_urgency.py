@@ -130,7 +130,7 @@ SHARED: dict[str, Any] = {
         "logger": {
             "type": "processor",
             "clock": "1 GHz",
-            "costs": {"log_line": "1 us"},
+            "costs": {"log_line": "1 us", "render_robot": "0 s"},
             "power": {"busy": "1 W", "idle": "1 W"},
         }
     },

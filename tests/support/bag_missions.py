@@ -14,7 +14,11 @@ kind: platform
 name: board
 components:
   fabric: {type: fpga, part: XC7A100T-1, clock: 100 MHz}
-  host: {type: processor, clock: 1 GHz, power: {busy: 4 W, idle: 2 W}}
+  host:
+    type: processor
+    clock: 1 GHz
+    costs: {occupancy_cell: 0 s, way_following: 0 s}
+    power: {busy: 4 W, idle: 2 W}
   robot:
     type: robot
     radius: 0.05 m
