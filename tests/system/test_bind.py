@@ -12,10 +12,22 @@ WALLED_GOAL = ".@....\n@.....\n......\n......\n"
 WALLED_START = "......\n......\n....@.\n...@.@\n....@.\n"
 
 
-def test_a_walled_in_goal_is_told_and_not_praised(specs: Specs) -> None:
-    put_map(specs, WALLED_GOAL, starts="{count: 4}")
-    with pytest.raises(SpecError, match=r"problem\.goals\[0\]: goal \(0, 0\) is walled in"):
+@pytest.mark.parametrize("goals", ["[[0, 0]]\n  reach: 0", "[[3, 5], [0, 0]]"])
+def test_a_walled_in_goal_is_told_and_not_praised(specs: Specs, goals: str) -> None:
+    """Also where goals in a pocket are asked for, and where another goal is reached from all other cells."""
+    put_map(specs, WALLED_GOAL, goals=goals, starts="{count: 4}")
+    with pytest.raises(SpecError, match=r"problem\.goals\[[01]\]: goal \(0, 0\) is walled in"):
         codesign.simulate(codesign.load_platform(specs[0]), codesign.load_workload(specs[1]))
+
+
+def test_a_walled_in_goal_alone_is_a_pocket(specs: Specs) -> None:
+    """The refusal of pockets comes first: it names the share, and a cell to move the goal to."""
+    put_map(specs, WALLED_GOAL, starts="{count: 4}")
+    with pytest.raises(
+        SpecError, match=r"problem\.goals: a path leads to a goal from 1 of 22 free"
+    ) as caught:
+        codesign.simulate(codesign.load_platform(specs[0]), codesign.load_workload(specs[1]))
+    assert "largest part is (1, 1)" in str(caught.value)
 
 
 def test_a_start_without_a_way_is_told_with_the_nearest_that_has_one(specs: Specs) -> None:
