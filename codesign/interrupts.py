@@ -174,30 +174,33 @@ def child(
     Raises:
         OSError: the tool cannot be started.
     """
-    with held():
-        if _ending.struck is not None:
-            raise _ending.struck
-        pipe = subprocess.PIPE
-        own = os.name == "posix"
-        folders = {} if temporary is None else dict.fromkeys(("TMPDIR", "TMP", "TEMP"), str(temporary))
-        process = subprocess.Popen(
-            command,
-            cwd=cwd,
-            stdin=stdin,
-            stdout=pipe,
-            stderr=pipe,
-            start_new_session=own,
-            env={**os.environ, **folders},
-        )
-        _children.add(process)
+    process = None
     try:
+        # A signal during the start strikes at the end of this block.
+        with held():
+            if _ending.struck is not None:
+                raise _ending.struck
+            pipe = subprocess.PIPE
+            own = os.name == "posix"
+            folders = {} if temporary is None else dict.fromkeys(("TMPDIR", "TMP", "TEMP"), str(temporary))
+            process = subprocess.Popen(
+                command,
+                cwd=cwd,
+                stdin=stdin,
+                stdout=pipe,
+                stderr=pipe,
+                start_new_session=own,
+                env={**os.environ, **folders},
+            )
+            _children.add(process)
         with _guard(process):
             yield process
     finally:
-        _end_child(process)
-        with suppress(OSError), process:
-            pass  # closes the pipes, and waits
-        _children.discard(process)
+        if process is not None:
+            _end_child(process)
+            with suppress(OSError), process:
+                pass  # closes the pipes, and waits
+            _children.discard(process)
 
 
 @contextmanager

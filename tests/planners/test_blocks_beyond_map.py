@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -24,6 +25,7 @@ from codesign.planners.interface import Problem
 from codesign.planners.job import Job
 from codesign.planners.wavefront.plan.parameters import PropagateParameters
 from codesign.planners.wavefront.styles import timing as wave_timing
+from codesign.results.task import reach_text
 from codesign.scenarios import simulate
 from codesign.system import Result, catalog
 
@@ -71,8 +73,15 @@ def _point(placement: str, setting: str) -> Any:
 
 
 def of_design(result: Any) -> list[str]:
-    """The notes but those of the clock, which is not sure on a part that no law was fitted to."""
-    return [note for note in result.notes if not note.startswith("fpga.clock: ")]
+    """The notes but those of the clock, which is not sure on a part that no law was fitted to, and of the map."""
+    of_map = [note for note in result.notes if note.startswith("problem.goals: ")]
+    assert of_map == list(reach_notes(result.task.reach))
+    return [note for note in result.notes if not note.startswith(("fpga.clock: ", "problem.goals: "))]
+
+
+def reach_notes(share: float) -> Iterator[str]:
+    if share < 1:
+        yield f"problem.goals: {reach_text([share])}"
 
 
 @given(problem=problems(), data=st.data())
@@ -106,8 +115,8 @@ def test_a_design_is_that_of_the_declared_block(problem: Problem, data: st.DataO
     assert wide.blocks == narrow.blocks
     assert wide.stages == narrow.stages
     assert wide.quality == narrow.quality
-    assert narrow.notes == ()
-    assert [note.partition(":")[0] for note in wide.notes] == ["relax.block"] * beyond
+    assert of_design(narrow) == []
+    assert [note.partition(":")[0] for note in of_design(wide)] == ["relax.block"] * beyond
     assert wide.parameters["relax"]["block"] == list(block)
     # The OR tree spans the nodes that are built, whatever lies under them.
     assert wide.cycles is not None
@@ -136,7 +145,8 @@ def test_software_computes_the_cells_of_the_map_and_no_others(problem: Problem, 
     wide, narrow = (planned("harmonic-host", problem, {"block": list(each)}) for each in (block, inside))
     assert wide.cycles == narrow.cycles
     assert wide.time == narrow.time
-    assert bool(wide.notes) == (block != inside)
+    assert of_design(narrow) == []
+    assert [note.partition(":")[0] for note in of_design(wide)] == ["relax.block"] * (block != inside)
 
 
 @given(problem=problems(), data=st.data())

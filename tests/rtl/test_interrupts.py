@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import subprocess
 import sys
@@ -16,13 +17,19 @@ pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals of a te
 
 BOUND_S = 300
 
-SCRIPT = """
-import sys
+BEGIN = """
+import os, signal, subprocess, sys
 from pathlib import Path
 from codesign import interrupts
 from codesign.rtl.tools import run
 
+# A job in the background may have been told to ignore them.
+for number in interrupts.SIGNALS:
+    signal.signal(number, signal.SIG_DFL)
 interrupts.end_on_signals()
+"""
+
+SCRIPT = f"""{BEGIN}
 work = "echo $$ > child; sleep 600 & echo $! > grandchild; touch begun; wait"
 try:
     run(("sh", "-c", work), Path.cwd(), seconds=600)
@@ -31,9 +38,40 @@ except KeyboardInterrupt as struck:
 """
 
 
-@pytest.mark.parametrize(
-    ("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143), (signal.SIGKILL, -9)]
-)
+STARTING = f"""{BEGIN}
+class Struck(subprocess.Popen):
+    def __init__(self, *words, **options):
+        super().__init__(*words, **options)
+        Path("child").write_text(str(self.pid))
+        os.kill(os.getpid(), int(sys.argv[1]))
+
+subprocess.Popen = Struck
+try:
+    run(("sleep", "600"), Path.cwd(), seconds=600)
+except KeyboardInterrupt as struck:
+    sys.exit(struck.exit_code)
+"""
+"""A signal arrives between the start of the tool and the return of the call that starts it."""
+
+CODES = {signal.SIGINT: 130, signal.SIGTERM: 143}
+if sys.platform != "win32":
+    CODES[signal.SIGHUP] = 143
+
+
+@pytest.mark.parametrize(("number", "code"), CODES.items())
+def test_a_tool_that_is_being_started_ends_with_the_command(
+    tmp_path: Path, number: signal.Signals, code: int
+) -> None:
+    words = [sys.executable, "-c", STARTING, str(int(number))]
+    assert subprocess.run(words, cwd=tmp_path, timeout=BOUND_S, check=False).returncode == code
+    pid = int((tmp_path / "child").read_text(encoding="utf-8"))
+    ended = gone(pid)
+    if not ended:
+        os.kill(pid, signal.SIGKILL)
+    assert ended
+
+
+@pytest.mark.parametrize(("number", "code"), [*CODES.items(), (signal.SIGKILL, -9)])
 def test_tools_end_with_the_command(tmp_path: Path, number: signal.Signals, code: int) -> None:
     with subprocess.Popen([sys.executable, "-c", SCRIPT], cwd=tmp_path) as process:
         try:
