@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shlex
 import sys
 from pathlib import Path
 
@@ -105,7 +106,7 @@ def init(
         click.echo(f"written: {printable(str(folder / name), None)}")
     for choice in choices:
         click.echo(printable(choice, None))
-    click.echo(f"next: hwsw run {' '.join(printable(str(folder / name), None) for name in texts)}")
+    click.echo(f"next: hwsw run {printable(shlex.join(str(folder / name) for name in texts), None)}")
 
 
 def _write(folder: Path, texts: dict[str, str]) -> None:

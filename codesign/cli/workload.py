@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -125,7 +126,8 @@ def from_bag(
     click.echo(render_text(goals_table(facts, platform, latencies)))
     for path in paths.values():
         click.echo(f"written: {printable(str(path), None)}")
-    click.echo(f"next: hwsw run {platform or 'PLATFORM'} {printable(str(paths['workload']), None)}")
+    words = shlex.join([platform or "PLATFORM", str(paths["workload"])])
+    click.echo(f"next: hwsw run {printable(words, None)}")
 
 
 _ENDS = {"workload": ".yaml", "map": "-map.yaml", "image": "-map.pgm", "goals": "-goals.csv"}

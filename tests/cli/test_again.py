@@ -16,7 +16,9 @@ from codesign.report.result_page import result_html
 
 
 def again(page: Path) -> str:
-    found = re.search(r"<pre><code>(.*?)</code></pre>", page.read_text(encoding="utf-8"), re.S)
+    found = re.search(
+        r'<pre [^>]*aria-label="The command"><code>(.*?)</code></pre>', page.read_text(encoding="utf-8"), re.S
+    )
     assert found
     return html.unescape(found[1])
 
@@ -27,8 +29,10 @@ def test_the_command_of_a_page_on_files_makes_the_same_page_again(
     """Names of specs are no paths: with them, the command would look among the shipped files."""
     monkeypatch.chdir(tmp_path)
     folder = tmp_path / "my files"
-    assert CliRunner().invoke(main, ["init", "my files"]).exit_code == 0
+    begun = CliRunner().invoke(main, ["init", "my files"])
+    assert begun.exit_code == 0
     typed = ["run", "my files/my-platform.yaml", "my files/my-workload.yaml"]
+    assert shlex.split(begun.stdout.splitlines()[-1]) == ["next:", "hwsw", *typed]
     typed += ["--set", "relax.iterations=16", "--set", "relax.schedule=[7, 15]", "--html", "a page.html"]
     CliRunner().invoke(main, [*typed, "--json"])
     page = tmp_path / "a page.html"

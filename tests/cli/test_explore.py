@@ -160,15 +160,17 @@ def test_conditions_are_shown_together_and_each_by_itself(hwsw: Run, tmp_path: P
     alone = json.loads(by_value.stdout)
     assert [point["axes"]["workload.problem.map.seed"] for point in alone["points"]] == [6, 6]
     assert alone["points"][0]["figures"] == listed["points"][1]["figures"]
-    by_number = hwsw("report", store, "--condition", "workload.problem.map.seed=1", "--json")
-    assert by_number.stdout == by_value.stdout
+    respelt = hwsw("report", store, "--condition", "workload.problem.map.seed=6.0", "--json")
+    assert respelt.stdout == by_value.stdout
 
 
 @pytest.mark.parametrize(
     ("condition", "told"),
     [
         ("workload.problem.map.sed=5", "did you mean workload.problem.map.seed?"),
-        ("workload.problem.map.seed=9", "its values by number: 0: 5; 1: 6; 2: 7"),
+        ("workload.problem.map.seed=9", "has no value 9\n  hint: did you mean 7? accepted: 5, 6, 7\n"),
+        # Among numbers, a number is a value, never a place in the list.
+        ("workload.problem.map.seed=1", "has no value 1\n  hint: did you mean 5? accepted: 5, 6, 7\n"),
         ("seed", "write AXIS=VALUE, as in --condition"),
     ],
 )

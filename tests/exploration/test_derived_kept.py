@@ -148,9 +148,11 @@ def test_what_was_computed_is_read_again(tmp_path_factory: pytest.TempPathFactor
         np.testing.assert_array_equal(again.outcomes.column(again.figures[name]), column)
         held = [point["figures"][name] for point in document["points"]]
         np.testing.assert_array_equal([np.nan if each is None else each for each in held], column)
+        title = study.figures[name].column
+        assert title == name if study.figures[name].unit == "1" else title.startswith(f"{name}_")
         if np.isnan(column).all():
-            assert name not in header
+            assert title not in header
             continue
-        place = header.index(name)
+        place = header.index(title)
         assert [float(row[place] or "nan") for row in rows] == pytest.approx(column.tolist(), nan_ok=True)
-        np.testing.assert_array_equal(table[name].to_numpy(), column)
+        np.testing.assert_array_equal(table[title].to_numpy(), column)
