@@ -36,7 +36,7 @@ from codesign.planners.wavefront.styles import (
     resources,
 )
 from codesign.planners.wavefront.styles.layout import ArrayLayout
-from codesign.planners.wavefront.styles.software import SEED_CELLS, TRACK_CELLS
+from codesign.planners.wavefront.styles.software import SEED_CELLS
 from codesign.planners.wavefront.styles.tile import PIECES, TileLayout, lut4
 from codesign.records import TaskRecord
 
@@ -318,7 +318,7 @@ def test_software_pays_for_the_nodes_that_the_wave_reaches() -> None:
     obstacles, away = int((~problem.free).sum()), plan.obstacle_potentials.max() + 1
     assert phases["propagate"] == int((plan.potentials >= 0).sum()) + 1600 + plan.largest_potential + 1
     assert phases["propagate_obstacles"] == 2 * 1600 + SEED_CELLS * obstacles + away
-    assert phases["track"] == len(plan.tracker.follow(problem.starts[0])) - 1 + TRACK_CELLS * 1600
+    assert phases["track"] == len(plan.tracker.follow(problem.starts[0])) - 1 + 1600
     with pytest.raises(InputError):
         Software().clock_limit(Job(problem, PropagateParameters()))
     with pytest.raises(InputError):
