@@ -5,6 +5,7 @@ It needs NumPy and the certificate alone, and imports nothing that computes a fr
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codesign.certificates.cover import covered, require
-from codesign.certificates.form import Bound, Certificate, Claim, digests_of
+from codesign.certificates.form import WORDS, Bound, Certificate, Claim, digests_of
 
 Flags = NDArray[np.bool_]
 _BLOCK, _PAIRS = 256, 2**23
@@ -20,11 +21,30 @@ _ENDS = {"at_least": np.greater_equal, "at_most": np.less_equal, "above": np.gre
 
 
 @dataclass(frozen=True)
+class Trust:
+    """What an accepted certificate says that nothing else in it shows.
+
+    - ``what``: in words. ``designs``: of how many.
+    - ``eligible``: how many of these are off the front for no other reason than that or a design that dominates them:
+      they have every objective and keep every constraint, or have no figures that could tell. None of what is no
+      claim.
+    """
+
+    what: str
+    designs: int
+    eligible: int | None = None
+
+
+@dataclass(frozen=True)
 class Verdict:
-    """What an accepted certificate says: how many designs each claim stands for, and the designs of the front."""
+    """What an accepted certificate says: how many designs each claim stands for, and the designs of the front.
+
+    ``trusted``: what of it the checker could not recompute.
+    """
 
     designs: dict[Claim, int]
     front: tuple[int, ...]
+    trusted: tuple[Trust, ...]
 
     @property
     def missing(self) -> int:
@@ -47,8 +67,11 @@ def check(certificate: Certificate) -> Verdict:
     entries.check_front()
     entries.check_dominated()
     entries.check_others()
+    entries.check_same()
+    entries.check_unfit()
     claim, front = columns["claim"], columns["design"][entries.of(Claim.FRONT)]
-    return Verdict({each: int(sizes[claim == each].sum()) for each in Claim}, tuple(np.sort(front).tolist()))
+    designs = {each: int(sizes[claim == each].sum()) for each in Claim}
+    return Verdict(designs, tuple(np.sort(front).tolist()), tuple(entries.trusted(sizes)))
 
 
 class _Entries:
@@ -129,7 +152,7 @@ class _Entries:
         self._refuse(entries[~holds], "is not dominated by the design that it names")
 
     def check_others(self) -> None:
-        """What breaks a constraint, lacks an objective, is the same as another, or has no figures."""
+        """What breaks a constraint, lacks an objective, or has no figures."""
         definition, figures = self._held.definition, self._figures
         broken = self.of(Claim.CONSTRAINT)
         for number, bound in enumerate(definition.constraints):
@@ -148,12 +171,74 @@ class _Entries:
         self._refuse(lacking[~np.isnan(figures[figure, lacking])], "has the objective that it is to lack")
         empty = np.flatnonzero(np.isin(self._claim, (Claim.FAILED, Claim.MISSING)))
         self._refuse(empty[~np.isnan(figures[:, empty]).all(axis=0)], "was not computed and has figures")
+
+    def check_same(self) -> None:
+        """Each has the figures, the task and the budgets of an earlier design that was computed."""
         same = self.of(Claim.SAME)
         first = self._by[same]
-        own, its = figures[:, same], figures[:, first]
-        holds = ((own == its) | (np.isnan(own) & np.isnan(its))).all(axis=0)
-        holds &= (self._claim[first] != Claim.SAME) & (self._design[first] < self._design[same])
+        holds = (self._task[same] == self._task[first]) & (self._design[first] < self._design[same])
+        holds &= ~np.isin(self._claim[first], (Claim.SAME, Claim.FAILED, Claim.MISSING))
+        for values in (self._figures, self._held.columns["budgets"]):
+            own, its = values[:, same], values[:, first]
+            holds &= ((own == its) | (np.isnan(own) & np.isnan(its))).all(axis=0)
         self._refuse(same[~holds], "is not the same as the design that it names")
+
+    def check_unfit(self) -> None:
+        """A resource that passes its limit is the figure of its name, its limit the budget, where they are stated."""
+        definition, columns = self._held.definition, self._held.columns
+        names = [each.name for each in definition.figures]
+        for resources, stated, reason in (
+            (names, self._figures, "demand"),
+            (definition.budgets, columns["budgets"], "limit"),
+        ):
+            for resource, values in zip(resources, stated, strict=True):
+                rows = self._short_of(resource)
+                wrong = values[rows] != columns[reason][self._by[rows]]
+                self._refuse(rows[wrong], f"is unfit by another {reason} of {resource} than it has")
+
+    def _short_of(self, resource: str) -> NDArray[np.intp]:
+        """The rows that are unfit by a resource. A figure over conditions is no demand of a single run."""
+        head, rows = self._held.head, self.of(Claim.UNFIT)
+        kinds = np.array([each.kind == "resource" and each.name == resource for each in head.names], np.bool_)
+        if self._held.definition.conditions or not kinds.any():
+            return rows[:0]
+        rows = rows[rows < head.rows]
+        return rows[kinds[self._held.columns["name"][self._by[rows]]]]
+
+    def trusted(self, sizes: NDArray[np.int64]) -> Iterator[Trust]:
+        """What nothing else in the certificate shows, of so many designs each entry."""
+        claim, head, definition = self._claim, self._held.head, self._held.definition
+        rows, computed = np.arange(len(claim)) < head.rows, ~np.isin(claim, (Claim.FAILED, Claim.MISSING))
+        bounded = np.isin(claim, (Claim.DOMINATED, Claim.CONSTRAINT))
+        for what, which in (
+            ("figures, tasks and budgets", rows & computed),
+            ("bounds of boxes", ~rows & bounded),
+        ):
+            if which.any():
+                yield Trust(what, int(sizes[which].sum()))
+        eligible = ~np.isnan(self._costs).any(axis=0)
+        for bound in definition.constraints:
+            eligible &= self._keeps(bound, np.arange(len(claim)))
+        counted = sizes * (eligible | ~rows | ~computed)
+        shown = np.zeros(len(claim), np.bool_)
+        for resource in {each.name for each in definition.figures} & {*definition.budgets}:
+            shown[self._short_of(resource)] = True
+        reasons = [f"{each.kind} {each.name}" for each in head.names]
+        for kind, texts in (
+            *((Claim.UNFIT, reasons), (Claim.UNREACHED, head.texts)),
+            *((Claim.FAILED, head.texts), (Claim.SAME, [""])),
+        ):
+            entries = np.flatnonzero((claim == kind) & ~shown)
+            numbers = self._by[entries] * (kind != Claim.SAME)
+            if kind == Claim.UNFIT:
+                numbers = self._held.columns["name"][numbers]
+            used, places = np.unique(numbers, return_inverse=True)
+            sums = np.zeros((2, len(used)), np.int64)
+            for total, of in zip(sums, (sizes, counted), strict=True):
+                np.add.at(total, places, of[entries])
+            for number, designs, open_ in zip(used.tolist(), *sums.tolist(), strict=True):
+                text = f": {texts[number]}" if texts[number] else ""
+                yield Trust(f"{WORDS[kind]}{text}", designs, open_)
 
     def _keeps(self, bound: Bound, entries: NDArray[np.intp]) -> Flags:
         """Which entries keep a bound. A figure that is missing keeps none."""

@@ -1,7 +1,8 @@
 """Certificates as files: a zip of two JSON texts and a ``.npy`` file for each column, sealed by a digest.
 
-The comment at the end of the zip is the SHA-256 of all bytes before it, so no byte can change unseen. Reading is
-bounded: what is read follows from the head, and what the head asks for has a limit.
+The comment at the end of the zip is the SHA-256 of all bytes before it, so no byte can change unseen. The members
+and their directory are the file: no byte stands before, between or behind them. Reading is bounded: what is read
+follows from the head, and what the head asks for has a limit.
 """
 
 from __future__ import annotations
@@ -29,8 +30,13 @@ DEFINITION, HEAD, DIGESTS = TEXTS = ("definition.json", "head.json", "digests.js
 
 MAX_FILE = 2**30
 _MAX_TEXT = 2**24
-_MAX_COLUMNS = 2**31
+_MAX_COLUMNS = 2**31 - 2**27
+"""Most bytes of the columns. A zip tells the sizes of larger members in another way."""
+
 _SEAL = 64
+_LOCAL, _ENTRY, _END = 30, 46, 22
+"""Bytes of a zip: before the name of a member, of its entry of the directory without the name, behind the directory."""
+
 _AGAIN = "write it again: hwsw explore … --certify FILE"
 _FIXED_DATE = (1980, 1, 1, 0, 0, 0)
 
@@ -103,8 +109,7 @@ def unpacked(content: bytes) -> Certificate:
     if hashlib.sha256(view[:-_SEAL]).hexdigest().encode() != content[-_SEAL:]:
         raise CertificateError("was changed or cut off since it was written: its seal is broken", hint=_AGAIN)
     try:
-        with zipfile.ZipFile(io.BytesIO(content)) as archive:
-            return _certificate(archive)
+        return _certificate(_Members(content))
     except (
         *(zipfile.BadZipFile, zlib.error, struct.error, EOFError, NotImplementedError, RuntimeError),
         *(ValueError, KeyError, TypeError, OverflowError, RecursionError, OSError, MemoryError),
@@ -117,27 +122,63 @@ def unpacked(content: bytes) -> Certificate:
         raise CertificateError(f"is no certificate of version 1: {clip(what)}", hint=_AGAIN) from fault
 
 
-def _certificate(archive: zipfile.ZipFile) -> Certificate:
-    names = archive.namelist()
+class _Members:
+    """The members of a zip that is nothing but them."""
+
+    def __init__(self, content: bytes) -> None:
+        self._content = memoryview(content)
+        with zipfile.ZipFile(io.BytesIO(content)) as archive:
+            self._held = {each.orig_filename: each for each in archive.infolist()}
+            comment = archive.comment
+        place, directory = 0, 0
+        for name, each in self._held.items():
+            lengths = struct.unpack_from("<HH", content, each.header_offset + 26)
+            if each.header_offset != place or lengths != (len(name), 0) or each.extra or each.comment:
+                raise ValueError(f"bytes of no member stand beside {name}")
+            place += _LOCAL + len(name) + each.compress_size
+            directory += _ENTRY + len(name)
+        if len(comment) != _SEAL or len(content) != place + directory + _END + _SEAL:
+            raise ValueError("bytes of no member stand before or behind its directory")
+
+    @property
+    def names(self) -> list[str]:
+        """The names of the members, in their order."""
+        return list(self._held)
+
+    def read(self, name: str, most: int) -> bytes:
+        """A member of at most so many bytes."""
+        info = self._held[name]
+        begin = info.header_offset + _LOCAL + len(name)
+        unpacker = zlib.decompressobj(-zlib.MAX_WBITS)
+        content = unpacker.decompress(self._content[begin : begin + info.compress_size], most + 1)
+        if len(content) > most:
+            raise ValueError(f"{name} is larger than {most} bytes")
+        if not unpacker.eof or unpacker.unused_data or zlib.crc32(content) != info.CRC:
+            raise ValueError(f"{name} is not what was packed")
+        return content
+
+
+def _certificate(members: _Members) -> Certificate:
+    names = members.names
     if tuple(names[:3]) != TEXTS:
         raise ValueError(f"it does not begin with {', '.join(TEXTS)}")
-    texts = _member(archive, DEFINITION, _MAX_TEXT), _member(archive, HEAD, _MAX_TEXT)
+    texts = members.read(DEFINITION, _MAX_TEXT), members.read(HEAD, _MAX_TEXT)
     definition, head = Definition.model_validate(_json(texts[0])), Head.model_validate(_json(texts[1]))
-    digests = Digests.model_validate(_json(_member(archive, DIGESTS, _MAX_TEXT)))
+    digests = Digests.model_validate(_json(members.read(DIGESTS, _MAX_TEXT)))
     columns = layout(definition, head)
     if names[3:] != [f"{name}.npy" for name in columns]:
         raise ValueError(f"its columns are not {', '.join(columns)}")
     total = sum(math.prod(shape) * np.dtype(kind).itemsize for kind, shape in columns.values())
     if total > _MAX_COLUMNS:
         raise ValueError(f"its columns are larger than {_MAX_COLUMNS // 2**20} MiB")
-    read = {name: _column(archive, name, kind, shape) for name, (kind, shape) in columns.items()}
+    read = {name: _column(members, name, kind, shape) for name, (kind, shape) in columns.items()}
     return Certificate(definition, head, read, texts, digests)
 
 
-def _column(archive: zipfile.ZipFile, name: str, kind: str, shape: tuple[int, ...]) -> NDArray[Any]:
+def _column(members: _Members, name: str, kind: str, shape: tuple[int, ...]) -> NDArray[Any]:
     header, dtype = _npy_header(kind, shape), np.dtype(kind)
     size = len(header) + math.prod(shape) * dtype.itemsize
-    content = _member(archive, f"{name}.npy", size)
+    content = members.read(f"{name}.npy", size)
     if not content.startswith(header) or len(content) != size:
         raise ValueError(f"{name}.npy is not {kind} of shape {shape}")
     return np.frombuffer(content, dtype, offset=len(header)).reshape(shape)
@@ -148,14 +189,6 @@ def _npy_header(kind: str, shape: tuple[int, ...]) -> bytes:
     text = f"{{'descr': '{kind}', 'fortran_order': False, 'shape': {shape}, }}"
     padded = text + " " * (-(len(text) + 11) % 64) + "\n"
     return b"\x93NUMPY\x01\x00" + struct.pack("<H", len(padded)) + padded.encode()
-
-
-def _member(archive: zipfile.ZipFile, name: str, most: int) -> bytes:
-    with archive.open(name) as file:
-        content = file.read(most + 1)
-    if len(content) > most:
-        raise ValueError(f"{name} is larger than {most} bytes")
-    return content
 
 
 def _json(text: bytes) -> Any:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
     from codesign.certificates.form import Certificate
 
 _FILE = click.Path(exists=True, dir_okay=False, path_type=Path)
+_MOST = 12
 
 
 @click.command(name="verify-front", short_help="Check the certificate of a front. Nothing is simulated.")
@@ -44,6 +46,8 @@ def verify_front(
 ) -> None:
     """Check the certificate in FILE: whether its front follows from the figures stated. Nothing is simulated.
 
+    What the certificate says and nothing in it shows is counted as taken on trust.
+
     The exit code is 3 where it is refused, and 1 where FILE cannot be read as a certificate.
     """
     from codesign.certificates.check import check
@@ -69,6 +73,10 @@ def verify_front(
     click.echo()
     for word, count in _counts(verdict).items():
         click.echo(f"{word:<22}{format_count(count):>14}")
+    click.echo()
+    for line in _trusted(verdict):
+        click.echo(line)
+    click.echo()
     click.echo(f"study    {certificate.digests.study}")
     click.echo(f"content  {certificate.digests.content}")
     if store is not None:
@@ -103,12 +111,28 @@ def _counts(verdict: Verdict) -> dict[str, int]:
     return {WORDS[claim]: count for claim, count in verdict.designs.items() if count}
 
 
+def _trusted(verdict: Verdict) -> list[str]:
+    """What was taken on trust: what is no claim, then the claims that keep the most designs off the front."""
+    order = sorted(
+        verdict.trusted, key=lambda each: (each.eligible is not None, -(each.eligible or 0), -each.designs)
+    )
+    lines = [f"{'taken on trust':<48}{'designs':>14}{'eligible by figures':>22}"]
+    for each in order[:_MOST]:
+        what = clip(printable(each.what, None), 44)
+        open_ = "" if each.eligible is None else format_count(each.eligible)
+        lines.append(f"{what:<48}{format_count(each.designs):>14}{open_:>22}".rstrip())
+    if len(order) > _MOST:
+        lines.append(f"and {counted(len(order) - _MOST, 'claim')} more: --json")
+    return lines
+
+
 def _document(certificate: Certificate, verdict: Verdict) -> dict[str, object]:
     return {
         "platform": certificate.definition.platform,
         "workload": certificate.definition.workload,
         "designs": {claim.name.lower(): count for claim, count in verdict.designs.items()},
         "front": list(verdict.front),
+        "trusted": [asdict(each) for each in verdict.trusted],
         "study": certificate.digests.study,
         "content": certificate.digests.content,
     }

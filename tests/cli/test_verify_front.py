@@ -7,8 +7,10 @@ import subprocess
 import sys
 from collections.abc import Callable
 from pathlib import Path
+from random import Random
 
 import pytest
+import tampering
 from click.testing import Result
 
 from codesign.exploration import load_study
@@ -39,6 +41,15 @@ def test_the_certificate_of_an_exploration_is_accepted(explored: Run) -> None:
     assert sum(verdict["designs"].values()) == len(study.designs)
     assert verdict["designs"]["unfit"] == int((~study.judged.feasible).sum())
     assert verdict["content"] in result.output
+    given, *claims = verdict["trusted"]
+    assert given == {"what": "figures, tasks and budgets", "designs": len(study.designs), "eligible": None}
+    assert (
+        sum(claim["designs"] for claim in claims) == verdict["designs"]["unfit"] + verdict["designs"]["same"]
+    )
+    printed = [" ".join(line.split()) for line in result.output.splitlines()]
+    assert "taken on trust designs eligible by figures" in printed
+    for claim in claims:
+        assert f"{claim['what']} {claim['designs']} {claim['eligible']}" in printed
 
 
 def test_a_report_writes_the_same_certificate(explored: Run, tmp_path: Path) -> None:
@@ -77,6 +88,11 @@ def test_a_file_that_was_changed_is_refused(explored: Run, tmp_path: Path) -> No
     result = explored("verify-front", "d")
     assert result.exit_code == 1
     assert "d: was changed or cut off since it was written: its seal is broken" in result.stderr
+    for around in (tampering.bytes_before, tampering.bytes_after):
+        (tmp_path / "d").write_bytes(around(content, Random(1)))
+        result = explored("verify-front", "d")
+        assert result.exit_code == 1
+        assert "d: is no certificate of version 1: bytes of no member stand" in result.stderr
     result = explored("verify-front", "s")
     assert result.exit_code == 1
     assert "s: is no certificate" in result.stderr

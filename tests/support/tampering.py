@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import hashlib
 import io
 import json
+import struct
 import zipfile
 from collections.abc import Callable
 from random import Random
@@ -152,6 +154,60 @@ def value_changed(content: bytes, rng: Random) -> bytes:
     if np.array_equal(values, array(members[name]), equal_nan=True):
         values.reshape(-1)[place] = 7
     return sealed({**members, name: array_bytes(values)})
+
+
+def _resealed(body: bytes) -> bytes:
+    return body + hashlib.sha256(body).hexdigest().encode()
+
+
+def bytes_before(content: bytes, rng: Random) -> bytes:
+    """Bytes before the archive, or a whole other one: a zip is read from its end."""
+    before = rng.choice([b"PK\x03\x04" + rng.randbytes(99), content])
+    return _resealed(before + content[:-64])
+
+
+def bytes_after(content: bytes, rng: Random) -> bytes:
+    """Bytes behind the archive, in a comment that is longer than the seal."""
+    more = rng.randbytes(rng.randint(1, 99))
+    return _resealed(content[:-66] + struct.pack("<H", 64 + len(more)) + more)
+
+
+def bytes_between(content: bytes, rng: Random) -> bytes:
+    """Bytes before the directory, or between two members, that no entry of the directory has."""
+    with zipfile.ZipFile(io.BytesIO(content)) as archive:
+        offsets = [each.header_offset for each in archive.infolist()]
+        directory = archive.start_dir
+    cut = rng.choice([*offsets[1:], directory])
+    more, held = rng.randbytes(rng.randint(1, 99)), bytearray(content[:-64])
+    place = directory
+    while held[place : place + 4] == b"PK\x01\x02":
+        (offset,) = struct.unpack_from("<L", held, place + 42)
+        struct.pack_into("<L", held, place + 42, offset + len(more) * (offset >= cut))
+        place += 46 + sum(struct.unpack_from("<3H", held, place + 28))
+    struct.pack_into("<L", held, place + 16, directory + len(more))
+    return _resealed(bytes(held[:cut]) + more + bytes(held[cut:]))
+
+
+def bytes_in_entry(content: bytes, rng: Random) -> bytes:
+    """A member with bytes that no reader of its content sees: behind its name, beside it, or behind its content."""
+    buffer, members = io.BytesIO(), members_of(content)
+    where, some = rng.choice(["extra", "comment", "content"]), rng.choice([*members])
+    more = b"\x99\x99" + struct.pack("<H", 20) + rng.randbytes(20)
+    with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, held in members.items():
+            info = zipfile.ZipInfo(name, (1980, 1, 1, 0, 0, 0))
+            if name == some and where != "content":
+                setattr(info, where, more)
+            archive.writestr(info, held, zipfile.ZIP_DEFLATED)
+            if name == some and where == "content":
+                archive.fp.write(more)  # type: ignore[union-attr]
+                archive.start_dir += len(more)
+                info.compress_size += len(more)
+                archive.fp.seek(info.header_offset)  # type: ignore[union-attr]
+                archive.fp.write(info.FileHeader(zip64=False))  # type: ignore[union-attr]
+                archive.fp.seek(archive.start_dir)  # type: ignore[union-attr]
+        archive.comment = b"0" * 64
+    return _resealed(buffer.getvalue()[:-64])
 
 
 # ---- columns and definition, with all digests made anew: refused because a claim is false ----
@@ -355,17 +411,66 @@ def reason_passed_by_nothing(content: bytes, rng: Random) -> bytes:
     return digested(members)
 
 
+def _same_but(content: bytes, rng: Random, column: str, value: float) -> bytes:
+    """A design says that it is the same as one that is on the front and has its figures, and differs in a column."""
+    members = members_of(content)
+    head, designs = json.loads(members[HEAD]), array(members["design.npy"])
+    first = _rows(members, Claim.FRONT)[0]
+    row = rng.choice([row for row in _rows(members, Claim.DOMINATED) if designs[row] > designs[first]])
+    _put(members, "claim", row, Claim.SAME)
+    _put(members, "by", row, first)
+    for name in ("figures", "task", "budgets"):
+        _put(members, name, (..., row), array(members[f"{name}.npy"])[..., first])
+    _put(members, column, (..., row), value)
+    head["tasks"].append("another")
+    return digested({**members, HEAD: json.dumps(head).encode()})
+
+
+def same_of_another_task(content: bytes, rng: Random) -> bytes:
+    return _same_but(content, rng, "task", 1)
+
+
+def same_with_other_budgets(content: bytes, rng: Random) -> bytes:
+    return _same_but(content, rng, "budgets", rng.choice([200.0, 0.0, np.nan]))
+
+
+def same_as_what_failed(content: bytes, rng: Random) -> bytes:
+    """A design that was not computed counts where another one failed: none is missing."""
+    members = members_of(content)
+    _put(members, "by", _rows(members, Claim.MISSING), _rows(members, Claim.FAILED)[0])
+    _put(members, "claim", _rows(members, Claim.MISSING), Claim.SAME)
+    return digested(members)
+
+
+def unfit_by_another(content: bytes, rng: Random) -> bytes:
+    """A design is unfit by a demand that is not its own."""
+    members = members_of(content)
+    row = rng.choice(_rows(members, Claim.DOMINATED) + _rows(members, Claim.LACKING))
+    _put(members, "claim", row, Claim.UNFIT)
+    _put(members, "by", row, array(members["by.npy"])[_rows(members, Claim.UNFIT)[0]])
+    return digested(members)
+
+
+def unfit_at_another_limit(content: bytes, rng: Random) -> bytes:
+    """A design is unfit by a limit that is not the budget of its part."""
+    members = members_of(content)
+    reason = array(members["by.npy"])[rng.choice(_rows(members, Claim.UNFIT))]
+    _put(members, "limit", reason, rng.choice([99.0, 1.0]))
+    return digested(members)
+
+
 Tamper = Callable[[bytes, Random], bytes]
 
 BYTES: list[Tamper] = [flip, cut, drop, insert]
 MEMBERS: list[Tamper] = [
     member_flip, member_cut, member_gone, member_more, members_moved, huge, bomb, pickled, head_changed,
-    value_changed,
+    value_changed, bytes_before, bytes_after, bytes_between, bytes_in_entry,
 ]  # fmt: skip
 CLAIMS: list[Tamper] = [
     named_wrongly, task_of_no_name, claimed_front, taken_off_front, row_gone, row_twice, row_outside, figure_made_worse,
     figure_made_better, sense_swapped, limit_moved, objective_named_wrongly, space_changed, box_moved,
     box_in_another_part, bound_made_better, box_claims_more, reason_passed_by_nothing,
+    same_of_another_task, same_with_other_budgets, same_as_what_failed, unfit_by_another, unfit_at_another_limit,
 ]  # fmt: skip
 ALL = [*BYTES, *MEMBERS, *CLAIMS]
 
