@@ -248,7 +248,9 @@ def test_sigterm_ends_an_exploration_and_keeps_its_points(
     group: bool, specs: tuple[Path, Path], tmp_path: Path
 ) -> None:
     text = specs[1].read_text(encoding="utf-8")
-    specs[1].write_text(text.replace("[1, 4]", str(list(range(1, 65)))), encoding="utf-8")
+    # 9,216 simulations: more than the ten seconds after which the second line of progress comes.
+    many = f"{[*range(1, 65)]}\n    workload.problem.map.seed: {[*range(1, 13)]}"
+    specs[1].write_text(text.replace("[1, 4]", many), encoding="utf-8")
     files = ["--store", "o.sqlite", "--csv", "o.csv"]
     done = strike(
         tmp_path, signal.SIGTERM, ["explore", *specs, "--workers", "2", *files], line=2, group=group
@@ -256,7 +258,7 @@ def test_sigterm_ends_an_exploration_and_keeps_its_points(
     check_ended(done, signal.SIGTERM, "; finished points are kept")
     assert not (tmp_path / "o.csv").exists()
     study = load_study(tmp_path / "o.sqlite")
-    assert 0 < len(study.missing) < len(study.points) == 3072
+    assert 0 < len(study.missing) < len(study.points) == 12 * 3072
 
 
 def test_sigterm_ends_a_reproduction_and_leaves_no_page(tmp_path: Path) -> None:
