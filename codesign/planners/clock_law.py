@@ -372,8 +372,10 @@ def _reached(registers: Registers, placements: tuple[Placement, ...]) -> str:
     At the nearest size that was placed.
     """
     law, text = clock_law(placements), ""
+    if law is None:
+        return text
     placed: dict[tuple[str, str], list[float]] = {}
-    for each in placements if law is not None else ():
+    for each in placements:
         if each.registers.pipeline == registers.pipeline:
             placed.setdefault((each.row.part, each.row.family), []).append(each.registers.size)
     for (part, family), sizes in sorted(placed.items()):
