@@ -49,7 +49,7 @@ SPARED = {
     ("zynq", "harmonic"): 109,
     ("virtex2pro", "harmonic"): 116,
     ("zynq", "wavefront"): 69,
-    ("virtex2pro", "wavefront"): 80,
+    ("virtex2pro", "wavefront"): 79,
 }
 """Slices of the fabric that a design leaves free where the processor answers."""
 
