@@ -48,6 +48,11 @@ def provide_kernel_cache() -> None:
 
 def _keep_in(folder: str) -> None:
     os.environ[VARIABLE] = folder
+    reload_kernel_folder()
+
+
+def reload_kernel_folder() -> None:
+    """Let numba, where it is loaded, read ``NUMBA_CACHE_DIR`` again."""
     if "numba" in sys.modules:
         sys.modules["numba"].config.reload_config()
 

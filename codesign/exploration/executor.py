@@ -7,9 +7,11 @@ worker: what it was computing is computed again, first as a whole, then point by
 Each worker is a pool of one process. So a work goes to the worker that has computed its kin (``Dealer``), and a worker
 that dies takes no other one with it.
 
-Workers are spawned, not forked: compiled kernels and their threads do not survive a fork. They ignore
-Ctrl-C, which is the parent's to handle, and end when the parent does. SIGTERM ends them at once, in a kernel too; where
-it was sent to the whole group of processes, the parent says that it was terminated.
+Workers are not forked from this process: compiled kernels and their threads do not survive a fork. On Linux they are
+forked from a server that has loaded the modules and begun no kernel, so that only the first worker of a process waits
+for imports; elsewhere they are spawned. They ignore Ctrl-C, which is the parent's to handle, and end when the parent
+does. SIGTERM ends them at once, in a kernel too; where it was sent to the whole group of processes, the parent says
+that it was terminated.
 
 Ctrl-C may strike between any two instructions here, and a pool forgives little: a worker that is killed may
 hold the lock of the queue that the others wait for, and the pool's thread, which Python joins when it ends,
@@ -21,13 +23,15 @@ from __future__ import annotations
 
 import os
 import signal
+import sys
 import threading
 import time
 from collections.abc import Generator, Iterable, Iterator
 from concurrent.futures import Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import replace
-from multiprocessing import get_context, parent_process
+from multiprocessing import forkserver, get_context, parent_process
+from multiprocessing.context import BaseContext
 from multiprocessing.process import BaseProcess
 from queue import SimpleQueue
 from typing import Any, Protocol
@@ -39,12 +43,17 @@ from codesign.exploration.packing import Packing
 from codesign.exploration.partition import Work
 from codesign.exploration.work_queue import DEATH_HINT, WorkQueue
 from codesign.interrupts import held
-from codesign.kernel_cache import compiled_once
+from codesign.kernel_cache import compiled_once, reload_kernel_folder
 from codesign.node import in_turn
 from codesign.system.memory import share_of_memory
 
 _SECONDS_A_BATCH = 0.1
 """Long beside the millisecond that a batch costs, short beside a study."""
+
+_LOADED = ["codesign.exploration.evaluation", "codesign.pricing.price", "codesign.scenarios.run"]
+"""What every worker needs. To import them begins no kernel and no thread, so a fork of their server is whole."""
+
+_KEPT_FROM_SERVER = [signal.Signals[name] for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]
 
 _SECONDS_TO_END = 5.0
 _SECONDS_TO_STRIKE = 0.2
@@ -126,7 +135,7 @@ class _Seat:
 
     def __init__(self, number: int, evaluate: Evaluator) -> None:
         self.number = number
-        self.pool = ProcessPoolExecutor(1, get_context("spawn"), _start_worker, (evaluate,))
+        self.pool = ProcessPoolExecutor(1, _context(), _start_worker, (evaluate, dict(os.environ)))
         self.started: Future[Any] | None = None
         self.batches: dict[Future[Any], list[Work]] = {}
         self._process: BaseProcess | None = None
@@ -254,8 +263,28 @@ class _Processes:
 _packing: Packing | None = None
 
 
-def _start_worker(evaluate: Evaluator) -> None:
+def _context() -> BaseContext:
+    if sys.platform != "linux":
+        return get_context("spawn")
+    context = get_context("forkserver")
+    context.set_forkserver_preload(_LOADED)
+    # A signal to the whole group of processes must not end the server before it has told how its workers ended.
+    mask = signal.pthread_sigmask(signal.SIG_BLOCK, _KEPT_FROM_SERVER)
+    try:
+        forkserver.ensure_running()
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, mask)
+    return context
+
+
+def _start_worker(evaluate: Evaluator, environment: dict[str, str]) -> None:
     global _packing  # noqa: PLW0603 - a pool hands its initializer's work on through the module
+    # The server has the environment of the moment at which it began.
+    os.environ.clear()
+    os.environ.update(environment)
+    reload_kernel_folder()
+    if sys.platform == "linux":
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, _KEPT_FROM_SERVER)
     _packing = Packing(evaluate)
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     threading.Thread(target=_end_with_parent, daemon=True).start()

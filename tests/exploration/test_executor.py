@@ -172,6 +172,8 @@ def start(tmp_path: Path) -> tuple[subprocess.Popen[str], list[int]]:
     while len(computed(log)) < 3 and time.monotonic() < until:
         time.sleep(0.05)
     assert len(computed(log)) == 3, "each worker has one work in hand"
+    assert process.stdout is not None
+    assert process.stdout.readline() == "in\n", "what took no time has come in"
     return process, sorted({int(line.split()[1]) for line in log.read_text().splitlines()})
 
 
@@ -180,7 +182,7 @@ def test_ctrl_c_ends_the_workers_without_a_word_of_theirs(tmp_path: Path) -> Non
     process, workers = start(tmp_path)
     os.killpg(process.pid, signal.SIGINT)
     out, err = process.communicate(timeout=30)
-    assert (process.returncode, out, err) == (130, "in\ninterrupted\n", "")
+    assert (process.returncode, out, err) == (130, "interrupted\n", "")
     assert workers
     assert all(map(gone, workers))
 
