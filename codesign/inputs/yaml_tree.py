@@ -28,6 +28,13 @@ MAX_NODES = 100_000
 MAX_FAULTS = 100
 """Faults reported of one file; the rest is counted."""
 
+_FAST: Any = getattr(yaml, "CSafeLoader", None)
+"""The parser of libyaml, where PyYAML was built with it: ten times as fast."""
+
+_OTHERWISE = re.compile(r"[\t?]|:\s*[,}\]]|[>|][-+0-9]*#")
+"""What libyaml reads otherwise than PyYAML: tabs and question marks in plain text, the place of a value left out, and a
+comment at the head of a block text."""
+
 _CONTROL = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f\u2028\u2029\ufeff\ufffe\uffff\ud800-\udfff]")
 _TAB_INDENT = re.compile(r"^ *\t", re.M)
 
@@ -59,9 +66,32 @@ def read_document(path: Path, shown: str | None = None) -> Document:
 def parse_document(content: bytes, file: str, folder: Path) -> Document:
     """Read YAML from bytes; ``read_document`` tells the rest."""
     text = _decode(content, file)
+    reader, tree = _read_fast(text, file) or _read_slowly(text, file)
+    return Document(
+        file, folder, tree, reader.keys, reader.values, tuple(reader.faults), frozenset(reader.spoilt)
+    )
+
+
+def _read_fast(text: str, file: str) -> tuple[_Reader, Any] | None:
+    """What libyaml's parser reads, where nothing is wrong with it.
+
+    Anything else is read by the parser in Python, which has the last word and says more of what is wrong.
+    """
+    reader = _Reader(file)
+    if _FAST is None or _OTHERWISE.search(text):
+        return None
+    try:
+        tree = reader.read(yaml.parse(text, Loader=_FAST))
+    except (yaml.YAMLError, SpecError, ValueError, OverflowError):
+        return None
+    return None if reader.faults else (reader, tree)
+
+
+def _read_slowly(text: str, file: str) -> tuple[_Reader, Any]:
+    """What the parser in Python reads; its errors have the cause and the place."""
     reader = _Reader(file)
     try:
-        tree = reader.read(yaml.parse(text, Loader=yaml.SafeLoader))
+        return reader, reader.read(yaml.parse(text, Loader=yaml.SafeLoader))
     except yaml.MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
         place = (mark.line + 1, mark.column + 1) if mark else (0, 0)
@@ -72,9 +102,6 @@ def parse_document(content: bytes, file: str, folder: Path) -> Document:
         # PyYAML lets the error of chr() out for an escape past the last character of Unicode.
         fault = Fault(file, reader.last_line, 1, "", "not YAML: an escape of no character")
         raise SpecError([*reader.faults, fault]) from None
-    return Document(
-        file, folder, tree, reader.keys, reader.values, tuple(reader.faults), frozenset(reader.spoilt)
-    )
 
 
 def _decode(content: bytes, file: str) -> str:
@@ -191,7 +218,7 @@ class _Reader:
             self._stop(event, "a key that is a list or a mapping", "a key is text")
         is_alias = isinstance(event, yaml.AliasEvent)
         key: str = f"*{event.anchor}" if is_alias else event.value
-        plain = not is_alias and event.style is None
+        plain = not is_alias and not event.style
         if plain and key == "<<":
             self._fault(event, path, "merge key <<", "write the keys out: merge keys are not read")
         elif plain and (refusal(key) or not isinstance(resolve(key), str)):
@@ -229,7 +256,7 @@ class _Reader:
     def _scalar(self, event: Any, path: KeyPath) -> Any:
         if isinstance(event, yaml.AliasEvent):
             return None
-        text, plain = event.value, event.style is None
+        text, plain = event.value, not event.style
         wrong = refusal(text) if plain else None
         if _CONTROL.search(text):
             wrong = "text with a control character", "remove the escape"

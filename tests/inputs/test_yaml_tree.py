@@ -7,8 +7,11 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from codesign.errors import SpecError, show
+from codesign.inputs import yaml_tree
 from codesign.inputs.yaml_tree import (
     MAX_BYTES,
     MAX_DEPTH,
@@ -270,3 +273,35 @@ def test_what_is_no_file(tmp_path: Path) -> None:
             read_document(path, "shown.yaml")
         assert str(caught.value).startswith("shown.yaml: ")
         assert message in str(caught.value)
+
+
+FRAGMENTS = [
+    *":-[]{},#&*!|>'\"%@`\\ \n\t?~",
+    "\n  ",
+    ": ",
+    "- ",
+    "a",
+    "b1",
+    "0.5",
+    "é",
+    "{c: d}",
+    "[1, 2]",
+    ">-\n  t",
+]
+
+
+@given(texts=st.lists(st.sampled_from(FRAGMENTS), max_size=25).map("".join))
+@settings(max_examples=400)
+def test_the_fast_parser_reads_as_the_one_that_has_the_last_word(texts: str) -> None:
+    for text in (texts, f"kind: platform\nkey: {texts}"):
+        fast = outcome(text)
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(yaml_tree, "_FAST", None)
+            assert outcome(text) == fast
+
+
+def outcome(text: str) -> object:
+    try:
+        return parse(text).__dict__
+    except SpecError as stopped:
+        return str(stopped)
