@@ -91,10 +91,12 @@ def reachable(
     >>> int(reachable(cut, [(0, 0)]).sum()), int(reachable(cut, [(0, 0)], corner_cutting=True).sum())
     (1, 2)
     """
+    if not corner_cutting:
+        return distance_steps(free, goals) >= 0
     from scipy import ndimage
 
     cells = check_cells(free, goals)
-    labels, _ = ndimage.label(free, np.ones((3, 3)) if corner_cutting else None)
+    labels, _ = ndimage.label(free, np.ones((3, 3)))
     wanted = np.zeros(int(labels.max()) + 1, dtype=np.bool_)
     wanted[labels[cells[:, 0], cells[:, 1]]] = True
     result: NDArray[np.bool_] = wanted[labels]
