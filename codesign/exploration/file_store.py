@@ -28,7 +28,7 @@ SCHEMA = 4
 
 _APPLICATION = int.from_bytes(b"HwSw", "big")
 _KEYS_A_QUERY = 500
-_OURS = "give another file name, or remove this file"
+_OURS = "name a file that hwsw explore wrote, or to explore a file that is not there yet"
 
 _TABLES = (
     """CREATE TABLE study (
