@@ -46,7 +46,7 @@ def test_no_kernel_keeps_the_interpreter_to_itself() -> None:
 
 
 KERNEL = """
-import multiprocessing, sys, threading, time
+import multiprocessing, signal, sys, threading, time
 from pathlib import Path
 from numba import njit
 from codesign import interrupts
@@ -60,6 +60,10 @@ def work(steps):
     return total
 
 if __name__ == "__main__":
+    # Whatever these tests were started under: in the background SIGINT is ignored, under nohup SIGHUP.
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    for number in signal.SIGTERM, signal.SIGHUP:
+        signal.signal(number, signal.SIG_DFL)
     interrupts.end_on_signals()
     interrupts.keep("what was finished is kept")
     work(1)
