@@ -58,8 +58,9 @@ class Polyline:
             raise InputError(
                 f"a path of shape {array.shape}", "path", "give n × 2 finite numbers (row, column), n ≥ 1"
             )
-        steps = np.sqrt((np.diff(array, axis=0) ** 2).sum(axis=1))
-        arcs = np.concatenate((np.zeros(1), np.cumsum(steps)))
+        moved = array[1:] - array[:-1]
+        arcs = np.zeros(len(array))
+        np.sqrt(moved[:, 0] ** 2 + moved[:, 1] ** 2).cumsum(out=arcs[1:])
         rises = arcs[1:] > arcs[:-1]
         if not rises.all():
             kept = np.concatenate((np.ones(1, np.bool_), rises))
@@ -73,10 +74,14 @@ class Polyline:
         return float(self.arcs[-1])
 
     @cached_property
+    def segments(self) -> NDArray[np.float64]:
+        """From each point to the next: float64 2 × (n - 1), rows and columns, cells."""
+        return np.ascontiguousarray((self.points[1:] - self.points[:-1]).T)
+
+    @cached_property
     def headings(self) -> NDArray[np.float64]:
         """Direction of each segment, radians from that of growing columns towards that of growing rows."""
-        moved = np.diff(self.points, axis=0)
-        result: NDArray[np.float64] = np.arctan2(moved[:, 0], moved[:, 1])
+        result: NDArray[np.float64] = np.arctan2(*self.segments)
         return result
 
     def segment_at(self, arc: float) -> int:
@@ -141,11 +146,14 @@ class Polyline:
         """
         if self.arcs.size == 1:
             return self.arcs, np.array([_distance(self.points[0], position)])
-        base, moved = self.points[:-1], np.diff(self.points, axis=0)
-        share = np.clip((((position - base) * moved).sum(axis=1)) / (moved**2).sum(axis=1), 0.0, 1.0)
-        feet = base + share[:, None] * moved
-        distances = np.sqrt(((feet - position) ** 2).sum(axis=1))
-        return self.arcs[:-1] + share * np.diff(self.arcs), distances
+        (rows, columns), (down, right) = self.points[:-1].T, self.segments
+        share = (position[0] - rows) * down + (position[1] - columns) * right
+        share /= down**2 + right**2
+        share = np.minimum(np.maximum(share, 0.0), 1.0)
+        distances = np.sqrt(
+            (rows + share * down - position[0]) ** 2 + (columns + share * right - position[1]) ** 2
+        )
+        return self.arcs[:-1] + share * (self.arcs[1:] - self.arcs[:-1]), distances
 
     def between(self, start: float, end: float) -> NDArray[np.float64]:
         """The points of the path from arc ``start`` to ``end``, both included: float64 n × 2, n ≥ 2."""
