@@ -15,6 +15,7 @@ from codesign.scenarios import simulate
 from codesign.system import point_of
 
 MEMO = Memo()
+load_platform, load_workload = cache(codesign.load_platform), cache(codesign.load_workload)
 UNITS = {"s": 1e12, "Hz": 1.0, "W": 1.0, "1": 1.0}
 WRITTEN = {"s": "ps", "Hz": "Hz", "W": "W"}
 
@@ -41,9 +42,7 @@ def result_of(one: Design) -> Result:
 def with_values(one: Design, values: Mapping[str, Any]) -> Result:
     """The result of a design with raw values by axis."""
     platform, workload, settings = one
-    point = point_of(
-        codesign.load_platform(platform), codesign.load_workload(workload), {**dict(settings), **values}
-    )
+    point = point_of(load_platform(platform), load_workload(workload), {**dict(settings), **values})
     return simulate(*point, memo=MEMO)
 
 
@@ -60,7 +59,7 @@ def shipped_plans() -> tuple[Design, ...]:
     """Every shipped platform with every shipped workload of one plan that fits it."""
     designs = []
     for workload in sorted(path.stem for path in data_folder("workloads").glob("*.yaml")):
-        if codesign.load_workload(workload).scenario.type != "plan_once":
+        if load_workload(workload).scenario.type != "plan_once":
             continue
         for platform in sorted(path.stem for path in data_folder("platforms").glob("*.yaml")):
             try:

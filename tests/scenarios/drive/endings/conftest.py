@@ -43,7 +43,7 @@ def drives(tmp_path: Path, hwsw: Hwsw) -> Drives:
     def run(placement: str = "breadth-first", **settings: Any) -> tuple[Result, Mission]:
         files = Ground(tmp_path).files(placement, **settings)
         trace = tmp_path / "drive.mcap"
-        done = hwsw("run", *files, "--trace", trace, "--json")
+        done = hwsw("run", *files, "--trace", trace, "--no-levers", "--json")
         assert done.exit_code == 0, done.output[:500]
         result = RunDocument.model_validate(json.loads(done.stdout))
         mission = result.mission
