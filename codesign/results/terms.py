@@ -38,9 +38,10 @@ def _power(value: Any, power: int) -> Any:
         product = product * value
     if power >= 0:
         return product
+    if isinstance(product, float):
+        return float(1.0 / product) if product else math.copysign(math.inf, product)
     with np.errstate(divide="ignore"):
-        inverse = np.divide(1.0, product)
-    return inverse if np.ndim(inverse) else float(inverse)
+        return np.divide(1.0, product)
 
 
 @dataclass(frozen=True)
