@@ -11,6 +11,7 @@ import base64
 import json
 import re
 from collections.abc import Mapping
+from functools import cache
 from importlib import resources
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -20,6 +21,8 @@ from codesign.report.wording import ABSENT
 from codesign.results.provenance import Provenance
 
 if TYPE_CHECKING:
+    import jinja2
+
     from codesign.report.canvas import Picture
 
 _INVISIBLE = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f\u200e\u200f\u202a-\u202e\u2066-\u2069\ud800-\udfff]")
@@ -28,6 +31,12 @@ _INVISIBLE = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f\u200e\u200f\u202a-\u202e\
 
 def rendered(template: str, provenance: Provenance | None, **values: Any) -> str:
     """The page that a template makes of values. What is no page of its own is escaped."""
+    page: str = _environment().get_template(template).render(footer=footer_text(provenance), **values)
+    return page
+
+
+@cache
+def _environment() -> jinja2.Environment:
     import jinja2
 
     environment = jinja2.Environment(
@@ -44,7 +53,7 @@ def rendered(template: str, provenance: Provenance | None, **values: Any) -> str
         data_address=_data_address,
         absent=ABSENT,
     )
-    return environment.get_template(template).render(footer=footer_text(provenance), **values)
+    return environment
 
 
 def footer_text(provenance: Provenance | None) -> str:
