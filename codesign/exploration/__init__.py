@@ -10,40 +10,6 @@ share their functional work, and a front with holes where a sampler did not look
 
 from __future__ import annotations
 
-from codesign.exploration.cluster import ClusterExecutor
-from codesign.exploration.designs import Design, StudyPoint
-from codesign.exploration.document import study_schema
-from codesign.exploration.executor import Executor, ProcessExecutor, SerialExecutor
-from codesign.exploration.file_store import FileStore
-from codesign.exploration.front import non_dominated
-from codesign.exploration.outcomes import Outcomes
-from codesign.exploration.reasons import ReasonCount
-from codesign.exploration.run import explore, load_study
-from codesign.exploration.space import DesignPoint, Space
-from codesign.exploration.store import Entry, EntryState, MemoryStore, Store
-from codesign.exploration.study import Study
-from codesign.exploration.tally import Progress
+import lazy_loader
 
-__all__ = [
-    "ClusterExecutor",
-    "Design",
-    "DesignPoint",
-    "Entry",
-    "EntryState",
-    "Executor",
-    "FileStore",
-    "MemoryStore",
-    "Outcomes",
-    "ProcessExecutor",
-    "Progress",
-    "ReasonCount",
-    "SerialExecutor",
-    "Space",
-    "Store",
-    "Study",
-    "StudyPoint",
-    "explore",
-    "load_study",
-    "non_dominated",
-    "study_schema",
-]
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -10,7 +10,9 @@ from pathlib import Path
 import pytest
 import yaml
 from click.testing import Result
+from examples import THOROUGH
 
+import codesign
 from codesign.inputs import list_workloads
 from codesign.inputs.files import data_folder
 from codesign.units import format_time
@@ -47,6 +49,13 @@ def test_every_workload_has_its_platform() -> None:
     assert set(PLATFORMS) == set(list_workloads())
 
 
+def kind_of(name: str) -> tuple[str, str]:
+    workload = codesign.load_workload(name)
+    return workload.planner, workload.scenario.type
+
+
+FIRST_OF_ITS_KIND = {kind_of(name): name for name in reversed(PLATFORMS)}.values()
+
 # The quickest is first: it alone is driven to its end in the fast run.
 MISSIONS = tuple(name for name in PLATFORMS if name.startswith(("office", "warehouse")))
 SHORT = ("--set", "workload.scenario.limit=15 s")
@@ -63,10 +72,13 @@ SHORT = ("--set", "workload.scenario.limit=15 s")
 def test_every_workload_runs_traces_and_reports(
     hwsw: Run, tmp_path: Path, workload: str, limit: tuple[str, ...]
 ) -> None:
-    """Without the levers of missions, each a mission of its own: one more test runs those."""
+    """Without the levers of missions, each a mission of its own: one more test runs those.
+
+    One workload of each kind writes its page.
+    """
     platform, trace, page = PLATFORMS[workload], tmp_path / "run.mcap", tmp_path / "run.html"
-    files = ("--trace", trace, "--html", page)
-    result = hwsw("run", platform, workload, "--no-levers", "--json", *files, *limit)
+    drawn = ("--html", page) if THOROUGH or workload in FIRST_OF_ITS_KIND else ()
+    result = hwsw("run", platform, workload, "--no-levers", "--json", "--trace", trace, *drawn, *limit)
     assert result.exit_code == 0, result.output
     told = json.loads(result.stdout)
     assert told["time"]["first_plan_s"] >= told["time"]["planned_s"] > 0
@@ -81,7 +93,7 @@ def test_every_workload_runs_traces_and_reports(
     assert shown.exit_code == 0
     told_of = {json.loads(line)["what"].split()[0] for line in shown.stdout.splitlines()}
     assert {"map", "trajectory"} <= told_of
-    assert page.stat().st_size > 3000
+    assert not drawn or page.stat().st_size > 3000
 
 
 @pytest.mark.parametrize(

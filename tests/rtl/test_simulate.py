@@ -26,10 +26,11 @@ TOY = ToyCircuit()
 JOB: Job[object, ToyParameters] = Job(np.arange(1, 13), ToyParameters())
 
 
-@pytest.mark.parametrize("backend", NEEDS)
+# What Verilator builds is checked by the long run below.
+@pytest.mark.parametrize("backend", [name for name in NEEDS if name != "verilator"])
 def test_a_circuit_reports_what_the_model_expects(backend: str) -> None:
     needs(backend)
-    for seed in range(1 if backend == "verilator" else 2):
+    for seed in range(2):
         assert verify(TOY, TOY.sample(seed), backend) == verified(TOY.sample(seed))
 
 
