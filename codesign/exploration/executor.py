@@ -250,13 +250,11 @@ class _Processes:
         Raises:
             RunError: it died as it started, or it was terminated, as this process will be.
         """
-        cause = _cause(seat.process)
+        cause = _cause(seat)
         if future is seat.started:
             raise RunError(f"a worker process died{cause} as it started", hint=DEATH_HINT)
         self._ready = [each for each in self._ready if each is not seat]
-        with held():
-            seat.pool.shutdown(wait=False, cancel_futures=True)
-            self._begin(seat.number)
+        self._begin(seat.number)
         yield from queue.after_death(seat.works, cause)
 
 
@@ -307,14 +305,17 @@ def _batch(works: list[Work], seconds: float) -> tuple[list[Done], float]:
     return in_turn(lambda work: compiled_once(lambda: packing(work)), works, seconds)
 
 
-def _cause(process: BaseProcess | None) -> str:
-    """How a worker that died ended, in words; "" where it is not known.
+def _cause(seat: _Seat) -> str:
+    """How the worker of a broken pool ended, in words; "" where it is not known. The pool is shut down.
 
     Raises:
         RunError: it was terminated, as this process will be.
     """
-    if process is not None:
-        _wait_for_end(process)
+    process = seat.process
+    # The pool's thread asks for the exit code too, and a server tells it once: who asks second gets another.
+    ending = threading.Thread(target=seat.pool.shutdown, daemon=True)
+    ending.start()
+    ending.join(_SECONDS_TO_END)
     code = None if process is None else process.exitcode
     if code == -signal.SIGTERM:
         # Sent to the whole group of processes, it has reached this one too: it says so rather than fail.
@@ -337,7 +338,7 @@ def _end(processes: list[BaseProcess]) -> None:
 
 
 def _wait_for_end(process: BaseProcess) -> None:
-    """Wait some seconds. Not by ``join``: its pool waits too, and the second to ask gets no exit code for a moment."""
+    """Wait some seconds. Not by ``join``: its pool waits too, and the second to ask gets no right exit code."""
     until = time.monotonic() + _SECONDS_TO_END
     while process.exitcode is None and time.monotonic() < until:
         time.sleep(0.005)

@@ -6,14 +6,17 @@ import subprocess
 import sys
 import time
 from collections import Counter
+from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
 
 import pytest
 from executor_contract import Contract, run
-from explore_fakes import computed
+from explore_fakes import Fake, computed
 from places import ROOT
 from processes import gone
 
+from codesign.exploration import executor
+from codesign.exploration.evaluation import PointByPoint
 from codesign.exploration.executor import Executor, ProcessExecutor, SerialExecutor
 from codesign.exploration.space import Space
 from codesign.exploration.store import EntryState
@@ -250,3 +253,15 @@ def test_workers_end_with_a_parent_that_is_killed(tmp_path: Path) -> None:
         time.sleep(0.05)
     assert workers
     assert all(map(gone, workers))
+
+
+@pytest.mark.skipif(os.name != "posix", reason="a signal of POSIX")
+def test_how_a_worker_ended_is_told_right_each_time() -> None:
+    """The pool's thread asks for the exit code at the same time."""
+    told = []
+    for _ in range(40):
+        seat = executor._Seat(0, PointByPoint(Fake(), Space({"a": [1]}, "")))
+        with pytest.raises(BrokenProcessPool):
+            seat.pool.submit(signal.raise_signal, signal.SIGKILL).result()
+        told.append(executor._cause(seat))
+    assert told == [" by SIGKILL"] * 40
