@@ -55,17 +55,23 @@ explore:
 """
 
 
+MOST_KERNELS = tuple(f"tests/inputs/test_{name}.py" for name in ("boards", "conditions", "searching"))
+NO_KERNELS = ("tests/inputs/", "tests/testing/", "tests/test_layers.py", "tests/rtl/test_synthesis.py")
+
+
 @pytest.hookimpl(trylast=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Two workers begin at the two halves of the tests, and both would compile the same kernels at the same time.
 
-    So the second one begins with tests that need few kernels, and finds those that the first one has compiled.
+    So the first one begins with tests that need most kernels, and the second one with tests that need none.
     """
     if "PYTEST_XDIST_WORKER" in os.environ:
-        light = [item for item in items if item.nodeid.startswith("tests/inputs/")]
-        others = [item for item in items if not item.nodeid.startswith("tests/inputs/")]
-        half = len(items) // 2
-        items[:] = others[:half] + light + others[half:]
+        first = [item for item in items if item.nodeid.startswith(MOST_KERNELS)]
+        light = [item for item in items if item.nodeid.startswith(NO_KERNELS) and item not in first]
+        taken = {*first, *light}
+        others = [item for item in items if item not in taken]
+        half = max(len(items) // 2 - len(first), 0)
+        items[:] = first + others[:half] + light + others[half:]
 
 
 def pytest_collection_finish() -> None:
