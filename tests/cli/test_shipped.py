@@ -11,6 +11,7 @@ import pytest
 import yaml
 from click.testing import Result
 from examples import THOROUGH
+from places import ROOT
 
 import codesign
 from codesign.inputs import list_workloads
@@ -153,7 +154,7 @@ def test_a_map_beside_the_chip_keeps_its_memory_busy_at_a_lower_clock(hwsw: Run)
 
 
 def test_the_page_tells_what_a_memory_beside_the_chip_costs(hwsw: Run) -> None:
-    page = (data_folder("workloads").parent / "docs" / "breadth_first.md").read_text(encoding="utf-8")
+    page = (ROOT / "docs" / "breadth_first.md").read_text(encoding="utf-8")
     lines = re.findall(r"^\| .*? \| `(virtex2pro\S*)`, (\d+) MHz \| (.*) \|$", page, re.MULTILINE)
     places = [
         {},
