@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 from broken_plug_ins import PLANNER, RULE_BREAKERS, altered, planner, raising, styles, tasks, work_elsewhere
-from rtl_tools import quickest
+from rtl_tools import needs
 
 from codesign.planners.breadth_first.plug_in import PLUG_IN
 from codesign.planners.velocity_obstacle.plug_in import PLUG_IN as ROBOTS
@@ -24,7 +24,7 @@ from codesign.testing import RULES, PlugInContract, broken_rules, cases_of, chec
 )
 def test_a_broken_rule_is_named(name: str, words: str, plug_in: PlugIn) -> None:
     if name == "circuits_report_what_the_model_expects":
-        quickest()  # or skipped, where no simulator is installed
+        needs("cxxrtl")
     (rule,) = (each for each in RULES if each.name == name)
     sentences = [breach.sentence for breach in broken_rules(plug_in, [rule])]
     assert any(words in sentence for sentence in sentences), sentences
