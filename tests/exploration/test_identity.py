@@ -91,7 +91,9 @@ def shipped(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     sources = {"codesign": Path(codesign.__file__).parent}
     sources |= {name: data_folder(name) for name in ("platforms", "workloads")}
     for name, source in sources.items():
-        shutil.copytree(source, root / name, ignore=shutil.ignore_patterns("__pycache__"))
+        # In a wheel the data lie in the package.
+        ignored = shutil.ignore_patterns("__pycache__", *sources)
+        shutil.copytree(source, root / name, ignore=ignored)
     monkeypatch.setattr(identity, "_PACKAGE", root / "codesign")
     monkeypatch.setattr(identity, "data_folder", lambda name: root / name)
     return root
