@@ -28,7 +28,7 @@ SCHEMA = 4
 
 _APPLICATION = int.from_bytes(b"HwSw", "big")
 _KEYS_A_QUERY = 500
-_OURS = "name a file that hwsw explore wrote, or to explore a file that is not there yet"
+_OURS = "name a file that hwsw explore wrote; to explore anew, name a file that does not exist"
 
 _TABLES = (
     """CREATE TABLE study (

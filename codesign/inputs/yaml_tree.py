@@ -29,7 +29,7 @@ MAX_FAULTS = 100
 """Faults reported of one file; the rest is counted."""
 
 _FAST: Any = getattr(yaml, "CSafeLoader", None)
-"""The parser of libyaml, where PyYAML was built with it: ten times as fast."""
+"""The parser of libyaml, where PyYAML was built with it. The shipped files are read 4.5 times as fast."""
 
 _OTHERWISE = re.compile(r"[\t?]|:\s*[,}\]]|[>|][-+0-9]*#")
 """What libyaml reads otherwise than PyYAML: tabs and question marks in plain text, the place of a value left out, and a

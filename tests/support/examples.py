@@ -8,5 +8,5 @@ THOROUGH = "HYPOTHESIS_NEW_EXAMPLES" in os.environ
 
 
 def examples(number: int) -> int:
-    """``number`` of examples for ``make test-all``, and a quarter of them for ``make test``."""
-    return number if THOROUGH else -(-number // 4)
+    """``number`` of examples for ``make test-all``, and a third of them for ``make test``."""
+    return number if THOROUGH else -(-number // 3)
