@@ -122,7 +122,7 @@ def _strict(schema: Any) -> Any:
 class SpecModel(BaseModel):
     """A mapping of a spec: closed keys, strict scalars, frozen."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, defer_build=True)
 
     @classmethod
     def __get_pydantic_core_schema__(cls, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:

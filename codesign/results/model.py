@@ -13,7 +13,9 @@ class ResultModel(BaseModel):
     Its ``repr`` is cut; ``model_dump`` gives all of it.
     """
 
-    model_config = ConfigDict(frozen=True, extra="forbid", json_schema_serialization_defaults_required=True)
+    model_config = ConfigDict(
+        frozen=True, extra="forbid", json_schema_serialization_defaults_required=True, defer_build=True
+    )
 
     def __repr__(self) -> str:
         return clip(super().__repr__(), _MOST_LETTERS)

@@ -78,7 +78,7 @@ def _methods(value: type) -> Iterator[tuple[str, Any]]:
     for base in value.__mro__:
         if not base.__module__.startswith("codesign") or base in {BaseModel, object}:
             continue
-        for name, member in vars(base).items():
+        for name, member in list(vars(base).items()):
             plain = getattr(member, "__func__", member)
             target = member.fget if isinstance(member, property) else plain
             if name.startswith("_") or name in seen or not inspect.isfunction(target) or not target.__doc__:
