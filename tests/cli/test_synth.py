@@ -56,6 +56,7 @@ def test_a_design_point_is_counted_by_line_and_by_module(workload: str) -> None:
     assert document["total"]["lut4"] == sum(module["lut4"] for module in document["modules"])
 
 
+@pytest.mark.slow
 def test_a_7_series_part_has_counts_and_no_clock(workload: str) -> None:
     pytest.importorskip("pyosys")
     code, output = synth("zynq", workload)

@@ -47,6 +47,7 @@ def test_it_leads_through_all() -> None:
     assert NOTEBOOK.stat().st_size < 400_000
 
 
+@pytest.mark.slow
 def test_a_new_run_shows_the_same(tmp_path: Path) -> None:
     pytest.importorskip("pandas")
     shown = run_cells(TOUR, tmp_path)

@@ -135,6 +135,7 @@ class Reader:
         assert (lost := missing_line(shown, text)) is None, f"not printed: {lost}\n{text}"
 
 
+@pytest.mark.slow
 def test_the_page_holds_from_an_empty_folder(
     hwsw: Callable[..., Result], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

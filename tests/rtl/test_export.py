@@ -101,6 +101,7 @@ def test_the_bench_passes_and_fails_with_a_flipped_bit_in_icarus(folder: Path) -
         (folder / name).write_text(before, encoding="utf-8")
 
 
+@pytest.mark.slow
 def test_the_bench_passes_in_verilator(folder: Path) -> None:
     assert verilator(folder).startswith("PASS: 39 events in 78 cycles\n")
 

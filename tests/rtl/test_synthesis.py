@@ -45,7 +45,7 @@ def memories(register: int) -> Circuit:
         ("ecp5", False),
         ("gowin", False),
         pytest.param("xc4v", False, marks=pytest.mark.slow),
-        ("xc2v", True),
+        pytest.param("xc2v", True, marks=pytest.mark.slow),
     ],
 )
 def test_block_rams_take_the_registers_that_their_family_has(family: str, of_fabric: bool) -> None:
