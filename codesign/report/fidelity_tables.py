@@ -36,7 +36,7 @@ def fidelity_tables(result: Fidelity) -> Iterator[Table]:
 def _percent(value: float | None, *, signed: bool = False) -> Cell:
     if value is None:
         return Cell("-")
-    return Cell(f"{value:+.1%}" if signed else f"{value:.1%}", value)
+    return Cell(f"{value:+z.1%}" if signed else f"{value:.1%}", value)
 
 
 def _errors(errors: Sequence[float]) -> tuple[Cell, Cell, Cell]:
