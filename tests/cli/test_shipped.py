@@ -8,42 +8,16 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-import yaml
 from click.testing import Result
 from examples import THOROUGH
 from places import ROOT
+from shipped_pairs import MISSIONS, PLATFORMS, SHORT, short_study
 
 import codesign
 from codesign.inputs import list_workloads
-from codesign.inputs.files import data_folder
 from codesign.units import format_time
 
 Run = Callable[..., Result]
-
-PLATFORMS = {
-    "labyrinth": "virtex4-pci",
-    "million": "virtex4-pci",
-    "breadth-first": "virtex2pro",
-    "breadth-first-java": "pentium4-java",
-    "breadth-first-large": "virtex2pro",
-    "breadth-first-external": "virtex2pro-dimm",
-    "wavefront-rooms": "wavefront-array",
-    "wavefront-tiles": "virtex4-pci",
-    "floor-plan": "pc-3400mhz",
-    "floor-plan-mam": "pc-3400mhz",
-    "office-relaxation": "pc-3400mhz",
-    "office-harmonic": "zynq",
-    "office-breadth-first": "arty-a7",
-    "office-wavefront": "virtex4-pci",
-    "office-partition": "zynq",
-    "warehouse": "virtex2pro",
-    "robots-2": "nexys2",
-    "robots-4": "nexys2",
-    "robots-8": "nexys2",
-    "robots-4-fleet": "nexys2-serial",
-    "robots-8-fleet": "nexys2-serial",
-    "robots-64": "nexys2-serial",
-}
 
 
 def test_every_workload_has_its_platform() -> None:
@@ -56,10 +30,6 @@ def kind_of(name: str) -> tuple[str, str]:
 
 
 FIRST_OF_ITS_KIND = {kind_of(name): name for name in reversed(PLATFORMS)}.values()
-
-# The quickest is first: it alone is driven to its end in the fast run.
-MISSIONS = tuple(name for name in PLATFORMS if name.startswith(("office", "warehouse")))
-SHORT = ("--set", "workload.scenario.limit=15 s")
 
 
 @pytest.mark.parametrize(
@@ -115,22 +85,10 @@ def test_the_levers_of_every_mission_are_run(hwsw: Run, workload: str) -> None:
 )
 def test_every_exploration_starts_and_ends(hwsw: Run, tmp_path: Path, workload: str) -> None:
     """With one value of each axis, so that it is quick: every axis is bound, computed and reported."""
-    source = yaml.safe_load((data_folder("workloads") / f"{workload}.yaml").read_text(encoding="utf-8"))
-    if "explore" not in source:
+    file = short_study(workload, tmp_path)
+    if file is None:
         pytest.skip("nothing to explore")
-    axes = source["explore"]["axes"]
-    source["explore"]["axes"] = {
-        axis: values[: 2 if index == 0 else 1] if isinstance(values, list) else [values["from"]]
-        for index, (axis, values) in enumerate(axes.items())
-    }
-    conditions = source["explore"].get("conditions", {})
-    source["explore"]["conditions"] = {axis: values[:1] for axis, values in conditions.items()}
-    if source["scenario"]["type"] == "drive":
-        source["scenario"]["limit"] = "15 s"
-    file = tmp_path / "short.yaml"
-    if "file" in source["problem"].get("map", {}):
-        source["problem"]["map"]["file"] = str(data_folder("workloads") / source["problem"]["map"]["file"])
-    file.write_text(yaml.safe_dump(source), encoding="utf-8")
+    axes = codesign.load_workload(file).explore.axes
     result = hwsw(
         "explore", PLATFORMS[workload], file, "--workers", 1, "--json", "--store", tmp_path / "s.sqlite"
     )
