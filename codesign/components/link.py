@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
-from abc import abstractmethod
 from collections import Counter
 from collections.abc import Callable, Generator, Sequence
-from typing import Any, TypedDict
+from typing import Any, ClassVar, TypedDict
 
 import simpy
 
 from codesign.components.arbiter import checked_priority
 from codesign.components.channel import Channel, Message
-from codesign.components.component import Component
+from codesign.components.component import ClockDomain, Component
 from codesign.components.delivery import ABANDONED, LINK_DOWN, Delivery, DeliveryOutcome
 from codesign.components.link_faults import LinkErrors, Luck, Outages, damage_probability, wrong_bits
 from codesign.errors import InputError, RunError, choose_hint
+from codesign.laws import IdealLaw, LinkLaw
 from codesign.records import Listener, MessageRecord
+from codesign.units import edge
 
 
 class LinkOptions(TypedDict, total=False):
@@ -28,10 +29,12 @@ class LinkOptions(TypedDict, total=False):
 
 
 class Link(Component):
-    """What all links share: order, errors, outages and the account of messages.
+    """A link carries messages in order, with errors, outages and an account of them. Its law says what each takes.
 
-    ``between``: the names of its ends; where it is given, messages of other components are refused. ``shared``: all
-    senders share one line (half duplex); otherwise each has its own (full duplex).
+    ``between``: the names of its ends; where it is given, messages of other components are refused. Each of two ends
+    has a line of its own (full duplex); more than two share one (half duplex).
+
+    A kind of link whose law is all that is new about it needs no class of its own.
 
     Order. A sender's messages arrive in the order of their requests, urgent ones first. A lower ``priority`` is more
     urgent, and 0 is the most urgent. A message on the wire is never broken off for another. Of the messages that are
@@ -52,27 +55,48 @@ class Link(Component):
     - ``queued``, ``transferred``: the sums over all messages that are delivered or dropped, ps.
 
     ``busy`` is the time in which at least one line had a message on it.
+
+    Raises:
+        InputError: a value of the law is below its least value, or its clock is faster than 1 THz.
     """
+
+    options: ClassVar[tuple[str, ...]] = ()
+    """Keys of the spec that the law does not know, and the component does."""
+
+    _of_laws: ClassVar[dict[type[LinkLaw], type[Link]]] = {}
+
+    def __init_subclass__(cls, *, law: type[LinkLaw] | None = None, **others: Any) -> None:
+        super().__init_subclass__(**others)
+        if law is not None:
+            Link._of_laws[law] = cls
+
+    @staticmethod
+    def of_law(law: type[LinkLaw]) -> type[Link]:
+        """The class of the links of a law."""
+        return Link._of_laws.get(law, Link)
 
     def __init__(
         self,
         environment: simpy.Environment,
         name: str,
+        law: LinkLaw,
         *,
-        shared: bool = False,
         between: Sequence[str] = (),
         errors: LinkErrors | None = None,
         outages: Sequence[tuple[int, int | None]] = (),
         listeners: Sequence[Listener] = (),
     ) -> None:
         super().__init__(environment, name, listeners)
+        self._check_least(*((key, getattr(law, key), least) for key, least in law.least.items()))
+        self.law = law
+        self._rate = law.rate()
+        self.clock = ClockDomain(self._rate) if law.aligned else None
         self.between = tuple(between)
         self.errors = errors or LinkErrors()
         self.sent = self.delivered = self.bits = self.retransmissions = self.undetected = self.late = 0
         self.queued = self.transferred = 0
         self.dropped: Counter[str] = Counter()
         self.unnoticed: Counter[str] = Counter()
-        self._shared = shared
         self._outages = Outages(outages)
         self._luck = Luck(self.errors, name) if self.errors.any else None
         self._lines: dict[str, Channel] = {}
@@ -83,9 +107,22 @@ class Link(Component):
         """Messages that are neither delivered nor dropped yet."""
         return len(self._open)
 
-    @abstractmethod
+    def ticks(self, bits: int) -> int:
+        """Ticks of the law that one attempt of a message of ``bits`` bits takes, its checksum included.
+
+        Raises:
+            RunError: the message is empty.
+        """
+        self._check_bits(bits)
+        return int(self.law.ticks(bits + self.errors.checksum_bits))
+
     def duration(self, bits: int) -> int:
-        """Picoseconds that one attempt of a message of ``bits`` bits takes on an idle link without faults."""
+        """Picoseconds that one attempt takes on an idle link without faults, from tick 0."""
+        return edge(self.ticks(bits), self._rate)
+
+    def _one_line(self) -> bool:
+        """Whether all senders share one line."""
+        return len(self.between) > 2
 
     def send(
         self, sender: str, receiver: str, name: str, bits: int, priority: int = 0
@@ -126,21 +163,24 @@ class Link(Component):
         return Channel(self.environment)
 
     def _line(self, sender: str) -> Channel:
-        key = "" if self._shared else sender
+        key = "" if self._one_line() else sender
         if key not in self._lines:
             self._lines[key] = self._new_line()
         return self._lines[key]
 
     def _next_begin(self) -> int:
         """When a transfer can begin, ps. On a link with a clock that is a clock edge."""
-        return self.now
+        return self.now if self.clock is None else self.clock.next_edge(self.now)
 
     def _wire_bits(self, message: Message) -> int:
         return message.bits + self.errors.checksum_bits
 
     def _end(self, message: Message) -> int:
         """When a transfer that begins now will end, ps. Called once for each attempt."""
-        return self.now + self.duration(message.bits)
+        if self.clock is None:
+            return self.now + self.duration(message.bits)
+        first = self.clock.cycle_at_or_after(self.now)
+        return self.clock.edge(first + self.ticks(message.bits))
 
     def _damaged(self, message: Message) -> float:
         """The probability that an attempt arrives with wrong bits."""
@@ -358,12 +398,11 @@ class Link(Component):
         return delivery
 
 
-class Ideal(Link):
+class Ideal(Link, law=IdealLaw):
     """A link without delay, for what is not studied and for checks. It counts every message.
 
-    It is never busy. Errors and outages behave as on every link.
+    It is never busy. Errors and outages behave as on every link. Each sender has a line of its own.
     """
 
-    def duration(self, bits: int) -> int:  # noqa: ARG002  (the duration does not depend on the bits)
-        """0, for any ``bits``."""
-        return 0
+    def _one_line(self) -> bool:
+        return False

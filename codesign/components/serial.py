@@ -18,7 +18,8 @@ from codesign.components.channel import Channel, Message
 from codesign.components.link import Link, LinkOptions
 from codesign.components.link_faults import damage_probability, parity_miss, wrong_behind_parity
 from codesign.errors import InputError
-from codesign.units import PICOSECONDS_PER_SECOND
+from codesign.laws import SerialLaw
+from codesign.units import edge
 
 STOP_BITS = (Fraction(1), Fraction(3, 2), Fraction(2))
 """The accepted numbers of stop bits of a frame."""
@@ -48,14 +49,11 @@ class _SerialChannel(Channel):
         self.end = -1
 
 
-class Serial(Link):
-    """A serial line: a message of b bits, its checksum included, takes ceil(b / data_bits) frames.
+class Serial(Link, law=SerialLaw):
+    """A serial line; see ``SerialLaw``.
 
-    - ``baud``: bits a second on the wire. A frame has ``start_bits``, ``data_bits``, one bit where there is a
-      ``parity``, and ``stop_bits`` (1, 1.5 or 2).
     - ``fifo_depth``: words of ``data_bits`` bits that wait at every sender, without the one on the wire. (The shift
       register of a 16550 is not part of its FIFO either.)
-    - ``between``: each of two ends has its own line (full duplex); more than two share one (half duplex).
 
     Frames that follow each other without a gap end at exact multiples of half a bit after the begin of the first. Each
     end is rounded up to picoseconds by itself, so nothing drifts. After a gap frames begin at any picosecond.
@@ -70,50 +68,29 @@ class Serial(Link):
         InputError: a parameter is below its least value, or no serial line has such a frame.
     """
 
+    options = ("fifo_depth",)
+    law: SerialLaw
+
     def __init__(
         self,
         environment: simpy.Environment,
         name: str,
+        law: SerialLaw,
         *,
-        baud: int,
-        data_bits: int = 8,
-        start_bits: int = 1,
-        stop_bits: int | float | Fraction = 1,
-        parity: Parity = Parity.NONE,
         fifo_depth: int = 16,
         **options: Unpack[LinkOptions],
     ) -> None:
-        super().__init__(environment, name, shared=len(options.get("between", ())) > 2, **options)
-        self._check_least(
-            ("baud", baud, 1),
-            ("data_bits", data_bits, 1),
-            ("start_bits", start_bits, 0),
-            ("fifo_depth", fifo_depth, 1),
-        )
-        if stop_bits not in STOP_BITS:
-            raise InputError(f"stop_bits of {stop_bits}", f"{name}.stop_bits", "give 1, 1.5 or 2")
-        self.baud = baud
-        self.data_bits = data_bits
-        self.parity = Parity(parity)
+        super().__init__(environment, name, law, **options)
+        self._check_least(("fifo_depth", fifo_depth, 1))
+        if law.stop_bits not in STOP_BITS:
+            raise InputError(f"stop_bits of {law.stop_bits}", f"{name}.stop_bits", "give 1, 1.5 or 2")
+        self.parity = Parity(law.parity)
         self.fifo_depth = fifo_depth
-        self._word_bits = data_bits + (self.parity is not Parity.NONE)
-        self._half_bits = 2 * (start_bits + self._word_bits) + int(2 * stop_bits)
-
-    @property
-    def frame_bits(self) -> Fraction:
-        """Bits a frame on the wire, in halves."""
-        return Fraction(self._half_bits, 2)
+        self._word_bits = law.data_bits + (self.parity is not Parity.NONE)
 
     def frames(self, bits: int) -> int:
         """Frames that a message of ``bits`` bits takes, its checksum included."""
-        return -(-(bits + self.errors.checksum_bits) // self.data_bits)
-
-    def duration(self, bits: int) -> int:
-        """Picoseconds of ``frames(bits)`` frames on an idle line."""
-        return self._span(self.frames(bits) * self._half_bits)
-
-    def _span(self, half_bits: int) -> int:
-        return -(-half_bits * PICOSECONDS_PER_SECOND // (2 * self.baud))
+        return self.law.frames(bits + self.errors.checksum_bits)
 
     def _new_line(self) -> Channel:
         return _SerialChannel(self.environment)
@@ -125,8 +102,8 @@ class Serial(Link):
             line.offset = line.after
         else:
             line.epoch, line.offset = self.now, 0
-        line.after = line.offset + self.frames(message.bits) * self._half_bits
-        line.end = line.epoch + self._span(line.after)
+        line.after = line.offset + self.ticks(message.bits)
+        line.end = line.epoch + edge(line.after, self._rate)
         return line.end
 
     def _damaged(self, message: Message) -> float:
@@ -149,7 +126,7 @@ class Serial(Link):
         frames = self.frames(message.bits)
         wrong = wrong_behind_parity(random, frames, self._word_bits, self.errors.bit_error_rate)
         # The last bit of a frame is its parity. After the message come its checksum and the padding of the last frame.
-        own = (frame * self.data_bits + place for frame, place in wrong if place < self.data_bits)
+        own = (frame * self.law.data_bits + place for frame, place in wrong if place < self.law.data_bits)
         return tuple(bit for bit in own if bit < message.bits)
 
     def _hold(self, message: Message) -> Generator[simpy.Event, Any, None]:
@@ -190,5 +167,5 @@ class Serial(Link):
             return self.now
         # The rest fits once so many frames of the message on the wire have begun, the last with index begun - 1.
         begun = self.frames(sending.bits) - room
-        half_bits = line.offset + max(begun - 1, 0) * self._half_bits
-        return line.epoch + self._span(half_bits) if begun > 0 else self.now
+        half_bits = line.offset + max(begun - 1, 0) * self.law.frame_ticks
+        return line.epoch + edge(half_bits, self._rate) if begun > 0 else self.now

@@ -7,9 +7,10 @@ from collections.abc import Iterable, Mapping
 
 from codesign.explanation.records import Amount, Why
 from codesign.figures import FIGURES, Figure
+from codesign.laws import Monomial
 from codesign.results.ledger import SPENT
 from codesign.results.result import Result
-from codesign.results.terms import ENERGY_OVER, Monomial, Terms, is_edges
+from codesign.results.terms import ENERGY_OVER, Terms, is_edges
 
 Share = tuple[str, str, float, Mapping[str, Figure]]
 """Where, what, s or J, and the figures that it rests on."""

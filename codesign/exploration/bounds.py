@@ -33,7 +33,7 @@ from codesign.inputs.exploration import Exploration
 from codesign.models import SpecModel
 from codesign.pricing.boards import boards_of
 from codesign.pricing.computation import Computation
-from codesign.pricing.least import MONOTONE, TRADED, least
+from codesign.pricing.least import least
 from codesign.pricing.machines import Specs
 from codesign.pricing.price import PRICED, Priced, price
 from codesign.results.result import Result
@@ -176,11 +176,11 @@ class Bounds:
         names, rising = list(box.axes), {}
         for name, owned in parting.priced.items():
             for axis in owned:
-                kind, key = type(models[name]), axis.partition(".")[2]
-                sign = MONOTONE.get(kind, {}).get(key)
+                model, key = models[name], axis.partition(".")[2]
+                sign = model.directions().get(key)
                 values = [self.decisions.axes[axis][number] for number in box.axes.get(axis, ())]
                 if sign is not None and len(values) > 1 and (order := order_of(axis, values)):
-                    rising[names.index(axis)] = sign == order, key in TRADED.get(kind, ())
+                    rising[names.index(axis)] = sign == order, key in model.traded
         return dict(sorted(rising.items()))
 
     def model(self, member: Member, name: str, levels: Mapping[str, int]) -> SpecModel | None:

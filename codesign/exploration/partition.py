@@ -20,26 +20,15 @@ from codesign.exploration.explored import Explored
 from codesign.exploration.order import Order
 from codesign.exploration.space import MAX_GROUP, DesignPoint, Space, canonical
 from codesign.inputs import Platform
-from codesign.inputs.components import FpgaComponent, ProcessorComponent
 from codesign.inputs.document import KeyPath
 from codesign.inputs.edit import PLATFORM_AXIS, Movable, design_point
-from codesign.inputs.links import BusLink, SerialLink
-from codesign.models import SpecModel
+from codesign.inputs.priced import Priced
 from codesign.pricing.machines import Specs
 
 Indices = NDArray[np.int64]
 _MOST = 2**62
 _DENSE = 4
 """Up to so many numbers a row, a table of all of them is faster than sorting the rows."""
-
-PRICES: Mapping[type[SpecModel], frozenset[str]] = {
-    FpgaComponent: frozenset({"part", "clock", "calibration"}),
-    ProcessorComponent: frozenset({"host", "clock", "costs", "power"}),
-    BusLink: frozenset({"clock", "width", "setup_cycles", "burst_words", "power"}),
-    SerialLink: frozenset({"baud", "power"}),
-}
-"""What of a component or link is a price: it changes no message and no step, only what they take."""
-
 
 Kin = tuple[int, ...]
 """The numbers of the values that works which share most of their work have in common."""
@@ -156,12 +145,12 @@ class Parting:
                 continue
             path: KeyPath = movable.path(axis)
             spec = self._models[str(path[1])]
-            if key.split(".")[0] in PRICES.get(type(spec), frozenset()):
+            if key.split(".")[0] in spec.prices():
                 owners.setdefault(str(path[1]), []).append(axis)
         return owners
 
     @cached_property
-    def _models(self) -> Mapping[str, SpecModel]:
+    def _models(self) -> Mapping[str, Priced]:
         return {**self.platform.components, **self.platform.links}
 
     def works(self) -> Iterator[Work]:
@@ -169,7 +158,7 @@ class Parting:
         moved = {axis for axes in self.priced.values() for axis in axes}
         count = len(self.points)
         which = {name: np.zeros(count, np.intp) for name in self._models}
-        models: dict[str, tuple[SpecModel, ...]] = {name: (model,) for name, model in self._models.items()}
+        models: dict[str, tuple[Priced, ...]] = {name: (model,) for name, model in self._models.items()}
         sound = np.ones(count, bool)
         shapes: list[NDArray[np.int32]] = []
         parts: list[NDArray[np.int32]] = []
@@ -190,21 +179,21 @@ class Parting:
         part = _grouped(parts, count)
         yield from self._by_group(group, sound, models, which, part)
 
-    def model(self, name: str, levels: Mapping[str, int]) -> SpecModel | None:
+    def model(self, name: str, levels: Mapping[str, int]) -> Priced | None:
         """A component or link with values of its own axes; None where it refuses them."""
         values = {axis: self.space.axes[axis][level] for axis, level in levels.items() if level >= 0}
         try:
             platform = design_point(self.platform, self.explored.workload, values)[0]
         except CodesignError:
             return None
-        model: SpecModel = {**platform.components, **platform.links}[name]
+        model: Priced = {**platform.components, **platform.links}[name]
         return model
 
     def _by_group(
         self,
         group: NDArray[np.intp],
         sound: NDArray[np.bool_],
-        models: Mapping[str, tuple[SpecModel, ...]],
+        models: Mapping[str, tuple[Priced, ...]],
         which: Mapping[str, NDArray[np.intp]],
         part: NDArray[np.intp],
     ) -> Iterator[Work]:
@@ -268,19 +257,14 @@ class Parting:
         return digest.hexdigest()
 
 
-def _shapes(models: Sequence[SpecModel | None]) -> NDArray[np.int32]:
+def _shapes(models: Sequence[Priced | None]) -> NDArray[np.int32]:
     """A number for each kind of model: those of one kind differ in prices alone."""
     kinds: dict[str, int] = {}
     return np.array([kinds.setdefault(_shape(model), len(kinds)) for model in models], np.int32)
 
 
-def _shape(model: SpecModel | None) -> str:
-    if model is None:
-        return ""
-    rest = model.model_dump(mode="json", exclude=set(PRICES[type(model)]))
-    costs = sorted(model.costs) if isinstance(model, ProcessorComponent) else []
-    powered = isinstance(model, BusLink | SerialLink) and model.power is not None
-    return canonical([rest, costs, powered])
+def _shape(model: Priced | None) -> str:
+    return "" if model is None else canonical(model.shape())
 
 
 def _grouped(columns: Sequence[NDArray[np.int32]], count: int) -> NDArray[np.intp]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import ConfigDict, Field, PrivateAttr, ValidationInfo, field_validator, model_validator
@@ -24,6 +25,7 @@ from codesign.inputs.fields import (
 )
 from codesign.inputs.host_file import HOSTS, Cores, ProcessorPower
 from codesign.inputs.part_file import PARTS, load_part
+from codesign.inputs.priced import Priced
 from codesign.models import RefusalError, SpecModel, choice, refused
 from codesign.part import Part
 from codesign.units import format_frequency
@@ -31,8 +33,10 @@ from codesign.units import format_frequency
 MAX_RAYS = 4096
 
 
-class FpgaComponent(SpecModel):
+class FpgaComponent(Priced):
     """A programmable chip with one clock."""
+
+    traded = frozenset({"clock"})
 
     type: Literal["fpga"] = Field(description="An FPGA.")
     part: str = Field(
@@ -50,6 +54,14 @@ class FpgaComponent(SpecModel):
     )
     _chip: Part = PrivateAttr()
     _calibrated: CalibrationFile | None = PrivateAttr(default=None)
+
+    def prices(self) -> frozenset[str]:
+        """Part, clock and calibration."""
+        return frozenset({"part", "clock", "calibration"})
+
+    def directions(self) -> Mapping[str, int]:
+        """An FPGA takes n / clock for n cycles. Its dynamic power rises with the clock too."""
+        return {"clock": 1}
 
     @property
     def chip(self) -> Part:
@@ -91,7 +103,7 @@ def _without_host(schema: dict[str, Any]) -> None:
     schema["anyOf"] = [{"required": ["host"]}, {"required": ["clock", "power"]}]
 
 
-class ProcessorComponent(SpecModel):
+class ProcessorComponent(Priced):
     """A processor that runs named kernels.
 
     A host file may hold its clock, costs, cores and power; keys that are given here take the place of those of the
@@ -124,6 +136,14 @@ class ProcessorComponent(SpecModel):
     )
     power: ProcessorPower = Field(description="Power, busy and idle. A host brings it.")
 
+    def prices(self) -> frozenset[str]:
+        """The costs of kernels, the clock that counts them, and the power; a host moves them all."""
+        return frozenset({"host", "clock", "costs", "power"})
+
+    def shape(self) -> Any:
+        """All but its prices, and the kernels that have a cost."""
+        return super().shape() | {"costs": sorted(self.costs)}
+
     @model_validator(mode="before")
     @classmethod
     def _filled_by_host(cls, value: Any, info: ValidationInfo) -> Any:
@@ -152,7 +172,7 @@ class BusyPower(SpecModel):
     idle: PowerFigure = Field(description="While it waits.")
 
 
-class MemoryComponent(SpecModel):
+class MemoryComponent(Priced):
     """External memory for what does not fit in block RAM; the key ``external_memory`` of a task names it.
 
     It is SRAM, or DRAM with rows that must be opened.
@@ -191,7 +211,7 @@ class MemoryComponent(SpecModel):
         return self
 
 
-class DisplayComponent(SpecModel):
+class DisplayComponent(Priced):
     """A display that reads its picture from memory, pixel by pixel (VGA), and so competes with the search for reads.
 
     The result reports for each display (``displays``) the frames drawn, the words that came too late, and its share of
@@ -276,7 +296,7 @@ class RobotPower(SpecModel):
     standing: PowerFigure = Field(description="While it stands.")
 
 
-class RobotComponent(SpecModel):
+class RobotComponent(Priced):
     """The body of a robot, for missions: it moves and senses."""
 
     type: Literal["robot"] = Field(description="The robot's body.")
@@ -299,7 +319,7 @@ class RobotComponent(SpecModel):
         return self
 
 
-COMPONENTS: dict[str, type[SpecModel]] = {
+COMPONENTS: dict[str, type[Priced]] = {
     "fpga": FpgaComponent,
     "processor": ProcessorComponent,
     "memory": MemoryComponent,

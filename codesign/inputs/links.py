@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from itertools import pairwise
-from typing import Annotated, Any, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self, Union, get_args
 
 from pydantic import Field, field_validator, model_validator
 
 from codesign.inputs.components import BusyPower
 from codesign.inputs.fields import CountFigure, Duration, FrequencyFigure, Name, PositiveFigure
+from codesign.inputs.priced import Priced
+from codesign.laws import BusLaw, IdealLaw, LinkLaw, SerialLaw
 from codesign.models import RefusalError, SpecModel, choice
 
 MAX_ENDS = 256
@@ -57,8 +60,13 @@ class Outage(SpecModel):
         return self
 
 
-class AnyLink(SpecModel):
+class AnyLink(Priced):
     """The keys that every link has."""
+
+    law: ClassVar[type[LinkLaw]]
+    """What its messages take. It reads the keys of the same names."""
+    if TYPE_CHECKING:
+        type: str
 
     between: Ends = Field(description="Names of the components that it joins.")
     errors: LinkErrors | None = Field(
@@ -72,6 +80,18 @@ class AnyLink(SpecModel):
         description="Power, busy and idle. Without it, the energy counts as 0 J and results say so.",
     )
 
+    def prices(self) -> frozenset[str]:
+        """The prices of its law, and its power."""
+        return frozenset({*self.law.prices(self), "power"})
+
+    def directions(self) -> Mapping[str, int]:
+        """The directions of its law."""
+        return self.law.directions(self)
+
+    def shape(self) -> Any:
+        """All but its prices, and whether its power is declared."""
+        return super().shape() | {"powered": self.power is not None}
+
     @field_validator("outages", mode="after")
     @classmethod
     def _in_order(cls, value: tuple[Outage, ...]) -> tuple[Outage, ...]:
@@ -84,6 +104,8 @@ class AnyLink(SpecModel):
 
 class BusLink(AnyLink):
     """A parallel bus: ``width`` bits a clock, after ``setup_cycles`` at the start of each burst."""
+
+    law = BusLaw
 
     type: Literal["bus"] = Field(description="A parallel bus, shared by the components that it joins.")
     width: PositiveFigure = Field(description="Bits a word: one word a clock at most.")
@@ -101,6 +123,8 @@ class SerialLink(AnyLink):
 
     Each character is framed by start, parity and stop bits.
     """
+
+    law = SerialLaw
 
     type: Literal["serial"] = Field(description="A serial line, framed character by character.")
     baud: PositiveFigure = Field(description="Bits a second on the line, frame included.")
@@ -121,8 +145,17 @@ class SerialLink(AnyLink):
 class IdealLink(AnyLink):
     """A link that takes no time, for links that are not studied, and for checks."""
 
+    law = IdealLaw
+
     type: Literal["ideal"] = Field(description="A link that takes no time.")
 
 
-LINKS: dict[str, type[SpecModel]] = {"bus": BusLink, "serial": SerialLink, "ideal": IdealLink}
-Link = Annotated[BusLink | SerialLink | IdealLink, choice("type", LINKS)]
+LINKS: dict[str, type[AnyLink]] = {
+    get_args(kind.model_fields["type"].annotation)[0]: kind for kind in AnyLink.__subclasses__()
+}
+"""The kinds of links by their type in YAML: every subclass of ``AnyLink`` above is one."""
+
+if TYPE_CHECKING:
+    Link = AnyLink
+else:
+    Link = Annotated[Union[tuple(LINKS.values())], choice("type", LINKS)]  # noqa: UP007 - built of the table

@@ -10,7 +10,7 @@ import numpy as np
 
 from codesign.figures import Figure
 from codesign.pricing.boards import Numbers
-from codesign.pricing.machines import Played, Specs, half_bits_of
+from codesign.pricing.machines import Played, Specs
 from codesign.results.ledger import Ledger
 from codesign.results.result import Power
 from codesign.system.bind import System
@@ -46,10 +46,6 @@ class _Ran:
     def share_of_memory(self, name: str) -> float:  # noqa: ARG002
         """No design works in an external memory."""
         return 0.0
-
-    def sent_bits(self, name: str, bits: int) -> Any:
-        """Bits on the wire of a serial link for a message, with those of its frames."""
-        return half_bits_of(self.specs.model(name), bits) / 2
 
     def wire_bits(self, name: str, bits: int) -> int:  # noqa: ARG002
         """Bits of a message: it has no checksum."""

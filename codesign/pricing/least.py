@@ -1,21 +1,16 @@
 """The least that a computation may cost on any machine of a box: bounds on what ``price`` gives.
 
-A box is every combination of the values of some axes, each of which moves costs in one direction (``MONOTONE``). The
-figures themselves do not move in one direction: a message waits for an edge of a clock, and a faster clock may have its
-next edge later. So time is bounded by what each act takes without any wait, on the fastest machine of the box. Power is
-bounded by that at the slowest clock, as static power does not depend on the clock and dynamic power rises with it.
-Energy is bounded by the least power over the least time.
+A box is every combination of the values of some axes, each of which moves costs in one direction
+(``Priced.directions``). The figures themselves do not move in one direction: a message waits for an edge of a clock,
+and a faster clock may have its next edge later. So time is bounded by what each act takes without any wait, on the
+fastest machine of the box. Power is bounded by that at the slowest clock, as static power does not depend on the clock
+and dynamic power rises with it. Energy is bounded by the least power over the least time.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 import numpy as np
 
-from codesign.inputs.components import FpgaComponent
-from codesign.inputs.links import BusLink, SerialLink
-from codesign.models import SpecModel
 from codesign.pricing.boards import boards_of, used_boards
 from codesign.pricing.computation import BITS, Act, Computation
 from codesign.pricing.machines import Column, Machines, Specs
@@ -25,21 +20,6 @@ from codesign.results.task import times_of
 from codesign.scenarios.requests import mean_of_requests
 from codesign.system.bind import System
 from codesign.units import PICOSECONDS_PER_SECOND
-
-MONOTONE: Mapping[type[SpecModel], Mapping[str, int]] = {
-    FpgaComponent: {"clock": 1},
-    BusLink: {"clock": 1, "width": 1, "setup_cycles": -1, "burst_words": 1},
-    SerialLink: {"baud": 1},
-}
-"""What of a component or link makes every act as fast or faster where it rises (1), or where it falls (-1).
-
-- An FPGA takes n / clock for n cycles. Its clock is in its dynamic power too, which rises with it.
-- A bus takes (ceil(words / burst_words) · setup_cycles + words) / clock, with words = ceil(bits / width).
-- A serial line takes half_bits / (2 · baud).
-"""
-
-TRADED: Mapping[type[SpecModel], frozenset[str]] = {FpgaComponent: frozenset({"clock"})}
-"""What of these is a matter of trade: faster is also worse in another figure. Of others, the fastest is best."""
 
 _ROUNDED = {"plan_time_95_s", "energy_j"}
 _ROUNDING = 1e-9

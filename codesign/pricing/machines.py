@@ -18,7 +18,7 @@ from pydantic import BaseModel
 
 from codesign.figures import Figure
 from codesign.inputs.components import FpgaComponent, MemoryComponent, ProcessorComponent
-from codesign.inputs.links import BusLink, IdealLink, SerialLink
+from codesign.inputs.links import AnyLink
 from codesign.pricing.computation import BITS, Act, Recorded
 from codesign.pricing.edges import Clocks, Times
 from codesign.results.ledger import BEGINS, CYCLES, Ledger, Spent
@@ -114,8 +114,13 @@ class _Processor(_Resource):
 class _Link(_Resource):
     """An idle line without errors. ``sent``: messages so far; ``bits``: of them. ``waited``: by the last one, ps."""
 
-    def __init__(self, specs: Specs) -> None:
+    def __init__(self, specs: Specs, name: str) -> None:
         super().__init__(specs.count)
+        spec: AnyLink = specs.model(name)
+        self._law = spec.law.of(
+            spec, lambda key: specs.column(name, lambda each: int(getattr(each, key).value))
+        )
+        self._ticks = Clocks(np.broadcast_to(np.int64(self._law.rate()), specs.count))
         self.sent = self.bits = 0
         self.waited: Times = np.zeros(specs.count, np.int64)
 
@@ -129,45 +134,15 @@ class _Link(_Resource):
         return end
 
     def span(self, now: Times, bits: int) -> tuple[Times, Times]:
-        del bits
-        return now, now
+        """Begin and end of a message that is requested at ``now``, ps.
 
-
-class _Bus(_Link):
-    def __init__(self, specs: Specs, name: str) -> None:
-        super().__init__(specs)
-        self._clocks = Clocks(specs.column(name, lambda spec: int(spec.clock.value)))
-        self._width = specs.column(name, lambda spec: int(spec.width.value))
-        self._setup = specs.column(name, lambda spec: int(spec.setup_cycles.value))
-        self._burst = specs.column(name, lambda spec: int(spec.burst_words.value))
-
-    def span(self, now: Times, bits: int) -> tuple[Times, Times]:
-        # ceil(words / burst) · setup + words cycles from the next edge (components.bus).
-        words = -(-bits // self._width)
-        cycles = -(-words // self._burst) * self._setup + words
-        first = self._clocks.at_or_after(now)
-        return self._clocks.edge(first), self._clocks.edge(first + cycles)
-
-
-class _Serial(_Link):
-    """Frames that follow each other at once end at multiples of half a bit (components.serial)."""
-
-    def __init__(self, specs: Specs, name: str) -> None:
-        super().__init__(specs)
-        self._spec = specs.model(name)
-        self._baud = specs.column(name, lambda spec: int(spec.baud.value))
-
-    def span(self, now: Times, bits: int) -> tuple[Times, Times]:
-        # A message of one chain is requested when the one before it has ended, so it begins a run of its own.
-        half_bits = np.int64(half_bits_of(self._spec, bits))
-        # ceil(half_bits · 10¹² / (2 · baud)) is an edge of a clock of 2 · baud.
-        return now, now + Clocks(2 * self._baud).edge(np.broadcast_to(half_bits, now.shape))
-
-
-def half_bits_of(spec: SerialLink, bits: int) -> int:
-    """Half bits on the wire of a message, frame by frame (components.serial)."""
-    frame = 2 * (spec.start_bits + spec.data_bits + (spec.parity != "none")) + int(2 * spec.stop_bits)
-    return -(-bits // spec.data_bits) * frame
+        A message of one chain is requested when the one before it has ended, so no other is on the line.
+        """
+        ticks = np.broadcast_to(np.int64(self._law.ticks(bits)), now.shape)
+        if not self._law.aligned:
+            return now, now + self._ticks.edge(ticks)
+        first = self._ticks.at_or_after(now)
+        return self._ticks.edge(first), self._ticks.edge(first + ticks)
 
 
 @dataclass(frozen=True, eq=False)
@@ -204,7 +179,7 @@ class Machines:
                 self.by_name[name] = _Processor(specs, name)
             elif isinstance(spec, MemoryComponent):
                 self.by_name[name] = _Resource(specs.count)
-        self.links = {name: _link(specs, name) for name in platform.links}
+        self.links = {name: _Link(specs, name) for name in platform.links}
         self._spent: dict[str, Times] = {}
 
     def play(self, request: Recorded, watts: Mapping[str, tuple[Column, Column]]) -> Played:
@@ -263,13 +238,3 @@ class Machines:
             ledger.count(act.where, phase, CYCLES, cycles)
         fpga.busy = fpga.busy + (end - begin)
         self.now = end
-
-
-def _link(specs: Specs, name: str) -> _Link:
-    spec = specs.models[name][0]
-    if isinstance(spec, BusLink):
-        return _Bus(specs, name)
-    if isinstance(spec, SerialLink):
-        return _Serial(specs, name)
-    assert isinstance(spec, IdealLink), "there are three kinds of links"
-    return _Link(specs)

@@ -12,7 +12,6 @@ is how many clock periods the chain waited for edges. That number has bounds, an
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache, reduce
@@ -23,59 +22,12 @@ from pydantic import Field
 
 from codesign.figures import FIGURES, Figure, ResultFigure
 from codesign.inputs.derived import DerivedFigure
+from codesign.laws.monomial import Ends, Interval, Monomial
 from codesign.results.model import ResultModel
 
-Interval = tuple[float, float]
 When = Literal["always", "busy", "waiting"]
 Plan = tuple["Term", ...]
 """The terms of one plan, in the order of the chain."""
-
-
-def _power(value: Any, power: int) -> Any:
-    """A whole power, by products alone: of a number and of an array to the same last bit. 0 to a negative one: inf."""
-    product: Any = 1.0
-    for _ in range(abs(power)):
-        product = product * value
-    if power >= 0:
-        return product
-    if isinstance(product, float):
-        return float(1.0 / product) if product else math.copysign(math.inf, product)
-    with np.errstate(divide="ignore"):
-        return np.divide(1.0, product)
-
-
-@dataclass(frozen=True)
-class Monomial:
-    """``amount`` times powers of inputs, times a quotient that is rounded up, where it has one.
-
-    >>> Monomial(2.0, {"clock": -1, "setup": 1}, 10, ("width",)).at({"clock": 4.0, "setup": 3.0, "width": 4.0})
-    4.5
-    """
-
-    amount: Annotated[float, Field(description="the factor that is no input")]
-    powers: Annotated[dict[str, int], Field(description="the exponent of each input, by name")]
-    divide: Annotated[
-        int, Field(description="divided by the product of the inputs in by, rounded up; 0: no factor")
-    ] = 0
-    by: Annotated[tuple[str, ...], Field(description="names of inputs; see divide")] = ()
-
-    @property
-    def inputs(self) -> tuple[str, ...]:
-        """The names of its inputs, each once."""
-        return tuple(dict.fromkeys((*self.powers, *self.by)))
-
-    def at(self, values: Mapping[str, Any]) -> Any:
-        """Its value where each input has the given one: a number, or an array where the inputs are arrays."""
-        product: Any = self.amount
-        for name, power in self.powers.items():
-            product = product * _power(values[name], power)
-        if self.divide:
-            product = product * _quotient(self, values)
-        return product
-
-    def bounds(self, inputs: Mapping[str, Figure]) -> Interval:
-        """The least and the greatest value inside the intervals of the inputs."""
-        return _Ends(inputs).of(self, _key(self))
 
 
 @dataclass(frozen=True)
@@ -138,7 +90,7 @@ class Terms(ResultModel):
 
     def intervals(self, figures: Iterable[str]) -> dict[str, Interval]:
         """The interval of each figure that has terms. Parts that several figures share are computed once."""
-        ends, intervals = _Ends(self.inputs), {}
+        ends, intervals = Ends(self.inputs), {}
         for figure in figures:
             bounds = list(map(ends.of_sum, self.plans(figure)))
             if bounds:
@@ -165,73 +117,6 @@ def priced(figure: ResultFigure) -> bool:
 def is_edges(name: str) -> bool:
     """Whether an input is a number of clock periods waited, which nobody can measure by itself."""
     return name.endswith(" edges")
-
-
-class _Ends:
-    """The least and the greatest value of monomials inside the intervals of inputs. Each factor is computed once."""
-
-    def __init__(self, inputs: Mapping[str, Figure]) -> None:
-        self._inputs = inputs
-        self._factors: dict[tuple[str, int], Interval] = {}
-        self._monomials: dict[Any, Interval] = {}
-        self._sums: dict[Any, Interval] = {}
-
-    def of_sum(self, plan: Iterable[Monomial]) -> Interval:
-        """The bounds of a sum."""
-        plan = tuple(plan)
-        key = tuple(map(_key, plan))
-        held = self._sums.get(key)
-        if held is None:
-            low: Any = 0.0
-            high: Any = 0.0
-            for monomial, own in zip(plan, key, strict=True):
-                least, most = self.of(monomial, own)
-                low, high = low + least, high + most
-            held = low, high
-            if None not in key:
-                self._sums[key] = held
-        return held
-
-    def of(self, monomial: Monomial, key: Any) -> Interval:
-        """The bounds of a monomial. ``key``: see ``_key``."""
-        held = self._monomials.get(key)
-        if held is None:
-            low: Any = monomial.amount
-            high: Any = monomial.amount
-            for name, power in monomial.powers.items():
-                factor = self._factor(name, power)
-                low, high = low * factor[0], high * factor[1]
-            if monomial.divide:
-                falls = {name: monomial.powers.get(name, -1) < 0 for name in monomial.by}
-                low = low * _quotient(monomial, {name: self._end(name, falls[name]) for name in falls})
-                high = high * _quotient(monomial, {name: self._end(name, not falls[name]) for name in falls})
-            held = low, high
-            if key is not None:
-                self._monomials[key] = held
-        return held
-
-    def _factor(self, name: str, power: int) -> Interval:
-        if (name, power) not in self._factors:
-            falls = power < 0
-            ends = _power(self._end(name, falls), power), _power(self._end(name, not falls), power)
-            self._factors[name, power] = ends
-        return self._factors[name, power]
-
-    def _end(self, name: str, high: bool) -> Any:
-        return self._inputs[name].interval[high]
-
-
-def _key(monomial: Monomial) -> Any:
-    """What its bounds depend on besides the inputs; None where its amount is an array."""
-    if isinstance(monomial.amount, np.ndarray):
-        return None
-    return monomial.amount, tuple(monomial.powers.items()), monomial.divide, monomial.by
-
-
-def _quotient(monomial: Monomial, values: Mapping[str, Any]) -> Any:
-    """The quotient of a monomial, rounded up, of a number as of an array."""
-    quotient = monomial.divide / math.prod((values[name] for name in monomial.by), start=1.0)
-    return -(-quotient // 1)
 
 
 def _drawn(plan: Plan, draws: Sequence[Draw]) -> tuple[Monomial, ...]:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, assert_never
 from pydantic import BaseModel
 
 from codesign.errors import CodesignError, Fault
+from codesign.figures import Figure
 from codesign.inputs import Platform, Workload, fault
 from codesign.inputs.components import (
     Component,
@@ -23,7 +24,7 @@ from codesign.inputs.components import (
     RobotComponent,
     Sensor,
 )
-from codesign.inputs.links import BusLink, IdealLink, Link, SerialLink
+from codesign.inputs.links import AnyLink
 from codesign.memo import Same
 from codesign.planners.external_memory import ExternalMemoryLaw
 from codesign.records import Listener
@@ -120,47 +121,29 @@ def display_of(
 
 
 def link_of(
-    environment: simpy.Environment, name: str, spec: Link, listeners: Sequence[Listener]
+    environment: simpy.Environment, name: str, spec: AnyLink, listeners: Sequence[Listener]
 ) -> components.Link:
     """The link that ``spec`` declares."""
-    from codesign.components import Arbitration, Bus, ClockDomain, Ideal, Serial
-    from codesign.components.serial import Parity
+    from codesign.components import Link
 
-    shared: dict[str, Any] = {
-        "between": spec.between,
-        "errors": _errors(spec),
-        "outages": [(outage.begin, outage.end) for outage in spec.outages],
-        "listeners": listeners,
+    kind = Link.of_law(spec.law)
+    declared = {key: getattr(spec, key) for key in kind.options}
+    options: dict[str, Any] = {
+        key: int(value.value) if isinstance(value, Figure) else value for key, value in declared.items()
     }
-    if isinstance(spec, BusLink):
-        return Bus(
-            environment,
-            name,
-            ClockDomain(int(spec.clock.value)),
-            width=int(spec.width.value),
-            setup_cycles=int(spec.setup_cycles.value),
-            burst_words=int(spec.burst_words.value),
-            arbitration=Arbitration(spec.arbitration),
-            **shared,
-        )
-    if isinstance(spec, SerialLink):
-        return Serial(
-            environment,
-            name,
-            baud=int(spec.baud.value),
-            data_bits=spec.data_bits,
-            start_bits=spec.start_bits,
-            stop_bits=spec.stop_bits,
-            parity=Parity(spec.parity),
-            fifo_depth=int(spec.fifo_depth.value),
-            **shared,
-        )
-    if isinstance(spec, IdealLink):
-        return Ideal(environment, name, **shared)
-    assert_never(spec)
+    return kind(
+        environment,
+        name,
+        spec.law.whole(spec),
+        between=spec.between,
+        errors=_errors(spec),
+        outages=[(outage.begin, outage.end) for outage in spec.outages],
+        listeners=listeners,
+        **options,
+    )
 
 
-def _errors(spec: Link) -> components.LinkErrors | None:
+def _errors(spec: AnyLink) -> components.LinkErrors | None:
     from codesign.components import LinkErrors
 
     if spec.errors is None:

@@ -51,11 +51,6 @@ class RanMachine:
         memory, fpga = self.machine.by_name[name].busy, self.machine.by_name[self.system.component].busy
         return memory / fpga if memory and fpga else 0.0
 
-    def sent_bits(self, name: str, bits: int) -> float:
-        """Bits on the wire of a serial link for a message, with those of its frames."""
-        link: Any = self.machine.links[name]
-        return float(link.frames(bits) * link.frame_bits)
-
     def wire_bits(self, name: str, bits: int) -> int:
         """Bits of a message with its checksum."""
         return bits + int(self.machine.links[name].errors.checksum_bits)

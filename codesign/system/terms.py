@@ -16,13 +16,14 @@ import numpy as np
 
 from codesign.figures import Figure, Status
 from codesign.inputs.components import FpgaComponent, MemoryComponent, ProcessorComponent
-from codesign.inputs.links import BusLink, SerialLink
+from codesign.laws import LinkLaw, Monomial, Sum, as_sum, symbol
 from codesign.results.ledger import BEGINS, CYCLES, RETRIES, Ledger, Spent, Work
 from codesign.results.result import Power
-from codesign.results.terms import Draw, Monomial, Plan, Term, Terms, When, mean_of, worst_of
+from codesign.results.terms import Draw, Plan, Term, Terms, When, mean_of, worst_of
 from codesign.units import PICOSECONDS_PER_SECOND
 
 if TYPE_CHECKING:
+    from codesign.inputs.links import AnyLink
     from codesign.part import Part
     from codesign.system.bind import System
 
@@ -55,9 +56,6 @@ class Ran(Protocol):
 
     def share_of_memory(self, name: str) -> float:
         """The share of the busy time of the FPGA that plans in which an external memory works."""
-
-    def sent_bits(self, name: str, bits: int) -> Any:
-        """Bits on the wire of a serial link for a message, with those of its frames."""
 
     def wire_bits(self, name: str, bits: int) -> int:
         """Bits of a message with its checksum."""
@@ -233,23 +231,20 @@ class _Pricing:
         return {self.input(name, ratio): 1} if low < high else {}
 
     def _messages(self, work: Work, amount: int) -> Iterator[Term]:
-        name = work.where
-        spec, bits = self.machine.spec(name), self.machine.wire_bits(name, int(work.unit))
-        if isinstance(spec, SerialLink):
-            sent = self.machine.sent_bits(name, int(work.unit))
-            yield self.term(work, amount * sent, {self._of(name, "baud"): -1})
-        elif isinstance(spec, BusLink):
-            clock, width = self._of(name, "clock"), self._of(name, "width")
-            burst, setup = self._of(name, "burst_words"), self._of(name, "setup_cycles")
-            yield self.term(work, amount, {clock: -1}, bits, (width,))
-            yield self.term(work, amount, {setup: 1, clock: -1}, bits, (width, burst))
+        law, bits = self._law_of(work.where), self.machine.wire_bits(work.where, int(work.unit))
+        for each in as_sum(law.ticks(bits) / law.rate()).monomials:
+            yield self.term(work, amount * each.amount, each.powers, each.divide, each.by)
+
+    def _law_of(self, link: str) -> LinkLaw:
+        """The law of a link over the names of its inputs."""
+        spec: AnyLink = self.machine.spec(link)
+        return spec.law.of(spec, lambda key: symbol(self._of(link, key)))
 
     def _waiting(self, name: str, ledger: Ledger) -> Iterator[Term]:
         """The waits at a component or link: for messages sent again, and for the edges of its clock."""
         spent = ledger.spent[Spent.WAIT, name]
         if not np.any(spent):
             return
-        spec = self.machine.spec(name)
         again = sum(
             amount for each, amount in ledger.work.items() if each.where == name and each.unit == RETRIES
         )
@@ -258,24 +253,31 @@ class _Pricing:
             spent -= timeouts
             yield self.term(Work(name, WAIT_RETRIES, ""), timeouts / PICOSECONDS_PER_SECOND, {})
         wait = Work(name, WAIT, "")
-        if isinstance(spec, FpgaComponent | BusLink):
+        rate = self._edges_a_second(name)
+        if rate is not None:
             begins = sum(
                 amount
                 for each, amount in ledger.work.items()
                 if each.where == name and (each.unit == BEGINS or isinstance(each.unit, int))
             )
-            clock = self._of(name, "clock")
-            periods = spent / PICOSECONDS_PER_SECOND * self.values[clock]
+            periods = spent / PICOSECONDS_PER_SECOND * rate.at(self.values)
             source = "clock periods waited until the next edge, at most one each time"
             # Where nothing was waited, there is no term; of many machines, one of 0.
             most: Any = (
                 np.where(spent, np.maximum(begins, periods), 0) if np.ndim(spent) else max(begins, periods)
             )
             edges = Figure(periods, "1", Status.CALIBRATED, source, 0 * most, most)
-            powers = {self.edges(name, edges): 1, clock: -1}
-            yield self.term(wait, 1.0, powers)
+            (each,) = (symbol(self.edges(name, edges)) / rate).monomials
+            yield self.term(wait, float(each.amount), each.powers)
         else:
             yield self.term(wait, spent / PICOSECONDS_PER_SECOND, {})
+
+    def _edges_a_second(self, name: str) -> Sum | None:
+        """The rate of the edges at which a component or link begins to work; None where it begins at any time."""
+        if name in self.system.platform.links:
+            law = self._law_of(name)
+            return as_sum(law.rate()) if law.aligned else None
+        return symbol(self._of(name, "clock")) if isinstance(self.machine.spec(name), FpgaComponent) else None
 
     def draws(self, boards: Mapping[str, Power]) -> Iterator[Draw]:
         """What every FPGA, processor, memory and link draws."""

@@ -20,8 +20,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codesign.figures import Figure
+from codesign.laws import Monomial
 from codesign.results.result import Result
-from codesign.results.terms import Monomial, is_edges
+from codesign.results.terms import is_edges
 
 MOST_CORNERS = 1 << 16
 """Most combinations of values that are tried for inputs that appear together."""

@@ -13,9 +13,10 @@ from pydantic import Field
 from codesign.figures import FIGURES, Figure, ResultFigure, named
 from codesign.inputs.constraint import LOWER, STRICT, Constraint
 from codesign.inputs.derived import DerivedFigure
+from codesign.laws import Monomial
 from codesign.results.model import ResultModel
 from codesign.results.result import Result
-from codesign.results.terms import Monomial, priced
+from codesign.results.terms import priced
 from codesign.units import counted
 from codesign.verdicts.derived import DerivedMargin, Side, ends_of
 from codesign.verdicts.fits import Fit, fit_verdict

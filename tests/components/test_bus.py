@@ -11,6 +11,7 @@ from link_runs import Ask, a_bus, a_bus_in_bursts, run
 
 from codesign.components import Arbitration, Bus, ClockDomain, LinkErrors
 from codesign.errors import InputError, RunError
+from codesign.laws import BusLaw
 
 CLOCK = ClockDomain(33_000_000)
 
@@ -20,7 +21,7 @@ def test_messages_queue_and_each_begins_at_an_edge() -> None:
     asks = [Ask(0, "a", 1000), Ask(100_000, "b", 1), Ask(200_000, "a", 33), Ask(CLOCK.edge(70) + 1, "a", 32)]
     seen = run(a_bus, asks)
     assert isinstance(seen.link, Bus)
-    assert [seen.link.cycles(ask.bits) for ask in asks] == [56, 4, 5, 4]
+    assert [seen.link.ticks(ask.bits) for ask in asks] == [56, 4, 5, 4]
     assert [(record.begin, record.end) for record in seen.records] == [
         (0, CLOCK.edge(56)),
         (CLOCK.edge(56), CLOCK.edge(60)),
@@ -92,8 +93,8 @@ def test_bursts_equal_a_model_that_chooses_before_every_burst(
     clock = ClockDomain(1_000_000)
 
     def make(environment: simpy.Environment, **options: object) -> Bus:
-        sizes = {"width": 1, "setup_cycles": setup, "burst_words": burst}
-        return Bus(environment, "link", clock, arbitration=Arbitration.BURST, **sizes, **options)  # type: ignore[arg-type]
+        law = BusLaw(clock.hz, width=1, burst_words=burst, setup_cycles=setup)
+        return Bus(environment, "link", law, arbitration=Arbitration.BURST, **options)  # type: ignore[arg-type]
 
     asks = sorted(asks, key=lambda ask: ask.at)
     seen = run(make, asks)
@@ -119,7 +120,7 @@ def test_bursts_equal_a_model_that_chooses_before_every_burst(
             ends[chosen] = time
             del left[chosen]
     assert {index: delivery.time for index, delivery in seen.deliveries.items()} == ends
-    total = sum(seen.link.cycles(ask.bits) for ask in asks)  # type: ignore[attr-defined]
+    total = sum(seen.link.ticks(ask.bits) for ask in asks)
     assert seen.link.busy == total * 1_000_000
 
 
@@ -163,6 +164,6 @@ def test_in_bursts_an_outage_while_a_message_waits_for_its_edge_damages_it() -> 
 def test_a_bus_that_cannot_be_is_refused(key: str, value: int) -> None:
     numbers = {"width": 32, "setup_cycles": 0, "burst_words": 16, key: value}
     with pytest.raises(InputError, match=rf"pci.{key}: {key} of {value}"):
-        Bus(simpy.Environment(), "pci", CLOCK, **numbers)
+        Bus(simpy.Environment(), "pci", BusLaw(CLOCK.hz, **numbers))
     with pytest.raises(RunError, match="link: a message of 0 bits"):
         a_bus(simpy.Environment()).duration(0)

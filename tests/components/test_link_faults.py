@@ -71,7 +71,7 @@ def test_parity_finds_most_of_what_is_damaged() -> None:
     """One frame of 8 bits and parity: it misses 2, 4, 6 and 8 wrong bits of 9."""
     rate = 0.05
     errors = LinkErrors(bit_error_rate=rate, seed=4)
-    link, _ = send_many(a_serial_line, 8, errors=errors, parity=Parity.EVEN)
+    link, _ = send_many(a_serial_line, 8, errors=errors, frame={"parity": Parity.EVEN})
     even = sum(math.comb(9, wrong) * rate**wrong * (1 - rate) ** (9 - wrong) for wrong in (2, 4, 6, 8))
     assert near(link.undetected, even)
     assert near(sum(link.dropped.values()), 1 - (1 - rate) ** 9 - even)

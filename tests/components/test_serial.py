@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import fields
 from fractions import Fraction
 from itertools import product
 from typing import Any
@@ -17,11 +18,15 @@ from link_runs import Ask, Make, run
 from codesign.components import Link, LinkErrors, Parity, Serial
 from codesign.components.link_faults import damage_probability, parity_miss
 from codesign.errors import InputError
+from codesign.laws import SerialLaw
 
 
 def a_line(**settings: Any) -> Make:
     def make(environment: simpy.Environment, **options: Any) -> Link:
-        return Serial(environment, "uart", **({"baud": 115_200} | settings), **options)
+        of_law = {key: settings[key] for key in settings if key in {each.name for each in fields(SerialLaw)}}
+        others = {key: settings[key] for key in settings if key not in of_law}
+        law = SerialLaw(**{"baud": 115_200} | of_law)
+        return Serial(environment, "uart", law, **others, **options)
 
     return make
 
@@ -45,7 +50,7 @@ def test_a_message_takes_its_frames(
     seen = run(make, [Ask(7, "a", bits)])
     frame = 1 + data_bits + (parity != "none") + Fraction(stop_bits)
     exact = Fraction(-(-bits // data_bits) * frame)
-    assert seen.link.frame_bits == frame  # type: ignore[attr-defined]
+    assert Fraction(seen.link.law.frame_ticks, 2) == frame  # type: ignore[attr-defined]
     assert seen.deliveries[0].time == 7 + ceil_ps(exact, baud)
 
 

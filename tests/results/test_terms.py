@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 
 from codesign.figures import Figure, Status
-from codesign.results.terms import ENERGY_OVER, Draw, Monomial, Term, Terms, mean_of, worst_of
+from codesign.laws import Monomial
+from codesign.results.terms import ENERGY_OVER, Draw, Term, Terms, mean_of, worst_of
 
 
 def figure(value: float, low: float, high: float) -> Figure:

@@ -22,11 +22,13 @@ from codesign.components import (
     Serial,
     VgaDisplay,
 )
+from codesign.laws import BusLaw, SerialLaw
 from codesign.planners.external_memory import ExternalMemoryLaw
 from codesign.planners.styles import Step
 from codesign.records import Listener, TaskRecord
 
 CLOCK = ClockDomain(33_000_000)
+LAW = BusLaw(CLOCK.hz, width=32, burst_words=4, setup_cycles=3)
 Work = Generator[simpy.Event, Any, Any]
 Build = Callable[[simpy.Environment, Sequence[Listener]], tuple[Component, list[Work]]]
 
@@ -45,7 +47,7 @@ def an_fpga(environment: simpy.Environment, listeners: Sequence[Listener]) -> tu
 
 
 def a_bus(environment: simpy.Environment, listeners: Sequence[Listener]) -> tuple[Component, list[Work]]:
-    bus = Bus(environment, "unit", CLOCK, width=32, setup_cycles=3, burst_words=4, listeners=listeners)
+    bus = Bus(environment, "unit", LAW, listeners=listeners)
     return bus, [
         bus.send("host", "fpga", name, bits) for name, bits in (("map", 1000), ("goals", 1), ("go", 33))
     ]
@@ -54,16 +56,7 @@ def a_bus(environment: simpy.Environment, listeners: Sequence[Listener]) -> tupl
 def a_bus_in_bursts(
     environment: simpy.Environment, listeners: Sequence[Listener]
 ) -> tuple[Component, list[Work]]:
-    bus = Bus(
-        environment,
-        "unit",
-        CLOCK,
-        width=32,
-        setup_cycles=3,
-        burst_words=4,
-        arbitration=Arbitration.BURST,
-        listeners=listeners,
-    )
+    bus = Bus(environment, "unit", LAW, arbitration=Arbitration.BURST, listeners=listeners)
     return bus, [bus.send(sender, "pc", "map", bits) for sender, bits in (("host", 1000), ("fpga", 999))]
 
 
@@ -71,7 +64,7 @@ def a_serial_line(
     environment: simpy.Environment, listeners: Sequence[Listener]
 ) -> tuple[Component, list[Work]]:
     errors = LinkErrors(bit_error_rate=0.01, checksum_bits=8, retries=2, timeout=1_000, drop=0.1, seed=3)
-    line = Serial(environment, "unit", baud=921_600, errors=errors, listeners=listeners)
+    line = Serial(environment, "unit", SerialLaw(921_600), errors=errors, listeners=listeners)
     return line, [line.send("host", "fpga", "way", bits) for bits in (80, 8, 33, 160)]
 
 

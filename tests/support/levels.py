@@ -17,6 +17,7 @@ LEVELS: list[list[str]] = [
     ["interrupts"],
     ["kernel_cache"],
     ["node"],
+    ["laws"],
     ["models", "part", "frame", "certificates"],
     ["records"],
     ["activity"],

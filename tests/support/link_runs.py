@@ -8,7 +8,8 @@ from typing import Any
 
 import simpy
 
-from codesign.components import Arbitration, Bus, ClockDomain, Delivery, Ideal, Link, LinkErrors, Serial
+from codesign.components import Arbitration, Bus, Delivery, Ideal, Link, LinkErrors, Serial
+from codesign.laws import BusLaw, IdealLaw, SerialLaw
 from codesign.records import MessageRecord, Record
 
 Work = Generator[simpy.Event, Any, Any]
@@ -16,16 +17,20 @@ Make = Callable[..., Link]
 
 
 def a_bus(environment: simpy.Environment, speed: int = 1, **options: Any) -> Link:
-    clock = ClockDomain(33_000_000 * speed)
-    return Bus(environment, "link", clock, width=32, setup_cycles=3, burst_words=4, **options)
+    law = BusLaw(33_000_000 * speed, width=32, burst_words=4, setup_cycles=3)
+    return Bus(environment, "link", law, **options)
 
 
 def a_bus_in_bursts(environment: simpy.Environment, speed: int = 1, **options: Any) -> Link:
     return a_bus(environment, speed, arbitration=Arbitration.BURST, **options)
 
 
-def a_serial_line(environment: simpy.Environment, speed: int = 1, **options: Any) -> Link:
-    return Serial(environment, "link", baud=30_000_000 * speed, fifo_depth=4, **options)
+def a_serial_line(
+    environment: simpy.Environment, speed: int = 1, frame: dict[str, Any] | None = None, **options: Any
+) -> Link:
+    return Serial(
+        environment, "link", SerialLaw(30_000_000 * speed, **(frame or {})), fifo_depth=4, **options
+    )
 
 
 def a_shared_serial_line(environment: simpy.Environment, speed: int = 1, **options: Any) -> Link:
@@ -34,7 +39,7 @@ def a_shared_serial_line(environment: simpy.Environment, speed: int = 1, **optio
 
 def an_ideal_link(environment: simpy.Environment, speed: int = 1, **options: Any) -> Link:
     del speed
-    return Ideal(environment, "link", **options)
+    return Ideal(environment, "link", IdealLaw(), **options)
 
 
 TIMED: list[Make] = [a_bus, a_bus_in_bursts, a_serial_line, a_shared_serial_line]

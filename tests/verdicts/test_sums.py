@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from codesign.results.terms import Monomial
+from codesign.laws import Monomial
 from codesign.verdicts.sums import Input, Margin
 
 NAMES = ("a", "b", "c", "width")

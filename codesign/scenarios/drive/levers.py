@@ -17,7 +17,6 @@ from codesign.figures import Figure
 from codesign.inputs import Platform, Workload
 from codesign.inputs.components import FpgaComponent, MemoryComponent, ProcessorComponent, RobotComponent
 from codesign.inputs.edit import SCENARIO, design_point
-from codesign.inputs.links import BusLink, SerialLink
 from codesign.inputs.scenario import WhenBusy
 from codesign.results.mission import LIVELOCK, Bottleneck, LeverRun, Mission
 from codesign.results.result import Result
@@ -213,11 +212,13 @@ def _of_links(system: System, result: Result) -> Iterator[MissionLever]:
     for name, link in system.platform.links.items():
         if result.links is None or not result.links[name].sent:
             continue
-        if isinstance(link, SerialLink):
-            baud = int(link.baud.value)
-            yield MissionLever(f"{name}.baud", f"{baud:,}", f"{FACTOR * baud:,}", FACTOR * baud)
-        elif isinstance(link, BusLink):
-            yield _double(f"{name}.clock", int(link.clock.value), Dimension.FREQUENCY, "Hz")
+        if key := link.law.lever(link):
+            figure: Figure = getattr(link, key)
+            path, value = f"{name}.{key}", int(figure.value)
+            if figure.unit == "Hz":
+                yield _double(path, value, Dimension.FREQUENCY, "Hz")
+            else:
+                yield MissionLever(path, f"{value:,}", f"{FACTOR * value:,}", FACTOR * value)
 
 
 def _double(path: str, value: int, dimension: Dimension, unit: str) -> MissionLever:

@@ -22,6 +22,7 @@ from codesign.components.command import Command
 from codesign.components.link_faults import damage_probability, parity_miss, wrong_behind_parity, wrong_bits
 from codesign.components.path import Polyline
 from codesign.components.sensor import NOTHING_SEEN, RadiusSensor, RangeScan, RaySensor
+from codesign.laws import SerialLaw
 from codesign.planners.interface import Problem
 from codesign.records import BeliefRecord, CommandRecord, MessageRecord, Record
 from codesign.report import render_text
@@ -89,7 +90,7 @@ def test_what_is_wrong_does_not_hang_on_the_speed_of_the_link(make: Make) -> Non
 
 def test_behind_parity_only_bits_of_the_message_count() -> None:
     def make(environment: Any, **options: Any) -> Serial:
-        return Serial(environment, "link", baud=10**6, parity=Parity.EVEN, **options)
+        return Serial(environment, "link", SerialLaw(10**6, parity=Parity.EVEN), **options)
 
     seen = run(make, [Ask(0, "a", 13)] * 300, errors=LinkErrors(bit_error_rate=0.3, seed=1))
     missed = [each for each in seen.deliveries.values() if each.damaged]

@@ -1,0 +1,35 @@
+"""What of a component or link is a price: it moves what work and messages take, and neither the work nor the messages.
+
+Design points that differ in prices alone compute the same, so one simulation serves them all.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, ClassVar
+
+from codesign.models import SpecModel
+
+
+class Priced(SpecModel):
+    """A component or link. By default nothing of it is a price.
+
+    ``traded``: the prices of which more is faster and also worse in another figure. Of others the fastest is best.
+    """
+
+    traded: ClassVar[frozenset[str]] = frozenset()
+
+    def prices(self) -> frozenset[str]:
+        """The keys that are prices."""
+        return frozenset()
+
+    def directions(self) -> Mapping[str, int]:
+        """By price, 1 where no act is slower as the price rises, and -1 where none is slower as it falls.
+
+        A price that does neither is left out.
+        """
+        return {}
+
+    def shape(self) -> Any:
+        """All but its prices, as JSON: components of one shape compute the same."""
+        return self.model_dump(mode="json", exclude=set(self.prices()))

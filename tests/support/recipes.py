@@ -1,0 +1,50 @@
+"""Toys in a copy of the tree: each adds what a row of docs/architecture.md says, in the files that it names alone."""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+from places import ROOT
+
+PAGE = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
+
+
+class Recipe:
+    """A copy of the tree, and the files that a row of the page names."""
+
+    def __init__(self, folder: Path, row: str) -> None:
+        self.folder = folder
+        (cells,) = re.findall(rf"^\| {re.escape(row)} \| (.*?) \|", PAGE, re.MULTILINE)
+        self.named = [Path(name) for name in re.findall(r"`([^`]*\.py)`", cells)]
+        for name in ("codesign", "platforms", "workloads", "tests", "parts", "hosts", "maps"):
+            if (ROOT / name).exists():
+                shutil.copytree(ROOT / name, folder / name, ignore=shutil.ignore_patterns("__pycache__"))
+        shutil.copy(ROOT / "pyproject.toml", folder)
+
+    def edit(self, name: str, *changes: tuple[str, str]) -> None:
+        """Put text in front of the only place of a mark in a named file; at its end for an empty mark."""
+        assert Path(name) in self.named, f"the row does not name {name}"
+        path = self.folder / "codesign" / name
+        text = path.read_text(encoding="utf-8")
+        for mark, added in changes:
+            assert not mark or text.count(mark) == 1, f"{name} has {text.count(mark)} times {mark!r}"
+            text = text.replace(mark, added + mark) if mark else text + added
+        path.write_text(text, encoding="utf-8")
+
+    def python(self, *arguments: str) -> str:
+        """What Python prints in the copy."""
+        done = subprocess.run(
+            [sys.executable, *arguments],
+            cwd=self.folder,
+            env={**os.environ, "PYTHONPATH": str(self.folder)},
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+        assert done.returncode == 0, done.stdout + done.stderr
+        return done.stdout
