@@ -9,7 +9,6 @@ from functools import cached_property
 from codesign.errors import InputError
 from codesign.figures import Figure
 from codesign.inputs import Platform, list_platforms, load_platform
-from codesign.inputs.components import FpgaComponent, MemoryComponent, ProcessorComponent
 from codesign.inputs.files import is_path
 from codesign.inputs.platform import Board as Sold
 
@@ -87,12 +86,9 @@ class Board:
     @property
     def _idle(self) -> list[Figure]:
         """Static power of every FPGA, and idle power of every processor, memory and link with a declared power."""
-        components, links = self.platform.components.values(), self.platform.links.values()
-        figures = [spec.chip.static_power for spec in components if isinstance(spec, FpgaComponent)]
-        drawing = [
-            spec.power for spec in components if isinstance(spec, ProcessorComponent | MemoryComponent)
-        ]
-        drawing += [link.power for link in links]
+        components = self.platform.components.values()
+        figures = [spec.chip.static_power for spec in components if spec.chip is not None]
+        drawing = [spec.drawing for spec in (*components, *self.platform.links.values())]
         return figures + [power.idle for power in drawing if power is not None]
 
 

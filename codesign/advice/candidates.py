@@ -86,14 +86,12 @@ def chains_of(board: Board, problem: Problem) -> Iterator[tuple[Candidate, ...]]
 def _on_component(
     board: Board, problem: Problem, plug_in: PlugIn, planner: Planner, style: Architecture, name: str
 ) -> Iterator[tuple[Candidate, ...]]:
-    spec = board.platform.components[name]
-    part = spec.chip if isinstance(spec, FpgaComponent) else None
+    part = board.platform.components[name].chip
     for placement in _placements(board, planner, style, name):
         inside = frozenset(planner.tasks) - set(placement.apart)
         job: Job[Any, Any] = Job(problem, None, part=part, inside=inside)
         if placement.memory is not None:
-            memory = board.platform.components[placement.memory]
-            assert isinstance(memory, MemoryComponent), "placements name memories only"
+            memory = board.platform.of(MemoryComponent)[placement.memory]
             job = replace(job, external=memory_law(placement.memory, memory))
         for designs in style.designs(job) or _of_samples(plug_in, planner):
             yield tuple(_candidate(board, planner, style, name, placement, design) for design in designs)
@@ -131,8 +129,8 @@ def _placements(board: Board, planner: Planner, style: Architecture, name: str) 
             if other != name and spec.type in types:
                 yield _Placement({task: other})
     if style.supports_external:
-        for memory, spec in components.items():
-            if isinstance(spec, MemoryComponent) and spec.beside == name:
+        for memory, spec in board.platform.of(MemoryComponent).items():
+            if spec.beside == name:
                 yield _Placement({}, memory)
 
 

@@ -122,8 +122,8 @@ def design_point(
     """
     system = bind(*point_of(platform, workload, settings))
     for on_task, _, place in on_fpgas(system):
-        component = system.platform.components[place]
-        if task in (None, on_task) and isinstance(component, FpgaComponent):
+        component = system.platform.of(FpgaComponent).get(place)
+        if task in (None, on_task) and component is not None:
             return DesignPoint(name, system, component, on_task)
     what = f"{system.planner.planning_task} runs on {system.component}, which is no FPGA"
     if task:

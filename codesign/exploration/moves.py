@@ -13,7 +13,6 @@ from codesign.explanation import Moved
 from codesign.exploration.constraints import figure_of
 from codesign.figures import ResultFigure, label, named
 from codesign.inputs import Platform, Workload, design_point, list_parts, load_part
-from codesign.inputs.components import FpgaComponent, ProcessorComponent
 from codesign.memo import Memo
 from codesign.models import TaskParameters
 from codesign.planners.demand import Lever
@@ -208,7 +207,7 @@ def _of_lever(
         others = [
             name
             for name, spec in system.platform.components.items()
-            if isinstance(spec, FpgaComponent | ProcessorComponent) and name != system.component
+            if spec.plans and name != system.component
         ]
         for name in others:
             yield f"{lever.parameter}: {name}", {lever.parameter: name}

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import ConfigDict, Field, PrivateAttr, ValidationInfo, field_validator, model_validator
 
@@ -33,9 +33,39 @@ from codesign.units import format_frequency
 MAX_RAYS = 4096
 
 
-class FpgaComponent(Priced):
+class AnyComponent(Priced):
+    """A component of a platform.
+
+    ``plans``: a task of a planner can be placed on it.
+    """
+
+    plans: ClassVar[bool] = False
+
+    @property
+    def chip(self) -> Part | None:
+        """The part of an FPGA; None of anything else."""
+        return None
+
+    @property
+    def kernels(self) -> Mapping[str, Figure] | None:
+        """The cost of each kernel where work is counted in kernels; None where it takes cycles, or none is done."""
+        return None
+
+    @property
+    def ram(self) -> Figure | None:
+        """Bytes of RAM for the arrays of a plan; None where no plan needs any."""
+        return None
+
+    @property
+    def neighbour(self) -> str | None:
+        """The component that it is wired to without a link; None where it has none."""
+        return None
+
+
+class FpgaComponent(AnyComponent):
     """A programmable chip with one clock."""
 
+    plans = True
     traded = frozenset({"clock"})
 
     type: Literal["fpga"] = Field(description="An FPGA.")
@@ -103,7 +133,7 @@ def _without_host(schema: dict[str, Any]) -> None:
     schema["anyOf"] = [{"required": ["host"]}, {"required": ["clock", "power"]}]
 
 
-class ProcessorComponent(Priced):
+class ProcessorComponent(AnyComponent):
     """A processor that runs named kernels.
 
     A host file may hold its clock, costs, cores and power; keys that are given here take the place of those of the
@@ -111,6 +141,7 @@ class ProcessorComponent(Priced):
     """
 
     model_config = ConfigDict(json_schema_extra=_without_host)
+    plans = True
 
     type: Literal["processor"] = Field(
         description="A processor: the robot's host, a PC, or a processor in the FPGA's own chip."
@@ -135,6 +166,21 @@ class ProcessorComponent(Priced):
         " large. A host may bring it.",
     )
     power: ProcessorPower = Field(description="Power, busy and idle. A host brings it.")
+
+    @property
+    def kernels(self) -> Mapping[str, Figure]:
+        """The cost of each kernel, ps a unit."""
+        return self.costs
+
+    @property
+    def ram(self) -> Figure | None:
+        """Bytes of RAM; None where it is not declared."""
+        return None if self.memory is None else self.memory.per(8, "bytes")
+
+    @property
+    def drawing(self) -> ProcessorPower:
+        """Its power."""
+        return self.power
 
     def prices(self) -> frozenset[str]:
         """The costs of kernels, the clock that counts them, and the power; a host moves them all."""
@@ -172,7 +218,7 @@ class BusyPower(SpecModel):
     idle: PowerFigure = Field(description="While it waits.")
 
 
-class MemoryComponent(Priced):
+class MemoryComponent(AnyComponent):
     """External memory for what does not fit in block RAM; the key ``external_memory`` of a task names it.
 
     It is SRAM, or DRAM with rows that must be opened.
@@ -201,6 +247,16 @@ class MemoryComponent(Priced):
         description="Power, busy and idle. Without it, the energy counts as 0 J and results say so.",
     )
 
+    @property
+    def neighbour(self) -> str:
+        """The FPGA."""
+        return self.beside
+
+    @property
+    def drawing(self) -> BusyPower | None:
+        """Its power; None where it is not declared."""
+        return self.power
+
     @model_validator(mode="after")
     def _rows_of_dram(self) -> Self:
         for key in ("row_words", "row_cycles"):
@@ -211,7 +267,7 @@ class MemoryComponent(Priced):
         return self
 
 
-class DisplayComponent(Priced):
+class DisplayComponent(AnyComponent):
     """A display that reads its picture from memory, pixel by pixel (VGA), and so competes with the search for reads.
 
     The result reports for each display (``displays``) the frames drawn, the words that came too late, and its share of
@@ -226,6 +282,11 @@ class DisplayComponent(Priced):
     total_columns: PositiveFigure = Field(description="Pixel clocks of a line, blanking included.")
     total_rows: PositiveFigure = Field(description="Lines of a frame, blanking included.")
     pixels_a_word: PositiveFigure = Field(description="Pixels that one read brings.")
+
+    @property
+    def neighbour(self) -> str:
+        """The FPGA or memory that it reads."""
+        return self.beside
 
     @model_validator(mode="after")
     def _blanking(self) -> Self:
@@ -277,12 +338,22 @@ class RaySensor(SpecModel):
     range: LengthFigure = Field(description="How far it senses; at 0 m it senses nothing.")
     rays: Annotated[int, Field(ge=1, le=MAX_RAYS)] = Field(description="Rays of one turn.")
 
+    @property
+    def beams(self) -> int:
+        """Rays of one turn."""
+        return self.rays
+
 
 class RadiusSensor(SpecModel):
     """Everything within a radius, behind walls too."""
 
     type: Literal["radius"] = Field(description="All within a radius, behind walls too.")
     range: LengthFigure = Field(description="How far it senses; at 0 m it senses nothing.")
+
+    @property
+    def beams(self) -> int:
+        """No rays."""
+        return 0
 
 
 SENSORS: dict[str, type[SpecModel]] = {"rays": RaySensor, "radius": RadiusSensor}
@@ -296,7 +367,7 @@ class RobotPower(SpecModel):
     standing: PowerFigure = Field(description="While it stands.")
 
 
-class RobotComponent(Priced):
+class RobotComponent(AnyComponent):
     """The body of a robot, for missions: it moves and senses."""
 
     type: Literal["robot"] = Field(description="The robot's body.")
@@ -319,7 +390,7 @@ class RobotComponent(Priced):
         return self
 
 
-COMPONENTS: dict[str, type[Priced]] = {
+COMPONENTS: dict[str, type[AnyComponent]] = {
     "fpga": FpgaComponent,
     "processor": ProcessorComponent,
     "memory": MemoryComponent,

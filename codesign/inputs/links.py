@@ -80,6 +80,11 @@ class AnyLink(Priced):
         description="Power, busy and idle. Without it, the energy counts as 0 J and results say so.",
     )
 
+    @property
+    def drawing(self) -> BusyPower | None:
+        """Its power; None where it is not declared."""
+        return self.power
+
     def prices(self) -> frozenset[str]:
         """The prices of its law, and its power."""
         return frozenset({*self.law.prices(self), "power"})

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Iterable
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, TypeVar
 
 from pydantic import Field
 
 from codesign.errors import Fault, choose_hint, clip
 from codesign.inputs.base import Spec
-from codesign.inputs.components import Component, FpgaComponent
+from codesign.inputs.components import AnyComponent, Component, FpgaComponent
 from codesign.inputs.document import Document
 from codesign.inputs.faults import validate
 from codesign.inputs.fields import Name, PowerFigure, PriceFigure
@@ -53,6 +53,9 @@ class Board(SpecModel):
     )
 
 
+Kind = TypeVar("Kind", bound=AnyComponent)
+
+
 class Platform(Spec):
     """The hardware: components, and the links between them."""
 
@@ -81,12 +84,12 @@ class Platform(Spec):
         """The component or link that a workload means by a name or a role; the name itself where it is no role."""
         return self.filled.get(name, name)
 
+    def of(self, kind: type[Kind]) -> dict[str, Kind]:
+        """The components of one kind by name, in the order of the file."""
+        return {name: spec for name, spec in self.components.items() if isinstance(spec, kind)}
+
     def _identity(self) -> dict[str, Any]:
-        chips = [
-            part.chip.model_dump(mode="json")
-            for part in self.components.values()
-            if isinstance(part, FpgaComponent)
-        ]
+        chips = [part.chip.model_dump(mode="json") for part in self.of(FpgaComponent).values()]
         identity = super()._identity()
         del identity["board"]
         for component in identity["components"].values():
@@ -101,8 +104,8 @@ class Platform(Spec):
         """The digest of each calibration by the name of the FPGA that names it."""
         return {
             name: component.calibrated.digest()
-            for name, component in self.components.items()
-            if isinstance(component, FpgaComponent) and component.calibrated is not None
+            for name, component in self.of(FpgaComponent).items()
+            if component.calibrated is not None
         }
 
 

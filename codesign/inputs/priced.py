@@ -30,6 +30,11 @@ class Priced(SpecModel):
         """
         return {}
 
+    @property
+    def drawing(self) -> Any:
+        """Power while it works (``busy``) and while it waits (``idle``); None where it has or declares none."""
+        return None
+
     def shape(self) -> Any:
         """All but its prices, as JSON: components of one shape compute the same."""
         return self.model_dump(mode="json", exclude=set(self.prices()))

@@ -54,19 +54,15 @@ class Board:
 
 def boards_of(system: System, specs: Specs) -> dict[str, Board]:
     """The use of every FPGA of a platform, by name."""
-    return {
-        name: _board(system, specs.models[name], name)
-        for name, spec in system.platform.components.items()
-        if isinstance(spec, FpgaComponent)
-    }
+    return {name: _board(system, specs.models[name], name) for name in system.platform.of(FpgaComponent)}
 
 
 def used_boards(system: System) -> tuple[str, ...]:
     """The FPGAs with a task: the one that plans, then those of tasks apart."""
-    placement, components = system.placement, system.platform.components
+    placement, fpgas = system.placement, system.platform.of(FpgaComponent)
     apart = (placement.places[task] for task in placement.styles if task not in placement.inside)
     names = dict.fromkeys((system.component, *apart))
-    return tuple(name for name in names if isinstance(components[name], FpgaComponent))
+    return tuple(name for name in names if name in fpgas)
 
 
 def _board(system: System, models: Sequence[Any], name: str) -> Board:

@@ -8,7 +8,6 @@ from typing import Any, NamedTuple
 
 from pydantic import TypeAdapter
 
-from codesign.inputs.components import FpgaComponent, ProcessorComponent
 from codesign.memo import Memo
 from codesign.planners.quality import Quality, RobotsQuality
 from codesign.planners.styles import Exchange, Step
@@ -24,7 +23,6 @@ from codesign.system.bind import System
 from codesign.system.messages import Content, Routes
 from codesign.system.outcome import quality_of
 from codesign.system.planner_code import planner_steps
-from codesign.system.ran import spec_of
 from codesign.system.trials import arrival_reason, arrivals_of
 
 BITS = "bits"
@@ -233,16 +231,14 @@ class _Recorder:
     ) -> Generator[Any, Any, None]:
         """Process generator: units of a kernel on the component of a task, where that is a processor."""
         name = self.system.placement.places[task]
-        spec = self.system.platform.components[name]
-        if units and isinstance(spec, ProcessorComponent):
+        if units and self.system.platform.components[name].kernels is not None:
             self.acts.append(Act(name, what or task, kernel, units))
         return
         yield
 
     def _run(self, name: str, steps: Generator[Step, None, Any], kernel: str) -> Generator[Any, Any, Any]:
         steps = planner_steps(self.system.planner, steps)
-        spec = spec_of(self.system, name)
-        if isinstance(spec, FpgaComponent):
+        if self.system.platform.components[name].chip is not None:
             return (yield from self._on_fpga(name, steps))
         return (yield from self._on_processor(name, steps, kernel))
 

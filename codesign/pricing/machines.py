@@ -172,13 +172,9 @@ class Machines:
         self.now: Times = np.zeros(specs.count, np.int64)
         platform = system.platform
         self.by_name: dict[str, Any] = {}
-        for name, spec in platform.components.items():
-            if isinstance(spec, FpgaComponent):
-                self.by_name[name] = _Fpga(specs, name)
-            elif isinstance(spec, ProcessorComponent):
-                self.by_name[name] = _Processor(specs, name)
-            elif isinstance(spec, MemoryComponent):
-                self.by_name[name] = _Resource(specs.count)
+        self.by_name |= {name: _Fpga(specs, name) for name in platform.of(FpgaComponent)}
+        self.by_name |= {name: _Processor(specs, name) for name in platform.of(ProcessorComponent)}
+        self.by_name |= {name: _Resource(specs.count) for name in platform.of(MemoryComponent)}
         self.links = {name: _Link(specs, name) for name in platform.links}
         self._spent: dict[str, Times] = {}
 

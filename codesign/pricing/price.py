@@ -52,8 +52,8 @@ def _reasons_alone(system: System) -> Iterator[str]:
         yield "tasks of the workload's own use the same components and links"
     if system.external is not None:
         yield "accesses to an external memory depend on its rows"
-    for name, spec in platform.components.items():
-        if isinstance(spec, DisplayComponent) and spec.beside == system.component:
+    for name, display in platform.of(DisplayComponent).items():
+        if display.beside == system.component:
             yield f"display {name} takes cycles of the memory that the design works in"
     ends: set[frozenset[str]] = set()
     for name, link in platform.links.items():

@@ -47,8 +47,8 @@ def placed(platform: Platform, workload: Workload) -> Placed:
     circuits = catalog.circuits()
     for task, style, component in candidates:
         circuit = circuits.get((system.planner.name, style, task))
-        spec = platform.components[component]
-        if circuit is not None and isinstance(spec, FpgaComponent):
+        spec = platform.of(FpgaComponent).get(component)
+        if circuit is not None and spec is not None:
             job = job_of(system, task, spec)
             return Placed(circuit, job, system, component, int(spec.clock.value))
     planning = system.planner.planning_task

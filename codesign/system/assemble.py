@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any, assert_never
+from typing import TYPE_CHECKING, Any
 
 from pydantic import BaseModel
 
@@ -12,15 +12,12 @@ from codesign.errors import CodesignError, Fault
 from codesign.figures import Figure
 from codesign.inputs import Platform, Workload, fault
 from codesign.inputs.components import (
+    AnyComponent,
     Component,
-    DifferentialKinematics,
     DisplayComponent,
     FpgaComponent,
     MemoryComponent,
-    OmnidirectionalKinematics,
-    PointKinematics,
     ProcessorComponent,
-    RaySensor,
     RobotComponent,
     Sensor,
 )
@@ -50,30 +47,69 @@ def component_of(
     Raises:
         CodesignError: the component refuses a value of ``spec``; see ``refused``.
     """
-    from codesign.components import ClockDomain, ExternalMemory, Fpga
-
-    if isinstance(spec, RobotComponent):
-        return None
-    if isinstance(spec, FpgaComponent):
-        return Fpga(environment, name, ClockDomain(int(spec.clock.value)), listeners, None)
-    if isinstance(spec, MemoryComponent):
-        return ExternalMemory(environment, name, memory_law(name, spec), listeners)
-    if isinstance(spec, DisplayComponent):
-        beside = by_name[spec.beside]
-        memory = None if isinstance(beside, Fpga) else beside
-        return display_of(environment, name, spec, memory, None, listeners)
-    return processor_of(environment, name, spec, listeners)
+    build = _BUILD.get(type(spec))
+    return None if build is None else build(environment, name, spec, by_name, listeners)
 
 
-def processor_of(
-    environment: simpy.Environment, name: str, spec: ProcessorComponent, listeners: Sequence[Listener]
-) -> components.Processor:
+def _fpga(
+    environment: simpy.Environment,
+    name: str,
+    spec: FpgaComponent,
+    _by_name: Any,
+    listeners: Sequence[Listener],
+) -> components.Component:
+    from codesign.components import ClockDomain, Fpga
+
+    return Fpga(environment, name, ClockDomain(int(spec.clock.value)), listeners, None)
+
+
+def _memory(
+    environment: simpy.Environment,
+    name: str,
+    spec: MemoryComponent,
+    _by_name: Any,
+    listeners: Sequence[Listener],
+) -> components.Component:
+    from codesign.components import ExternalMemory
+
+    return ExternalMemory(environment, name, memory_law(name, spec), listeners)
+
+
+def _display(
+    environment: simpy.Environment,
+    name: str,
+    spec: DisplayComponent,
+    by_name: Mapping[str, components.Component],
+    listeners: Sequence[Listener],
+) -> components.Component:
+    from codesign.components import ExternalMemory
+
+    beside = by_name[spec.beside]
+    memory = beside if isinstance(beside, ExternalMemory) else None
+    return display_of(environment, name, spec, memory, None, listeners)
+
+
+def _processor(
+    environment: simpy.Environment,
+    name: str,
+    spec: ProcessorComponent,
+    _by_name: Any,
+    listeners: Sequence[Listener],
+) -> components.Component:
     """The processor that ``spec`` declares."""
     from codesign.components import ClockDomain, Processor
 
     costs = {kernel: int(cost.value) for kernel, cost in spec.costs.items()}
     clock = ClockDomain(int(spec.clock.value))
     return Processor(environment, name, clock, costs, listeners, cores=spec.cores)
+
+
+_BUILD: Mapping[type[AnyComponent], Callable[..., components.Component]] = {
+    FpgaComponent: _fpga,
+    MemoryComponent: _memory,
+    DisplayComponent: _display,
+    ProcessorComponent: _processor,
+}
 
 
 def memory_law(name: str, spec: MemoryComponent) -> ExternalMemoryLaw:
@@ -159,17 +195,14 @@ def kinematics_of(spec: RobotComponent) -> Kinematics:
     """How the robot moves, in metres and seconds."""
     from codesign.components.motion import DifferentialDrive, OmnidirectionalDrive, PointDrive
 
-    kinematics = spec.kinematics
-    speed = float(kinematics.speed.value)
-    if isinstance(kinematics, OmnidirectionalKinematics):
-        return OmnidirectionalDrive(speed, float(kinematics.acceleration.value))
-    if isinstance(kinematics, DifferentialKinematics):
-        return DifferentialDrive(
-            speed, float(kinematics.acceleration.value), float(kinematics.turn_rate.value)
-        )
-    if isinstance(kinematics, PointKinematics):
-        return PointDrive(speed)
-    assert_never(kinematics)
+    declared = {key: float(value.value) for key, value in spec.kinematics if isinstance(value, Figure)}
+    drives: dict[str, type[Any]] = {
+        "point": PointDrive,
+        "omnidirectional": OmnidirectionalDrive,
+        "differential": DifferentialDrive,
+    }
+    drive: Kinematics = drives[spec.kinematics.type](**declared)
+    return drive
 
 
 def sensor_of(spec: Sensor, resolution: float) -> Any:
@@ -178,7 +211,7 @@ def sensor_of(spec: Sensor, resolution: float) -> Any:
     from codesign.components.sensor import RaySensor as Rays
 
     reach = float(spec.range.value) / resolution
-    return Rays(reach, spec.rays, resolution) if isinstance(spec, RaySensor) else Radius(reach)
+    return Rays(reach, spec.beams, resolution) if spec.beams else Radius(reach)
 
 
 def refused(
@@ -217,7 +250,7 @@ def _faults_of(key: Same[Platform]) -> tuple[Fault, ...]:
     faults: list[Fault] = []
     for name in building_order(platform):
         spec = platform.components[name]
-        if isinstance(spec, DisplayComponent) and spec.beside not in built:
+        if spec.type == "display" and spec.neighbour not in built:
             continue
         try:
             component = component_of(environment, name, spec, built, ())

@@ -117,13 +117,14 @@ def bind_to(
         faults += memory_faults(draft)
     if faults or draft is None or placement is None:
         raise (SpecError if of_workload else UnsuitedError)(faults)
-    component = platform.components[task.component]
-    assert isinstance(component, FpgaComponent | ProcessorComponent), "place() refuses all others"
+    # place() refuses all others.
+    fpga = platform.of(FpgaComponent).get(task.component)
+    component = fpga or platform.of(ProcessorComponent)[task.component]
     system = System(
         **vars(draft),
         component=task.component,
-        part=component.chip if isinstance(component, FpgaComponent) else None,
-        memory=_ram(component),
+        part=component.chip,
+        memory=component.ram,
         clock=int(component.clock.value),
         placement=placement,
         external=external_of(draft),
@@ -163,13 +164,6 @@ def with_found(system: System) -> System:
         notes=(*system.notes, *found.notes),
         found={f"{task}.{key}": proof for key, proof in found.proofs.items()},
     )
-
-
-def _ram(component: FpgaComponent | ProcessorComponent) -> Figure | None:
-    """Bytes of RAM that a processor declares."""
-    if isinstance(component, FpgaComponent) or component.memory is None:
-        return None
-    return component.memory.per(8, "bytes")
 
 
 def plannable(

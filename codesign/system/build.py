@@ -10,7 +10,6 @@ from codesign.inputs.components import (
     DisplayComponent,
     FpgaComponent,
     MemoryComponent,
-    ProcessorComponent,
 )
 from codesign.planners.styles import Exchange, Step
 from codesign.planners.task_graph import Flow
@@ -69,11 +68,7 @@ class Machine:
         }
         self.messages = Messages(system.placement.places, Routes(system.platform), self.links)
         self.planning_component = self.by_name[system.component]
-        self._turns = {
-            name: Turns(self.environment, name)
-            for name, spec in system.platform.components.items()
-            if isinstance(spec, FpgaComponent)
-        }
+        self._turns = {name: Turns(self.environment, name) for name in system.platform.of(FpgaComponent)}
         self._spent: dict[str, int] = {}
 
     @property
@@ -193,8 +188,8 @@ class Machine:
         ``what``: what is done, in records and terms; by default the task. On an FPGA it takes no time.
         """
         name = self.system.placement.places[task]
-        component, spec = self.by_name[name], self.system.platform.components[name]
-        if not units or not isinstance(spec, ProcessorComponent):
+        component = self.by_name[name]
+        if not units or self.system.platform.components[name].kernels is None:
             return
         begin, spent = self.now, component.duration(kernel, units)
         yield from component.execute(kernel, units, what or task, priority=priority)
@@ -327,15 +322,18 @@ class Machine:
     def _component(self, name: str) -> Any:
         from codesign.components import ClockDomain, Fpga
 
-        spec, system = self.system.platform.components[name], self.system
-        if isinstance(spec, FpgaComponent) and name == system.component:
-            clock = ClockDomain(int(spec.clock.value))
+        system, platform = self.system, self.system.platform
+        fpga, display = platform.of(FpgaComponent).get(name), platform.of(DisplayComponent).get(name)
+        if fpga is not None and name == system.component:
+            clock = ClockDomain(int(fpga.clock.value))
             return Fpga(self.environment, name, clock, self._listeners, self._block_ram(name, clock))
-        if isinstance(spec, DisplayComponent):
-            return self._display(name, spec)
-        component = component_of(self.environment, name, spec, self.by_name, self._listeners)
-        if isinstance(spec, MemoryComponent) and system.external is not None and system.external.name == name:
-            self.by_name[spec.beside].use(component)
+        if display is not None:
+            return self._display(name, display)
+        component = component_of(
+            self.environment, name, platform.components[name], self.by_name, self._listeners
+        )
+        if system.external is not None and system.external.name == name:
+            self.by_name[platform.of(MemoryComponent)[name].beside].use(component)
         return component
 
     def _display(self, name: str, spec: DisplayComponent) -> Any:

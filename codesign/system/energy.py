@@ -48,19 +48,14 @@ def board_powers(system: System, designs: Mapping[str, Power]) -> dict[str, Powe
     nothing = Figure(0, "W", Status.ASSUMED, "no task is on it")
     return {
         name: designs.get(name) or Power(static=spec.chip.static_power, dynamic=nothing)
-        for name, spec in system.platform.components.items()
-        if isinstance(spec, FpgaComponent)
+        for name, spec in system.platform.of(FpgaComponent).items()
     }
 
 
 def idle_boards(system: System) -> tuple[str, ...]:
     """The FPGAs that no task is placed on."""
     used = set(system.placement.places.values())
-    return tuple(
-        name
-        for name, spec in system.platform.components.items()
-        if isinstance(spec, FpgaComponent) and name not in used
-    )
+    return tuple(name for name in system.platform.of(FpgaComponent) if name not in used)
 
 
 def energy(machine: Machine, boards: Mapping[str, Power], others: Sequence[Component] = ()) -> Energy:
@@ -100,10 +95,10 @@ def joules(
     alike = sum(_of_board(boards[system.component], each, span) for each in others)
     processors: Any = 0.0
     memories: Any = 0.0
-    for name, component in system.platform.components.items():
-        if isinstance(component, ProcessorComponent):
-            processors = processors + _joules(machine.watts(name), machine.by_name[name], span)
-        elif isinstance(component, MemoryComponent) and component.power is not None:
+    for name in system.platform.of(ProcessorComponent):
+        processors = processors + _joules(machine.watts(name), machine.by_name[name], span)
+    for name, memory in system.platform.of(MemoryComponent).items():
+        if memory.power is not None:
             memories = memories + _joules(machine.watts(name), machine.by_name[name], span)
     links = sum(
         _joules(machine.watts(name), machine.links[name], span)
@@ -134,10 +129,12 @@ def _joules(watts: tuple[Any, Any], component: Any, span: Any) -> Any:
 
 def _not_declared(system: System) -> dict[str, tuple[str, ...]]:
     """Links and memories without a figure of power."""
-    components, links = system.platform.components, system.platform.links
-    memories = {name: spec for name, spec in components.items() if isinstance(spec, MemoryComponent)}
+    kinds: dict[str, Mapping[str, Any]] = {
+        "links": system.platform.links,
+        "memories": system.platform.of(MemoryComponent),
+    }
     missing = {
         kind: tuple(name for name, spec in of_kind.items() if spec.power is None)
-        for kind, of_kind in (("links", links), ("memories", memories))
+        for kind, of_kind in kinds.items()
     }
     return {kind: names for kind, names in missing.items() if names}

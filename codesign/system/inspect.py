@@ -217,7 +217,7 @@ def load_any(source: str | Path) -> Spec | Part:
 
 def _board(platform: Platform) -> str:
     """Its description, and its part and price where it has them."""
-    chips = [part.part for part in platform.components.values() if isinstance(part, FpgaComponent)]
+    chips = [fpga.part for fpga in platform.of(FpgaComponent).values()]
     price = platform.board.price if platform.board is not None else None
     facts = [*chips, *([f"{price.value:,g} {price.unit}, {price.status}"] if price is not None else [])]
     return (

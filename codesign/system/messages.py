@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 from codesign.errors import CodesignError
 from codesign.inputs import Platform
-from codesign.inputs.components import DisplayComponent, MemoryComponent
 from codesign.planners.task_graph import Flow
 from codesign.results.ledger import RETRIES, Ledger, Spent
 
@@ -52,8 +51,8 @@ class Routes:
         self._graph = networkx.MultiGraph()
         self._graph.add_nodes_from(platform.components)
         for name, component in platform.components.items():
-            if isinstance(component, MemoryComponent | DisplayComponent):
-                self._graph.add_edge(name, component.beside, link=None)
+            if component.neighbour is not None:
+                self._graph.add_edge(name, component.neighbour, link=None)
         for name, link in platform.links.items():
             for index, end in enumerate(link.between):
                 for other in link.between[index + 1 :]:

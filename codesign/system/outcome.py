@@ -72,8 +72,8 @@ def fit_system(system: System, tell: TellLevers = lever_texts) -> SystemFit:
     job, part = system.job, system.part
     fields, reasons, powers = _apart(system)
     fields["notes"] = system.notes + fields.get("notes", ())
-    spec = system.platform.components[system.component]
-    if isinstance(spec, FpgaComponent):
+    spec = system.platform.of(FpgaComponent).get(system.component)
+    if spec is not None:
         laws = laws_of(system.architecture, spec)
         demand = laws.demand(job)
         held = fit(demand, part, system.clock, laws.clock_limit(job), tell)
@@ -99,8 +99,8 @@ def _apart(system: System) -> tuple[dict[str, Any], tuple[Reason, ...], dict[str
     powers: dict[str, Power] = {}
     for task, style in system.placement.styles.items():
         name = system.placement.places[task]
-        spec = system.platform.components[name]
-        if task in system.placement.inside or not isinstance(spec, FpgaComponent):
+        spec = system.platform.of(FpgaComponent).get(name)
+        if task in system.placement.inside or spec is None:
             continue
         part, clock = spec.chip, int(spec.clock.value)
         job = Job(system.problem, system.planning, part=part)
@@ -122,8 +122,7 @@ def _apart(system: System) -> tuple[dict[str, Any], tuple[Reason, ...], dict[str
 
 def _processor_figures(system: System) -> dict[str, Figure]:
     """The figures on which time and energy of a processor rest."""
-    spec = system.platform.components[system.component]
-    assert isinstance(spec, ProcessorComponent), "what has no part is a processor"
+    spec = system.platform.of(ProcessorComponent)[system.component]
     figures = {
         f"cost of {kernel}": cost.per(PICOSECONDS_PER_SECOND, "s") for kernel, cost in spec.costs.items()
     }
@@ -172,9 +171,7 @@ def use_fields(
             for name, link in machine.links.items()
         },
         "displays": {
-            name: display_use(machine.by_name[name])
-            for name, spec in machine.system.platform.components.items()
-            if isinstance(spec, DisplayComponent)
+            name: display_use(machine.by_name[name]) for name in machine.system.platform.of(DisplayComponent)
         },
     }
 

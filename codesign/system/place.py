@@ -46,11 +46,7 @@ class Placement:
 
 def _asker(platform: Platform, component: str) -> str:
     """The component that asks for the plan: the first processor besides the planning ``component``, or else that."""
-    others = [
-        name
-        for name, spec in platform.components.items()
-        if isinstance(spec, ProcessorComponent) and name != component
-    ]
+    others = [name for name in platform.of(ProcessorComponent) if name != component]
     return others[0] if others else component
 
 
@@ -220,8 +216,8 @@ def _cost_faults(platform: Platform, needed: Sequence[tuple[str, str, str]]) -> 
     """Kernels that their processor has no cost of. ``needed``: component, kernel, and what is counted in it."""
     missing: dict[tuple[str, str], str] = {}
     for name, kernel, user in needed:
-        component = platform.components[name]
-        if isinstance(component, ProcessorComponent) and kernel and kernel not in component.costs:
+        kernels_there = platform.components[name].kernels
+        if kernels_there is not None and kernel and kernel not in kernels_there:
             missing.setdefault((name, kernel), user)
     faults = []
     for name, user in dict.fromkeys((name, user) for (name, _), user in missing.items()):
@@ -240,7 +236,7 @@ def map_work_notes(draft: Draft, placement: Placement) -> tuple[str, ...]:
     """A note for work on the map whose time does not count: the component that sends the map is no processor."""
     name = placement.places[LOAD]
     spec = draft.platform.components[name]
-    if isinstance(spec, ProcessorComponent):
+    if spec.kernels is not None:
         return ()
     done = dict.fromkeys(work.what for work in draft.planner.map_work(draft.job) if work.units)
     return tuple(
@@ -291,22 +287,22 @@ def _flow_fault(planner: Planner, flows: Any) -> str | None:
 def external_of(draft: Draft) -> ExternalMemoryLaw | None:
     """The law of the accesses to the planning task's external memory; None where it asks for none."""
     name = draft.workload.mapping[draft.planner.planning_task].external_memory
-    spec = None if name is None else draft.platform.components[name]
-    return memory_law(str(name), spec) if isinstance(spec, MemoryComponent) else None
+    spec = draft.platform.of(MemoryComponent).get(name or "")
+    return None if spec is None else memory_law(str(name), spec)
 
 
 def memory_faults(draft: Draft) -> list[Fault]:
     """External memories that are no memories, that are beside another FPGA, or that the task has no use for."""
     platform, workload, architecture = draft.platform, draft.workload, draft.architecture
     planning = draft.planner.planning_task
-    memories = {name for name, spec in platform.components.items() if isinstance(spec, MemoryComponent)}
+    memories = platform.of(MemoryComponent)
     faults = []
     for task, mapped in workload.mapping.items():
         name, path = mapped.external_memory, ("mapping", task, "external_memory")
         if name is None:
             continue
-        spec = platform.components.get(name)
-        if not isinstance(spec, MemoryComponent):
+        spec = memories.get(name)
+        if spec is None:
             text = f"platform {platform.name} has no memory {name!r}"
             hint = choose_hint(name, memories) if memories else "give the platform a component of type memory"
             faults.append(fault(workload, path, text, hint))

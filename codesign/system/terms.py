@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 
 from codesign.figures import Figure, Status
-from codesign.inputs.components import FpgaComponent, MemoryComponent, ProcessorComponent
+from codesign.inputs.components import MemoryComponent
 from codesign.laws import LinkLaw, Monomial, Sum, as_sum, symbol
 from codesign.results.ledger import BEGINS, CYCLES, RETRIES, Ledger, Spent, Work
 from codesign.results.result import Power
@@ -128,8 +128,7 @@ def _open(machine: Ran, ledger: Ledger) -> str:
 
 def _external(system: System) -> MemoryComponent | None:
     """The memory beside the FPGA that the design keeps its data in."""
-    memory = None if system.external is None else system.platform.components[system.external.name]
-    return memory if isinstance(memory, MemoryComponent) else None
+    return None if system.external is None else system.platform.of(MemoryComponent)[system.external.name]
 
 
 def _row_words(memory: MemoryComponent) -> tuple[float, float]:
@@ -205,11 +204,11 @@ class _Pricing:
             yield from self._messages(work, amount)
             return
         spec = self.machine.spec(name)
-        if isinstance(spec, ProcessorComponent):
+        if spec.kernels is not None:
             cost = self.machine.figure(name, lambda each: each.costs[str(work.unit)])
             seconds = cost.per(PICOSECONDS_PER_SECOND, "s")
             yield self.term(work, amount, {self.input(f"{name}.costs.{work.unit}", seconds): 1})
-        elif isinstance(spec, FpgaComponent) and work.unit == CYCLES:
+        elif work.unit == CYCLES:
             powers = {self._of(name, "clock"): -1}
             yield self.term(work, amount, powers | self._accesses(name))
 
@@ -277,17 +276,17 @@ class _Pricing:
         if name in self.system.platform.links:
             law = self._law_of(name)
             return as_sum(law.rate()) if law.aligned else None
-        return symbol(self._of(name, "clock")) if isinstance(self.machine.spec(name), FpgaComponent) else None
+        return None if self.machine.spec(name).chip is None else symbol(self._of(name, "clock"))
 
     def draws(self, boards: Mapping[str, Power]) -> Iterator[Draw]:
         """What every FPGA, processor, memory and link draws."""
-        platform = self.system.platform
+        platform, memories = self.system.platform, self.system.platform.of(MemoryComponent)
         for name, power in boards.items():
             yield from self._board(name, power)
         for name, component in platform.components.items():
-            if isinstance(component, ProcessorComponent):
+            if component.kernels is not None:
                 yield from self._busy_or_waiting(name)
-            elif isinstance(component, MemoryComponent) and component.power is not None:
+            elif name in memories and memories[name].power is not None:
                 yield from self._memory(name)
         for name, link in platform.links.items():
             if link.power is not None:

@@ -15,7 +15,7 @@ from codesign import interrupts
 from codesign.errors import CodesignError
 from codesign.figures import Figure
 from codesign.inputs import Platform, Workload
-from codesign.inputs.components import FpgaComponent, MemoryComponent, ProcessorComponent, RobotComponent
+from codesign.inputs.components import FpgaComponent, MemoryComponent, RobotComponent
 from codesign.inputs.edit import SCENARIO, design_point
 from codesign.inputs.scenario import WhenBusy
 from codesign.results.mission import LIVELOCK, Bottleneck, LeverRun, Mission
@@ -170,24 +170,26 @@ def _saving(mission: Mission, run: LeverRun) -> str:
 
 
 def _of_components(system: System, result: Result) -> Iterator[MissionLever]:
-    used = set(system.placement.places.values())
-    for name, spec in system.platform.components.items():
-        if name not in used:
-            continue
-        if isinstance(spec, FpgaComponent):
-            yield _fpga_clock(system, result, name, spec)
-        elif isinstance(spec, ProcessorComponent):
-            halved = {kernel: int(cost.value) // FACTOR for kernel, cost in spec.costs.items()}
+    used, platform = set(system.placement.places.values()), system.platform
+    fpgas, robots = platform.of(FpgaComponent), platform.of(RobotComponent)
+    for name in (name for name in platform.components if name in used):
+        if name in fpgas:
+            yield _fpga_clock(system, result, name, fpgas[name])
+        elif name in robots:
+            yield from _of_robot(name, robots[name])
+        elif costs := platform.components[name].kernels:
+            halved = {kernel: int(cost.value) // FACTOR for kernel, cost in costs.items()}
             if any(halved.values()):
                 value = {kernel: f"{cost} ps" for kernel, cost in halved.items()}
                 yield MissionLever(f"{name}.costs", "as declared", "halved", value)
-        elif isinstance(spec, RobotComponent):
-            for key, figure in spec.kinematics:
-                if isinstance(figure, Figure):
-                    path = f"{name}.kinematics.{key}"
-                    faster = FACTOR * float(figure.value)
-                    before, after = (f"{each:.4g} {figure.unit}" for each in (figure.value, faster))
-                    yield MissionLever(path, before, after, f"{faster!r} {figure.unit}")
+
+
+def _of_robot(name: str, spec: RobotComponent) -> Iterator[MissionLever]:
+    for key, figure in spec.kinematics:
+        if isinstance(figure, Figure):
+            path, faster = f"{name}.kinematics.{key}", FACTOR * float(figure.value)
+            before, after = (f"{each:.4g} {figure.unit}" for each in (figure.value, faster))
+            yield MissionLever(path, before, after, f"{faster!r} {figure.unit}")
 
 
 def _fpga_clock(system: System, result: Result, name: str, spec: FpgaComponent) -> MissionLever:
@@ -197,9 +199,7 @@ def _fpga_clock(system: System, result: Result, name: str, spec: FpgaComponent) 
     if result.clock is not None:
         limits.append(result.clock.limit.value)
     limits += [
-        memory.clock.value
-        for memory in system.platform.components.values()
-        if isinstance(memory, MemoryComponent) and memory.beside == name
+        memory.clock.value for memory in system.platform.of(MemoryComponent).values() if memory.beside == name
     ]
     faster = min(FACTOR * clock, math.floor(min(limits)))
     path, before = f"{name}.clock", format_quantity(clock, Dimension.FREQUENCY)

@@ -14,7 +14,7 @@ from codesign.components.command import Command
 from codesign.components.path import Point, cell_of
 from codesign.components.robot import PRESSING, MobileRobot
 from codesign.components.sensor import NOTHING, RangeScan, Sensor
-from codesign.inputs.components import RaySensor, RobotComponent
+from codesign.inputs.components import RobotComponent
 from codesign.records import (
     BeliefRecord,
     MissionRecord,
@@ -93,8 +93,7 @@ class Scene:
         system = machine.system
         scenario = drive_on(system.workload, system.problem)
         name = system.placement.places[MOVE]
-        spec = system.platform.components[name]
-        assert isinstance(spec, RobotComponent), "move is placed on robots only"
+        spec = system.platform.of(RobotComponent)[name]
         problem = system.problem
         self.machine, self.scenario, self._scan_due = machine, scenario, 0
         self.resolution = resolution_of(system.workload, problem)
@@ -139,11 +138,12 @@ class Scene:
         """Tell listeners what the robot is, and which obstacles its map does not show."""
         if self.machine.listening:
             hidden = np.argwhere(self.machine.system.problem.free & ~self.world.free_now).astype(np.int32)
-            rays = spec.sensor.rays if isinstance(spec.sensor, RaySensor) else 0
             figures = (spec.radius, spec.kinematics.speed, spec.sensor.range)
             radius, speed, reach = (float(figure.value) for figure in figures)
             knows = self.scenario.known == "all"
-            self.machine.tell(RobotRecord(0, self.robot.name, radius, speed, reach, rays, hidden, knows))
+            self.machine.tell(
+                RobotRecord(0, self.robot.name, radius, speed, reach, spec.sensor.beams, hidden, knows)
+            )
 
     def advance(self) -> None:
         """Bring the robot up to now, and report what it ran against."""

@@ -158,8 +158,7 @@ def _shortest(scene: Scene, memo: Memo) -> float | None:
 
 def _energy(machine: Machine, scene: Scene, boards: Mapping[str, Power]) -> MissionEnergy:
     own = energy(machine, boards)
-    spec = machine.system.platform.components[scene.robot.name]
-    assert isinstance(spec, RobotComponent), "a scene's robot is one"
+    spec = machine.system.platform.of(RobotComponent)[scene.robot.name]
     moving, standing = (
         scene.robot.moving / PICOSECONDS_PER_SECOND,
         scene.robot.standing / PICOSECONDS_PER_SECOND,

@@ -45,7 +45,7 @@ def drive_on(workload: Workload, problem: Problem) -> Drive:
 
 def robots_of(platform: Platform) -> dict[str, RobotComponent]:
     """The robots of a platform by name."""
-    return {name: spec for name, spec in platform.components.items() if isinstance(spec, RobotComponent)}
+    return platform.of(RobotComponent)
 
 
 def robot_name(platform: Platform, workload: Workload) -> str | None:
