@@ -67,6 +67,7 @@ def test_a_new_link_is_held_to_what_every_kind_is(tree: Recipe) -> None:
     assert "failed" not in out
 
 
+@pytest.mark.slow
 def test_a_law_without_its_figure_in_the_price_is_found(tree: Recipe, tmp_path: Path) -> None:
     """The suite can fail: simulated with a preamble twice as long, a message is not what is priced."""
     del tmp_path
