@@ -183,6 +183,8 @@ class Pricer(Evaluator):
         except CodesignError as fault:
             # Each point by itself reports what is wrong with it.
             return Done(work, why_apart=str(fault) or type(fault).__name__)
+        except AssertionError:
+            raise  # What two rooms must agree on does not hold: no figure of the study is to be trusted.
         except Exception as fault:
             # A fault of pricing costs time, and no result. Tests of all shipped studies notice it.
             return Done(work, why_apart=_unexpected(fault))
@@ -269,6 +271,8 @@ def _entry_of(evaluate: EvaluatePoint, point: DesignPoint) -> tuple[Entry, bool]
         return Entry(point.key, EntryState.DONE, result.model_dump_json()), result.time is not None
     except CodesignError as fault:
         return Entry(point.key, EntryState.FAILED, str(fault)), False
+    except AssertionError:
+        raise
     except Exception as fault:
         # Not the user's mistake: the place is what a report of it needs.
         return Entry(point.key, EntryState.FAILED, _unexpected(fault)), False

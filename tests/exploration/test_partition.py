@@ -185,6 +185,22 @@ def test_the_shipped_studies_are_priced_but_for_named_reasons(name: str) -> None
     assert priced or any(re.fullmatch(why, done.why_apart) for why in NAMED)
 
 
+@pytest.mark.parametrize("place", ["price", "bind"])
+def test_an_assertion_ends_an_exploration(
+    small: Workload, monkeypatch: pytest.MonkeyPatch, place: str
+) -> None:
+    """It is neither a failed point nor one that is simulated by itself and slower."""
+
+    def broken(*_arguments: Any, **_options: Any) -> Any:
+        raise AssertionError("a link has a law that pricing does not know")
+
+    section = codesign.inputs.Exploration(axes={"fabric.clock": ("10 MHz", "20 MHz")})
+    platform, workload = load_platform("virtex2-pci"), small.model_copy(update={"explore": section})
+    monkeypatch.setattr(f"codesign.exploration.evaluation.{place}", broken)
+    with pytest.raises(AssertionError, match="a law that pricing does not know"):
+        codesign.explore(platform, workload, workers=1)
+
+
 def test_a_fault_of_pricing_is_named_and_costs_no_result(
     small: Workload, monkeypatch: pytest.MonkeyPatch
 ) -> None:
