@@ -1,0 +1,28 @@
+"""The page of the house has the figures that its script counts."""
+
+from __future__ import annotations
+
+import re
+
+from places import ROOT
+
+from docs.count_house import FIGURES, classes, type_tests
+
+PAGE = (ROOT / "docs" / "house.md").read_text(encoding="utf-8")
+ROWS = re.findall(r"^\| ([^|]+) \| ([^|]+) \| ([^|]+) \|$", PAGE, re.MULTILINE)
+
+
+def test_the_page_names_what_is_counted_and_what_is_required() -> None:
+    rows = {name: required for name, _, required in ROWS}
+    assert {name: required for name, (_, required) in FIGURES.items()}.items() <= rows.items()
+
+
+def test_engines_ask_no_component_or_link_for_its_type() -> None:
+    assert type_tests(classes("inputs.components", "inputs.links", "components")) <= 10
+
+
+def test_the_law_of_a_link_is_named_in_one_file() -> None:
+    files = [
+        path for path in (ROOT / "codesign").rglob("*.py") if "BusLink" in path.read_text(encoding="utf-8")
+    ]
+    assert [path.name for path in files] == ["links.py"]
