@@ -19,6 +19,7 @@ from codesign.errors import InputError, choose_hint
 from codesign.kernel_cache import provide_kernel_cache
 from codesign.notebooks import show_with
 from codesign.progress import silent
+from codesign.version import __version__ as __version__
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -37,7 +38,6 @@ if TYPE_CHECKING:
     from codesign.system import MissionProgress, Result
     from codesign.trace import McapListener, Trace
 
-__version__ = "0.1.0"
 __all__ = ["explain", "explore", "load_platform", "load_workload", "open_trace", "simulate"]
 
 provide_kernel_cache()

@@ -167,6 +167,11 @@ def circles() -> int:
     return sum(len(group) > 1 for group in nx.strongly_connected_components(arrows()))
 
 
+def modules_in_circles() -> int:
+    """Modules that import each other."""
+    return sum(len(group) for group in nx.strongly_connected_components(arrows()) if len(group) > 1)
+
+
 def rooms() -> int:
     """Packages and modules at the top level."""
     return sum(
@@ -207,6 +212,7 @@ FIGURES: dict[str, tuple[Callable[[], object], str]] = {
     "modules that a plain run loads": (lambda: modules_of_a_run()[0], "at most 250"),
     "modules with a function that a plain run runs": (lambda: modules_of_a_run()[1], "at most 110"),
     "circles, typing included": (circles, "0"),
+    "modules in circles": (modules_in_circles, "0"),
     "rooms at the top level": (rooms, "at most 12"),
     "docstrings that begin with a subordinate clause": (subordinate, "few"),
     "“that of”, “those of” in docstrings": (pronouns, "few"),

@@ -9,7 +9,6 @@ from typing import Any
 
 import yaml
 
-from codesign import __version__
 from codesign.calibrate.design import DesignPoint
 from codesign.calibrate.fit import factor_of, fitted_term
 from codesign.calibrate.reports import Report
@@ -27,6 +26,7 @@ from codesign.inputs.calibration_file import (
 )
 from codesign.inputs.faults import validate
 from codesign.inputs.yaml_tree import parse_document
+from codesign.version import __version__
 
 
 @dataclass(frozen=True)

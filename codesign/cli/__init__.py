@@ -16,7 +16,7 @@ from typing import Any, NoReturn
 
 import click
 
-from codesign import __version__, interrupts
+from codesign import interrupts
 from codesign.cli.options import debug_option, is_debug
 from codesign.cli.pipes import UnfailingStream, output_may_fail
 from codesign.errors import (
@@ -29,6 +29,7 @@ from codesign.errors import (
     RunError,
 )
 from codesign.files import remove_passing
+from codesign.version import __version__
 
 COMMANDS = {
     "run": (

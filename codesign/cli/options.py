@@ -82,8 +82,8 @@ _STOPWATCH = "codesign.stopwatch"
 def _begin_debug(context: click.Context, _param: click.Parameter, wanted: bool) -> None:
     if not wanted or is_debug(context):
         return
-    from codesign import __version__
     from codesign.kernel_cache import kernel_folders
+    from codesign.version import __version__
 
     context.meta[_STOPWATCH] = Stopwatch()
     python = f"Python {platform.python_version()} at {sys.executable}"

@@ -9,13 +9,13 @@ from dataclasses import asdict, dataclass, replace
 from enum import StrEnum
 from typing import Any, Literal
 
-from codesign import __version__
 from codesign.errors import clip
 from codesign.figures import Status
 from codesign.files import date_of_writing
 from codesign.models import SpecModel
 from codesign.notebooks import InNotebooks
 from codesign.units import counted
+from codesign.version import __version__
 
 SCHEMA_VERSION = 1
 

@@ -29,7 +29,7 @@ from codesign.records import (
     VisitsRecord,
 )
 from codesign.report.scrub_cells import Cells
-from codesign.report.scrub_series import Series, series_of
+from codesign.report.scrub_series import Series, Track, series_of
 from codesign.units import counted
 
 Floats = NDArray[np.float64]
@@ -60,25 +60,6 @@ MOST_POINTS = 200_000
 
 MOST_LEVELS = 4_000_000
 """Cells of the fields of all stages together; of more, some stages are left out."""
-
-
-@dataclass(frozen=True)
-class Track:
-    """The places of a robot: ``times`` (ps, int64, rising), ``rows``, ``columns`` (cells).
-
-    ``arrived``: when it came to stand at its target, ps; None where it did not, and of a robot that drives on.
-    ``headings`` (radians, from growing columns to growing rows) and ``speeds`` (m/s) are None in a fleet, which reports
-    places alone. ``radius``: of its body, cells; 0: not known.
-    """
-
-    name: str
-    times: NDArray[np.int64]
-    rows: Floats
-    columns: Floats
-    headings: Floats | None = None
-    speeds: Floats | None = None
-    radius: float = 0.0
-    arrived: int | None = None
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codesign.report.columns import Columns, Entry
-from codesign.report.scrub import Field, Scrub, Timed, Track
+from codesign.report.scrub import Field, Scrub, Timed
+from codesign.report.scrub_series import Track
 from codesign.report.wording import number_scales
 
 MOST_TICKS = 4_000_000

@@ -8,9 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from codesign.report.page import script_json, template_text
-from codesign.report.scrub import Event, Scrub, Track
+from codesign.report.scrub import Event, Scrub
 from codesign.report.scrub_cells import UNKNOWN
 from codesign.report.scrub_data import scrub_data, tick_of
+from codesign.report.scrub_series import Track
 from codesign.report.table import Cell, Table, left, right
 from codesign.report.wording import ABSENT, quantity_cell
 from codesign.units import PICOSECONDS_PER_SECOND, counted, format_time

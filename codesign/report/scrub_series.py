@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,12 +11,28 @@ from numpy.typing import NDArray
 from codesign.activity import Span, activities, depth_over_time, share_over_time, union
 from codesign.records import MessageRecord, Record, TaskRecord, VisitsRecord
 
-if TYPE_CHECKING:
-    from codesign.report.scrub import Track
-
 BINS = 480
 _WORK = (TaskRecord, VisitsRecord, MessageRecord)
 _MOST_LINES = 4
+
+
+@dataclass(frozen=True)
+class Track:
+    """The places of a robot: ``times`` (ps, int64, rising), ``rows``, ``columns`` (cells).
+
+    ``arrived``: when it came to stand at its target, ps; None where it did not, and of a robot that drives on.
+    ``headings`` (radians, from growing columns to growing rows) and ``speeds`` (m/s) are None in a fleet, which reports
+    places alone. ``radius``: of its body, cells; 0: not known.
+    """
+
+    name: str
+    times: NDArray[np.int64]
+    rows: NDArray[np.float64]
+    columns: NDArray[np.float64]
+    headings: NDArray[np.float64] | None = None
+    speeds: NDArray[np.float64] | None = None
+    radius: float = 0.0
+    arrived: int | None = None
 
 
 @dataclass(frozen=True)

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from pydantic import Field
 
-from codesign import __version__
 from codesign.files import date_of_writing
 from codesign.results.model import ResultModel
+from codesign.version import __version__
 
 
 class Provenance(ResultModel):

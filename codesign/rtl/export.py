@@ -13,7 +13,6 @@ from dataclasses import dataclass, field
 from hashlib import sha256
 from typing import Any
 
-from codesign import __version__
 from codesign.errors import printable
 from codesign.planners import measured
 from codesign.planners.circuits import Circuit, Expected
@@ -26,6 +25,7 @@ from codesign.rtl.flow import flow_files, holds_memories
 from codesign.rtl.place import placing_files
 from codesign.rtl.placed import Placed
 from codesign.units import format_frequency
+from codesign.version import __version__
 
 MANIFEST = "manifest.json"
 

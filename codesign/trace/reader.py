@@ -12,7 +12,6 @@ from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Any
 
-from codesign import __version__
 from codesign.errors import TraceError, choose_hint, printable
 from codesign.progress import Show, silent
 from codesign.records import Record, SummaryRecord
@@ -23,6 +22,7 @@ from codesign.trace.scan import DamagedError, scan
 from codesign.trace.schemas import RECORD_TYPES, agrees, message_class
 from codesign.trace.values import parse_json
 from codesign.units import counted, format_count, format_time
+from codesign.version import __version__
 
 MAX_ATTACHED_BYTES = 2**26
 """Most bytes of all attachments and metadata together."""

@@ -9,7 +9,7 @@ from places import ROOT
 ROOMS = sorted(path.parent.name for path in (ROOT / "codesign").glob("planners/*/plug_in.py"))
 
 LEVELS: list[list[str]] = [
-    ["errors"],
+    ["errors", "version"],
     ["units"],
     ["figures"],
     ["memo", "progress"],
