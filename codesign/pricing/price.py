@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from codesign.figures import FIGURES
+from codesign.figures import FIGURES, ResultFigure
 from codesign.inputs.components import DisplayComponent
 from codesign.pricing.boards import Board, Numbers, PartUse, boards_of, used_boards
 from codesign.pricing.computation import Computation, Recorded
@@ -38,6 +38,9 @@ PRICED = (
 
 assert FIGURES.keys() >= set(PRICED)
 
+_MOVED = {"time", "energy", "power", "clock", "processor", "utilisation", "links", "displays", "terms"}
+"""Parts of a result that prices move; a template does not have them."""
+
 
 def why_alone(system: System) -> str:
     """Why a design point is simulated by itself, though others compute the same; "" where it is priced."""
@@ -46,6 +49,9 @@ def why_alone(system: System) -> str:
 
 def _reasons_alone(system: System) -> Iterator[str]:
     platform = system.platform
+    for figure in FIGURES.values():
+        if _is_of_whole_results(figure):
+            yield f"figure {figure.name} is computed of whole results"
     if system.scenario.type != "plan_once":
         yield f"scenario {system.scenario.type} is simulated event by event"
     if system.workload.tasks:
@@ -63,6 +69,13 @@ def _reasons_alone(system: System) -> Iterator[str]:
         if pairs & ends:
             yield f"of link {name} and those beside it each message takes the fastest"
         ends |= pairs
+
+
+def _is_of_whole_results(figure: ResultFigure) -> bool:
+    """Whether a figure may rest on what prices move, and pricing does not know how."""
+    part = figure.within.partition(".")[0]
+    moved = part in _MOVED or (part == "task" and figure.unit == "s") or figure.value is not None
+    return moved and figure.name not in PRICED
 
 
 @dataclass(frozen=True, eq=False)

@@ -131,6 +131,7 @@ def test_a_value_that_its_component_refuses_is_alone(small: Workload) -> None:
 
 
 NAMED = (
+    r"figure \S+ is computed of whole results",
     r"scenario \S+ is simulated event by event",
     r"tasks of the workload's own use the same components and links",
     r"accesses to an external memory depend on its rows",
