@@ -108,6 +108,15 @@ def test_symbols_numbers_and_directions_are_of_one_law(name: str, bits: int, dat
         assert sign * (at(values) - at(more)) >= -1e-12 * at(values)
 
 
+def test_twice_its_lever_halves_the_time_of_every_message(name: str) -> None:
+    model: AnyLink = kinds.platform(kinds.link(name)).links["line"]
+    key, whole = model.law.lever(model), model.law.whole(model)
+    assert bool(key) == (whole.ticks(100) > 0)
+    if key:
+        twice = model.law.of(model, lambda own: getattr(whole, own) * (1 + (own == key)))
+        assert twice.ticks(100) / twice.rate() == whole.ticks(100) / whole.rate() / 2
+
+
 def others_of(name: str, key: str) -> list[Any]:
     """Other values of a key that its kind takes."""
     declared, kind = kinds.link(name), LINKS[name]
