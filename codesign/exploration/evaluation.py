@@ -242,7 +242,7 @@ def computation_digest(system: System) -> str:
             sorted(placement.inside),
             {task: style.style for task, style in placement.styles.items()},
             {name: [spec.type, *spec.between] for name, spec in platform.links.items()},
-            {name: sorted(getattr(spec, "costs", ())) for name, spec in platform.components.items()},
+            {name: sorted(spec.kernels or ()) for name, spec in platform.components.items()},
         ]
     )
 

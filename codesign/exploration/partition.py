@@ -22,7 +22,7 @@ from codesign.exploration.space import MAX_GROUP, DesignPoint, Space, canonical
 from codesign.inputs import Platform
 from codesign.inputs.document import KeyPath
 from codesign.inputs.edit import PLATFORM_AXIS, Movable, design_point
-from codesign.inputs.priced import Priced
+from codesign.inputs.hardware import Hardware
 from codesign.pricing.machines import Specs
 
 Indices = NDArray[np.int64]
@@ -150,7 +150,7 @@ class Parting:
         return owners
 
     @cached_property
-    def _models(self) -> Mapping[str, Priced]:
+    def _models(self) -> Mapping[str, Hardware]:
         return {**self.platform.components, **self.platform.links}
 
     def works(self) -> Iterator[Work]:
@@ -158,7 +158,7 @@ class Parting:
         moved = {axis for axes in self.priced.values() for axis in axes}
         count = len(self.points)
         which = {name: np.zeros(count, np.intp) for name in self._models}
-        models: dict[str, tuple[Priced, ...]] = {name: (model,) for name, model in self._models.items()}
+        models: dict[str, tuple[Hardware, ...]] = {name: (model,) for name, model in self._models.items()}
         sound = np.ones(count, bool)
         shapes: list[NDArray[np.int32]] = []
         parts: list[NDArray[np.int32]] = []
@@ -179,21 +179,21 @@ class Parting:
         part = _grouped(parts, count)
         yield from self._by_group(group, sound, models, which, part)
 
-    def model(self, name: str, levels: Mapping[str, int]) -> Priced | None:
+    def model(self, name: str, levels: Mapping[str, int]) -> Hardware | None:
         """A component or link with values of its own axes; None where it refuses them."""
         values = {axis: self.space.axes[axis][level] for axis, level in levels.items() if level >= 0}
         try:
             platform = design_point(self.platform, self.explored.workload, values)[0]
         except CodesignError:
             return None
-        model: Priced = {**platform.components, **platform.links}[name]
+        model: Hardware = {**platform.components, **platform.links}[name]
         return model
 
     def _by_group(
         self,
         group: NDArray[np.intp],
         sound: NDArray[np.bool_],
-        models: Mapping[str, tuple[Priced, ...]],
+        models: Mapping[str, tuple[Hardware, ...]],
         which: Mapping[str, NDArray[np.intp]],
         part: NDArray[np.intp],
     ) -> Iterator[Work]:
@@ -257,13 +257,13 @@ class Parting:
         return digest.hexdigest()
 
 
-def _shapes(models: Sequence[Priced | None]) -> NDArray[np.int32]:
+def _shapes(models: Sequence[Hardware | None]) -> NDArray[np.int32]:
     """A number for each kind of model: those of one kind differ in prices alone."""
     kinds: dict[str, int] = {}
     return np.array([kinds.setdefault(_shape(model), len(kinds)) for model in models], np.int32)
 
 
-def _shape(model: Priced | None) -> str:
+def _shape(model: Hardware | None) -> str:
     return "" if model is None else canonical(model.shape())
 
 

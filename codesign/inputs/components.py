@@ -23,9 +23,9 @@ from codesign.inputs.fields import (
     TimeFigure,
     TurnRateFigure,
 )
+from codesign.inputs.hardware import Hardware
 from codesign.inputs.host_file import HOSTS, Cores, ProcessorPower
 from codesign.inputs.part_file import PARTS, load_part
-from codesign.inputs.priced import Priced
 from codesign.models import RefusalError, SpecModel, choice, refused
 from codesign.part import Part
 from codesign.units import format_frequency
@@ -33,7 +33,7 @@ from codesign.units import format_frequency
 MAX_RAYS = 4096
 
 
-class AnyComponent(Priced):
+class AnyComponent(Hardware):
     """A component of a platform.
 
     ``plans``: a task of a planner can be placed on it.

@@ -10,7 +10,7 @@ from pydantic import Field, field_validator, model_validator
 
 from codesign.inputs.components import BusyPower
 from codesign.inputs.fields import CountFigure, Duration, FrequencyFigure, Name, PositiveFigure
-from codesign.inputs.priced import Priced
+from codesign.inputs.hardware import Hardware
 from codesign.laws import BusLaw, IdealLaw, LinkLaw, SerialLaw
 from codesign.models import RefusalError, SpecModel, choice
 
@@ -60,7 +60,7 @@ class Outage(SpecModel):
         return self
 
 
-class AnyLink(Priced):
+class AnyLink(Hardware):
     """The keys that every link has."""
 
     law: ClassVar[type[LinkLaw]]

@@ -1,7 +1,7 @@
 """The least that a computation may cost on any machine of a box: bounds on what ``price`` gives.
 
 A box is every combination of the values of some axes, each of which moves costs in one direction
-(``Priced.directions``). The figures themselves do not move in one direction: a message waits for an edge of a clock,
+(``Hardware.directions``). The figures themselves do not move in one direction: a message waits for an edge of a clock,
 and a faster clock may have its next edge later. So time is bounded by what each act takes without any wait, on the
 fastest machine of the box. Power is bounded by that at the slowest clock, as static power does not depend on the clock
 and dynamic power rises with it. Energy is bounded by the least power over the least time.

@@ -246,11 +246,12 @@ def _faults_of(key: Same[Platform]) -> tuple[Fault, ...]:
     platform = key.it
 
     environment = simpy.Environment()
+    displays = platform.of(DisplayComponent)
     built: dict[str, components.Component] = {}
     faults: list[Fault] = []
     for name in building_order(platform):
         spec = platform.components[name]
-        if spec.type == "display" and spec.neighbour not in built:
+        if name in displays and displays[name].beside not in built:
             continue
         try:
             component = component_of(environment, name, spec, built, ())

@@ -17,7 +17,7 @@ def test_the_page_names_what_is_counted_and_what_is_required() -> None:
     assert {name: required for name, (_, required) in FIGURES.items()}.items() <= rows.items()
 
 
-def test_engines_ask_no_component_or_link_for_its_type() -> None:
+def test_few_places_ask_a_component_or_link_for_its_type() -> None:
     assert type_tests(classes("inputs.components", "inputs.links", "components")) <= 10
 
 

@@ -5,7 +5,6 @@ A kind is drawn from the fields of its model, so one that is added is held to al
 
 from __future__ import annotations
 
-import json
 import math
 from pathlib import Path
 from typing import Any
@@ -14,11 +13,13 @@ import kinds
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from search_boxes import check_boxes
 
 import codesign
 from codesign.errors import SpecError
 from codesign.exploration import explore
 from codesign.exploration.check import check_points
+from codesign.inputs import searching
 from codesign.inputs.links import LINKS, AnyLink
 from codesign.laws import as_sum, symbol
 
@@ -27,6 +28,9 @@ FREE = {"type", "between", "errors", "outages"}
 
 CONTENDED = {"arbitration", "fifo_depth"}
 """Keys that move a message where another one, or the sender's next, waits: tests of bus and serial line hold what."""
+
+OTHERS: list[Any] = [1, 1.5, 2, 5, 7, "none", "even", "odd"]
+"""Other values of keys that are no figures; a key takes some of them."""
 
 pytestmark = pytest.mark.parametrize("name", LINKS)
 
@@ -77,18 +81,21 @@ def test_the_interval_moves_with_every_price(name: str) -> None:
         assert simulated(pinned).terms.interval("plan_time_mean_s") != whole.interval("plan_time_mean_s"), key
 
 
-def test_no_bound_exceeds_a_value(name: str) -> None:
+def test_no_bound_exceeds_a_value(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Branch and bound proves the front of the enumeration, and every box that it leaves out keeps its bound."""
+    monkeypatch.setattr(searching, "ENUMERATED", 0)
     declared = kinds.link(name)
     axes: dict[str, Any] = {"fpga.clock": ["10 MHz", "25 MHz", "50 MHz"]}
     axes |= {f"line.{key}": [declared[key][end] for end in ("low", "value", "high")] for key in prices(name)}
     board, work = kinds.platform(declared), kinds.workload(axes)
     whole = explore(board, work, workers=1)
     bound = explore(board, work, workers=1, search="bound")
-    assert front(whole) == front(bound)
-
-
-def front(study: Any) -> list[str]:
-    return sorted(json.dumps(study.designs[index].axes, default=str) for index in study.front)
+    assert bound.search is not None
+    assert bound.search.proved
+    assert bound.front == whole.front
+    trace = bound.search.traces[0]
+    check_boxes(whole, trace)
+    assert trace.excluded or not prices(name)
 
 
 @given(bits=st.integers(1, 10**6), data=st.data())
@@ -127,9 +134,6 @@ def others_of(name: str, key: str) -> list[Any]:
     return [value for value in OTHERS if kinds.taken(kind, key, value)]
 
 
-OTHERS: list[Any] = [1, 1.5, 2, 5, 7, "none", "even", "odd"]
-
-
 def test_every_key_is_a_price_or_moves_what_is_computed(name: str) -> None:
     before = simulated(kinds.link(name))
     for key in LINKS[name].model_fields.keys() - FREE - CONTENDED:
@@ -142,6 +146,15 @@ def test_every_key_is_a_price_or_moves_what_is_computed(name: str) -> None:
             moved.append((after.task, after.energy) != (before.task, before.energy))
         # A key with one accepted value, such as the start bits of a frame, has nothing to move.
         assert any(moved) or len(moved) == 1, f"{key} moves neither time nor energy"
+
+
+def test_links_with_and_without_power_are_not_priced_together(name: str) -> None:
+    declared = kinds.link(name)
+    quiet = {key: value for key, value in declared.items() if key != "power"}
+    with_power, without = (kinds.platform(each).links["line"].shape() for each in (declared, quiet))
+    assert with_power != without
+    louder = declared | {"power": {"busy": "3 W", "idle": "1 W"}}
+    assert kinds.platform(louder).links["line"].shape() == with_power
 
 
 def test_every_view_shows_it(name: str, tmp_path: Path, hwsw: Any) -> None:

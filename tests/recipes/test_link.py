@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import pytest
 from recipes import Recipe
 
@@ -68,9 +66,8 @@ def test_a_new_link_is_held_to_what_every_kind_is(tree: Recipe) -> None:
 
 
 @pytest.mark.slow
-def test_a_law_without_its_figure_in_the_price_is_found(tree: Recipe, tmp_path: Path) -> None:
+def test_a_link_that_is_simulated_by_another_law_is_found(tree: Recipe) -> None:
     """The suite can fail: simulated with a preamble twice as long, a message is not what is priced."""
-    del tmp_path
     script = (
         "import kinds, codesign\n"
         "from codesign.components import link\n"

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-import copy
-from typing import Any
+from typing import Annotated, Any
 
+import yaml
 from pydantic import TypeAdapter, ValidationError
+from small_search import SMALL
 
 import codesign
 from codesign.figures import Figure
@@ -25,34 +26,12 @@ OTHERS: list[Any] = [8, 1.0, "2 us", "a-name"]
 
 POWER = {"busy": "300 mW", "idle": "100 mW"}
 
-WORKLOAD = {
-    "kind": "workload",
-    "name": "small",
-    "planner": "harmonic",
-    "problem": {
-        "map": {"generate": "rooms", "rows": 12, "columns": 18, "room": [5, 5], "door": 2, "seed": 3},
-        "goals": [[2, 2]],
-        "starts": {"count": 3, "seed": 1},
-    },
-    "mapping": {
-        "relax": {
-            "component": "fpga",
-            "block": [6, 9],
-            "iterations": 4,
-            "schedule": {"first": 7, "step": 8, "last": 31},
-        },
-        "decide": {"component": "fpga"},
-    },
-}
-
 
 def taken(kind: type[AnyLink], key: str, value: Any) -> bool:
     """Whether a field takes a value."""
     field = kind.model_fields[key]
     adapter: TypeAdapter[Any] = TypeAdapter(field.annotation)
     if field.metadata:
-        from typing import Annotated
-
         adapter = TypeAdapter(Annotated[(field.annotation, *field.metadata)])
     try:
         adapter.validate_python(value)
@@ -83,7 +62,15 @@ def link(name: str) -> dict[str, Any]:
     return declared
 
 
-def platform(declared: dict[str, Any]) -> Platform:
+HOST: dict[str, Any] = {
+    "type": "processor",
+    "clock": "1 GHz",
+    "costs": {"harmonic_node_update": "40 ns"},
+    "power": {"busy": "20 W", "idle": "5 W"},
+}
+
+
+def platform(declared: dict[str, Any], host: dict[str, Any] = HOST) -> Platform:
     """A small platform whose host and FPGA a link joins."""
     return codesign.load_platform(
         {
@@ -91,12 +78,7 @@ def platform(declared: dict[str, Any]) -> Platform:
             "name": "small-board",
             "components": {
                 "fpga": {"type": "fpga", "part": "XC2V6000-4", "clock": "50 MHz"},
-                "host": {
-                    "type": "processor",
-                    "clock": "1 GHz",
-                    "costs": {"harmonic_node_update": "40 ns"},
-                    "power": {"busy": "20 W", "idle": "5 W"},
-                },
+                "host": host,
             },
             "links": {"line": declared},
         }
@@ -105,7 +87,7 @@ def platform(declared: dict[str, Any]) -> Platform:
 
 def workload(axes: dict[str, Any] | None = None, **more: Any) -> Workload:
     """A small workload, with what is explored."""
-    raw = copy.deepcopy(WORKLOAD) | more
+    raw = yaml.safe_load(SMALL) | more
     if axes:
         raw["explore"] = {"axes": axes}
     return codesign.load_workload(raw)

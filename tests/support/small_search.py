@@ -14,9 +14,7 @@ from codesign.inputs.exploration import Exploration
 MHZ = "{} MHz".format
 
 
-def small_workload(folder: Path) -> Workload:
-    """A workload with one variant; its file is written to the folder."""
-    text = """
+SMALL = """
 kind: workload
 name: small
 planner: harmonic
@@ -32,7 +30,11 @@ variants:
     mapping:
       relax: {component: fpga, block: [6, 8], iterations: 2, schedule: {first: 7, step: 8, last: 31}}
 """
-    (folder / "small.yaml").write_text(text)
+
+
+def small_workload(folder: Path) -> Workload:
+    """A workload with one variant; its file is written to the folder."""
+    (folder / "small.yaml").write_text(SMALL)
     return codesign.load_workload(folder / "small.yaml")
 
 

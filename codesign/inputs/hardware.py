@@ -1,6 +1,7 @@
-"""What of a component or link is a price: it moves what work and messages take, and neither the work nor the messages.
+"""The base of components and links, which says which keys are prices.
 
-Design points that differ in prices alone compute the same, so one simulation serves them all.
+A price moves the time and the energy of work and of messages. It moves neither the work nor the messages. Design points
+that differ in prices alone compute the same, so one simulation serves them all.
 """
 
 from __future__ import annotations
@@ -11,10 +12,10 @@ from typing import Any, ClassVar
 from codesign.models import SpecModel
 
 
-class Priced(SpecModel):
-    """A component or link. By default nothing of it is a price.
+class Hardware(SpecModel):
+    """A component or link of a platform. By default it has no price.
 
-    ``traded``: the prices of which more is faster and also worse in another figure. Of others the fastest is best.
+    ``traded``: the prices whose faster value is worse in another figure. Of all other prices the fastest value is best.
     """
 
     traded: ClassVar[frozenset[str]] = frozenset()
