@@ -12,7 +12,8 @@ from codesign.components.channel import Channel, Message
 from codesign.components.component import ClockDomain
 from codesign.components.delivery import LINK_DOWN
 from codesign.components.link import Link, LinkOptions
-from codesign.laws import BusLaw, ceil_div
+from codesign.laws import ceil_div
+from codesign.laws.acts import BusLaw
 
 
 class Arbitration(StrEnum):

@@ -12,6 +12,7 @@ import simpy
 from codesign.components.component import ClockDomain, Component
 from codesign.components.fpga import PreemptedError
 from codesign.errors import InputError, RunError, choose_hint
+from codesign.laws.acts import KernelLaw
 from codesign.records import BROKEN_OFF, ENDED, PREEMPTED, UNFINISHED, Listener, TaskRecord
 
 
@@ -101,7 +102,7 @@ class Processor(Component):
             )
         if units < 0:
             raise RunError(f"{units} units of {kernel}", self.name, "give 0 or more")
-        return self.costs[kernel] * units
+        return int(KernelLaw(self.costs[kernel]).ticks(units))
 
     def execute(
         self, kernel: str, units: int, task: str | None = None, priority: int = 0

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Annotated, Any, ClassVar, Literal, Self
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self, Union, get_args
 
 from pydantic import ConfigDict, Field, PrivateAttr, ValidationInfo, field_validator, model_validator
 
@@ -26,6 +26,8 @@ from codesign.inputs.fields import (
 from codesign.inputs.hardware import Hardware
 from codesign.inputs.host_file import HOSTS, Cores, ProcessorPower
 from codesign.inputs.part_file import PARTS, load_part
+from codesign.laws import Law, Number
+from codesign.laws.acts import FpgaLaw, IdealLaw, KernelLaw
 from codesign.models import RefusalError, SpecModel, choice, refused
 from codesign.part import Part
 from codesign.units import format_frequency
@@ -39,7 +41,10 @@ class AnyComponent(Hardware):
     ``plans``: a task of a planner can be placed on it.
     """
 
+    law: ClassVar[type[Law]] = IdealLaw
     plans: ClassVar[bool] = False
+    if TYPE_CHECKING:
+        type: str
 
     @property
     def chip(self) -> Part | None:
@@ -65,6 +70,7 @@ class AnyComponent(Hardware):
 class FpgaComponent(AnyComponent):
     """A programmable chip with one clock."""
 
+    law = FpgaLaw
     plans = True
     traded = frozenset({"clock"})
 
@@ -87,11 +93,7 @@ class FpgaComponent(AnyComponent):
 
     def prices(self) -> frozenset[str]:
         """Part, clock and calibration."""
-        return frozenset({"part", "clock", "calibration"})
-
-    def directions(self) -> Mapping[str, int]:
-        """An FPGA takes n / clock for n cycles. Its dynamic power rises with the clock too."""
-        return {"clock": 1}
+        return super().prices() | {"part", "calibration"}
 
     @property
     def chip(self) -> Part:
@@ -141,6 +143,7 @@ class ProcessorComponent(AnyComponent):
     """
 
     model_config = ConfigDict(json_schema_extra=_without_host)
+    law = KernelLaw
     plans = True
 
     type: Literal["processor"] = Field(
@@ -185,6 +188,10 @@ class ProcessorComponent(AnyComponent):
     def prices(self) -> frozenset[str]:
         """The costs of kernels, the clock that counts them, and the power; a host moves them all."""
         return frozenset({"host", "clock", "costs", "power"})
+
+    def law_of(self, unit: str, number: Callable[[str], Number]) -> KernelLaw:
+        """The law of a kernel."""
+        return KernelLaw(number(f"costs.{unit}"))
 
     def shape(self) -> Any:
         """All but its prices, and the kernels that have a cost."""
@@ -391,13 +398,11 @@ class RobotComponent(AnyComponent):
 
 
 COMPONENTS: dict[str, type[AnyComponent]] = {
-    "fpga": FpgaComponent,
-    "processor": ProcessorComponent,
-    "memory": MemoryComponent,
-    "display": DisplayComponent,
-    "robot": RobotComponent,
+    get_args(kind.model_fields["type"].annotation)[0]: kind for kind in AnyComponent.__subclasses__()
 }
-Component = Annotated[
-    FpgaComponent | ProcessorComponent | MemoryComponent | DisplayComponent | RobotComponent,
-    choice("type", COMPONENTS),
-]
+"""The kinds of components by their type in YAML: every subclass of ``AnyComponent`` above is one."""
+
+if TYPE_CHECKING:
+    Component = AnyComponent
+else:
+    Component = Annotated[Union[tuple(COMPONENTS.values())], choice("type", COMPONENTS)]  # noqa: UP007

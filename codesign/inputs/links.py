@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from itertools import pairwise
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self, Union, get_args
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self, Union, get_args
 
 from pydantic import Field, field_validator, model_validator
 
 from codesign.inputs.components import BusyPower
 from codesign.inputs.fields import CountFigure, Duration, FrequencyFigure, Name, PositiveFigure
 from codesign.inputs.hardware import Hardware
-from codesign.laws import BusLaw, IdealLaw, LinkLaw, SerialLaw
+from codesign.laws.acts import BusLaw, IdealLaw, SerialLaw
 from codesign.models import RefusalError, SpecModel, choice
 
 MAX_ENDS = 256
@@ -63,8 +62,6 @@ class Outage(SpecModel):
 class AnyLink(Hardware):
     """The keys that every link has."""
 
-    law: ClassVar[type[LinkLaw]]
-    """What its messages take. It reads the keys of the same names."""
     if TYPE_CHECKING:
         type: str
 
@@ -87,11 +84,7 @@ class AnyLink(Hardware):
 
     def prices(self) -> frozenset[str]:
         """The prices of its law, and its power."""
-        return frozenset({*self.law.prices(self), "power"})
-
-    def directions(self) -> Mapping[str, int]:
-        """The directions of its law."""
-        return self.law.directions(self)
+        return super().prices() | {"power"}
 
     def shape(self) -> Any:
         """All but its prices, and whether its power is declared."""

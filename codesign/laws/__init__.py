@@ -4,8 +4,8 @@ A law is asked with whole numbers by the simulation, with arrays of many machine
 verdicts. Terms, price keys, directions and levers follow from what it answers to symbols.
 """
 
-from codesign.laws.links import BusLaw, IdealLaw, LinkLaw, SerialLaw
+from codesign.laws.acts import Law
 from codesign.laws.monomial import Monomial
-from codesign.laws.numbers import Sum, as_sum, ceil_div, symbol
+from codesign.laws.numbers import Number, Sum, as_sum, ceil_div, symbol
 
-__all__ = ["BusLaw", "IdealLaw", "LinkLaw", "Monomial", "SerialLaw", "Sum", "as_sum", "ceil_div", "symbol"]
+__all__ = ["Law", "Monomial", "Number", "Sum", "as_sum", "ceil_div", "symbol"]

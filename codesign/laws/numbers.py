@@ -55,7 +55,16 @@ class Sum:
         return Sum(tuple(_product(one, factor) for one in self.monomials for factor in factors))
 
     def __truediv__(self, other: Number) -> Sum:
-        return self * _inverse(as_sum(other))
+        (divisor,) = as_sum(other).monomials
+        if divisor.divide:
+            raise TypeError("one over a quotient is no monomial")
+        inverse = Monomial(1, {name: -power for name, power in divisor.powers.items()})
+        # A whole amount stays one where it can: 1 is left out.
+        parts = [
+            each if divisor.amount == 1 else replace(each, amount=each.amount / divisor.amount)
+            for each in self.monomials
+        ]
+        return Sum(tuple(_product(each, inverse) for each in parts))
 
     def __radd__(self, other: Number) -> Sum:
         return as_sum(other) + self
@@ -115,14 +124,6 @@ def _product(one: Monomial, other: Monomial) -> Monomial:
         one.amount if other.amount == 1 else other.amount if one.amount == 1 else one.amount * other.amount
     )
     return Monomial(amount, kept, by.divide, by.by)
-
-
-def _inverse(divisor: Sum) -> Sum:
-    (one,) = divisor.monomials
-    if one.divide:
-        raise TypeError("one over a quotient is no monomial")
-    amount = 1 if one.amount == 1 else 1 / one.amount
-    return Sum((Monomial(amount, {name: -power for name, power in one.powers.items()}),))
 
 
 def _direction(each: Monomial, name: str) -> int | None:

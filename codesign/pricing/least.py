@@ -12,10 +12,10 @@ from __future__ import annotations
 import numpy as np
 
 from codesign.pricing.boards import boards_of, used_boards
-from codesign.pricing.computation import BITS, Act, Computation
+from codesign.pricing.computation import Act, Computation
 from codesign.pricing.machines import Column, Machines, Specs
 from codesign.pricing.price import parts_of
-from codesign.results.ledger import CYCLES, Ledger
+from codesign.results.ledger import Ledger
 from codesign.results.task import times_of
 from codesign.scenarios.requests import mean_of_requests
 from codesign.system.bind import System
@@ -64,16 +64,11 @@ class _LeastMachines(Machines):
         return busy, np.minimum(busy, idle)
 
     def _do(self, act: Act, ledger: Ledger) -> None:
-        if act.unit == BITS:
-            resource = self.links[act.where]
-            begin, end = resource.span(np.zeros_like(self.now), act.amount)
-        elif act.unit == CYCLES:
-            resource = self.by_name[act.where]
-            begin, end = np.zeros_like(self.now), resource.clocks.edge(np.full_like(self.now, act.amount))
-        else:
-            super()._do(act, ledger)
-            return
-        # From time 0 on, the end is rounded up; between other edges it may be 1 ps less.
-        span = np.maximum(end - begin - 1, 0)
-        resource.busy = resource.busy + span
+        del ledger
+        resource = self._resource(act)
+        begin, end = resource.span(np.zeros_like(self.now), act)
+        _, clocks = resource.law(act.unit)
+        # From time 0 on, an end within a picosecond is rounded up; between other edges it may be 1 ps less.
+        span = np.maximum(end - begin - (clocks.hz < PICOSECONDS_PER_SECOND), 0)
+        resource.book(act, span)
         self.now = self.now + span

@@ -9,23 +9,78 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel
 
+from codesign.errors import RunError
 from codesign.figures import Figure
 from codesign.inputs.components import FpgaComponent, MemoryComponent, ProcessorComponent
-from codesign.inputs.links import AnyLink
+from codesign.laws import Law
 from codesign.pricing.computation import BITS, Act, Recorded
-from codesign.pricing.edges import Clocks, Times
 from codesign.results.ledger import BEGINS, CYCLES, Ledger, Spent
 from codesign.system.bind import System
 from codesign.system.energy import joules
+from codesign.units import PICOSECONDS_PER_SECOND, cycles_by, edge
 
 Column = NDArray[np.float64]
+
+
+Times = NDArray[np.int64]
+"""Picoseconds or cycles, one entry a machine."""
+
+_MOST = 2**62
+_EXACT = 2**50
+"""Above it, a float is too coarse to find a cycle by a quotient."""
+
+
+@dataclass(frozen=True, eq=False)
+class Clocks:
+    """A clock of each of many machines. ``hz``: int64, 1 to 10¹²; edge 0 of each lies at time 0.
+
+    >>> clocks = Clocks(np.array([150_000_000, 10**9]))
+    >>> clocks.edge(np.array([3, 3])).tolist(), clocks.at_or_after(np.array([6668, 6668])).tolist()
+    ([20000, 3000], [2, 7])
+    """
+
+    hz: Times
+
+    @cached_property
+    def _period(self) -> tuple[Times, Times]:
+        """Whole picoseconds of a period, and what remains of 10¹² after as many cycles as the clock has a second."""
+        whole, rest = np.divmod(np.int64(PICOSECONDS_PER_SECOND), self.hz)
+        return whole, rest
+
+    def edge(self, cycle: Times) -> Times:
+        """The time of an edge, ps: ceil(cycle · 10¹² / hz) = cycle · whole + ceil(cycle · rest / hz).
+
+        Raises:
+            RunError: a time is beyond 2^62 ps.
+        """
+        whole, rest = self._period
+        if (cycle.astype(np.float64) * np.maximum(whole, rest)).max(initial=0.0) > _MOST:
+            return self._one_by_one(edge, cycle)
+        return np.asarray(cycle * whole - (-cycle * rest) // self.hz, np.int64)
+
+    def at_or_after(self, time: Times) -> Times:
+        """The first edge at or after a time, ps. A quotient of floats finds it, exact edges correct it."""
+        quotient = np.ceil(time * (self.hz / PICOSECONDS_PER_SECOND))
+        if quotient.max(initial=0.0) > _EXACT:
+            return self._one_by_one(
+                lambda until, hertz: cycles_by(until - 1, hertz) + 1 if until else 0, time
+            )
+        cycle = quotient.astype(np.int64)
+        cycle = cycle - ((cycle > 0) & (self.edge(np.maximum(cycle - 1, 0)) >= time))
+        return np.asarray(cycle + (self.edge(cycle) < time), np.int64)
+
+    def _one_by_one(self, of: Callable[[int, int], int], numbers: Times) -> Times:
+        """What is beyond 64 bits on its way is computed in whole numbers of any size."""
+        found = [of(number, hertz) for number, hertz in zip(numbers.tolist(), self.hz.tolist(), strict=True)]
+        if max(found, default=0) > _MOST:
+            raise RunError("a time beyond 2^62 ps", hint="make the problem smaller")
+        return np.array(found, np.int64)
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,7 +91,7 @@ class Specs:
     each machine, intp. ``count``: of machines.
     """
 
-    models: Mapping[str, Sequence[BaseModel]]
+    models: Mapping[str, Sequence[Any]]
     which: Mapping[str, NDArray[np.intp]]
     count: int
 
@@ -45,12 +100,16 @@ class Specs:
         which = {name: numbers[chosen] for name, numbers in self.which.items()}
         return Specs(self.models, which, len(chosen))
 
-    def model(self, name: str) -> Any:
+    def spec(self, name: str) -> Any:
         """The model of the first machine."""
         return self.models[name][self.which[name][0]]
 
-    def figure(self, name: str, of: Callable[[Any], Figure]) -> Figure:
-        """A figure of a component or link as arrays: value, least and greatest, one entry a machine."""
+    def figure(self, name: str, key: str) -> Figure:
+        """A figure of a component or link; see ``of_figures``."""
+        return self.of_figures(name, lambda model: model.figure(key))
+
+    def of_figures(self, name: str, of: Callable[[Any], Figure]) -> Figure:
+        """A figure of each model as arrays: value, least and greatest, one entry a machine."""
         models = self.models[name]
         if len(models) == 1:
             return of(models[0])
@@ -75,74 +134,51 @@ class Specs:
             used[name] = present.tolist(), which
         return used
 
-    def column(self, name: str, value: Callable[[Any], int]) -> Times:
-        """A whole number of a component or link, one entry a machine."""
-        return np.array([value(model) for model in self.models[name]], np.int64)[self.which[name]]
+    def column(self, name: str, key: str) -> Times:
+        """The whole numbers of a figure of a component or link, one entry a machine."""
+        return np.array([int(each.figure(key).value) for each in self.models[name]], np.int64)[
+            self.which[name]
+        ]
 
-    def measure(self, name: str, value: Callable[[Any], float]) -> Column:
-        """A number of a component or link, one entry a machine."""
-        return np.array([value(model) for model in self.models[name]], np.float64)[self.which[name]]
-
-
-class _Resource:
-    """A component or link: how long it worked. ``busy``: ps."""
-
-    def __init__(self, count: int) -> None:
-        self.busy: Times = np.zeros(count, np.int64)
+    def measure(self, name: str, key: str) -> Column:
+        """A figure of a component or link, one entry a machine."""
+        return np.array([each.figure(key).value for each in self.models[name]], np.float64)[self.which[name]]
 
 
-class _Fpga(_Resource):
-    """``phases``: clock cycles by phase, the same of all machines."""
+class Resource:
+    """A component or link: how long it worked. ``busy``: ps. ``acts``, ``amount``: how many acts, and of how much."""
 
     def __init__(self, specs: Specs, name: str) -> None:
-        super().__init__(specs.count)
-        self.clocks = Clocks(specs.column(name, lambda spec: int(spec.clock.value)))
-        self.phases: dict[str, int] = {}
+        self.busy: Times = np.zeros(specs.count, np.int64)
+        self.acts = self.amount = 0
+        self._specs, self._name = specs, name
+        self._laws: dict[str, tuple[Law, Clocks]] = {}
 
+    def law(self, unit: str) -> tuple[Law, Clocks]:
+        """The law of the acts that are counted in a unit, over arrays, and the clock of its ticks."""
+        if unit not in self._laws:
+            law = self._specs.spec(self._name).law_of(unit, partial(self._specs.column, self._name))
+            hz = np.broadcast_to(np.int64(law.rate()), self._specs.count)
+            self._laws[unit] = law, Clocks(hz)
+        return self._laws[unit]
 
-class _Processor(_Resource):
-    def __init__(self, specs: Specs, name: str) -> None:
-        super().__init__(specs.count)
-        self.clocks = Clocks(specs.column(name, lambda spec: int(spec.clock.value)))
-        kernels = specs.models[name][0].costs  # type: ignore[attr-defined]
-        self.costs = {
-            kernel: specs.column(name, lambda spec, kernel=kernel: int(spec.costs[kernel].value))  # type: ignore[misc]
-            for kernel in kernels
-        }
+    def span(self, now: Times, act: Act) -> tuple[Times, Times]:
+        """Begin and end of an act that is requested at ``now``, ps.
 
-
-class _Link(_Resource):
-    """An idle line without errors. ``sent``: messages so far; ``bits``: of them. ``waited``: by the last one, ps."""
-
-    def __init__(self, specs: Specs, name: str) -> None:
-        super().__init__(specs.count)
-        spec: AnyLink = specs.model(name)
-        self._law = spec.law.of(
-            spec, lambda key: specs.column(name, lambda each: int(getattr(each, key).value))
-        )
-        self._ticks = Clocks(np.broadcast_to(np.int64(self._law.rate()), specs.count))
-        self.sent = self.bits = 0
-        self.waited: Times = np.zeros(specs.count, np.int64)
-
-    def send(self, now: Times, bits: int) -> Times:
-        """The time of the end of a message that is requested at ``now``, ps."""
-        begin, end = self.span(now, bits)
-        self.busy = self.busy + (end - begin)
-        self.waited = begin - now
-        self.sent += 1
-        self.bits += bits
-        return end
-
-    def span(self, now: Times, bits: int) -> tuple[Times, Times]:
-        """Begin and end of a message that is requested at ``now``, ps.
-
-        A message of one chain is requested when the one before it has ended, so no other is on the line.
+        An act of one chain is requested when the one before it has ended, so nothing else is under way.
         """
-        ticks = np.broadcast_to(np.int64(self._law.ticks(bits)), now.shape)
-        if not self._law.aligned:
-            return now, now + self._ticks.edge(ticks)
-        first = self._ticks.at_or_after(now)
-        return self._ticks.edge(first), self._ticks.edge(first + ticks)
+        law, clocks = self.law(act.unit)
+        ticks = np.broadcast_to(np.int64(law.ticks(act.amount)), now.shape)
+        if not law.aligned:
+            return now, now + clocks.edge(ticks)
+        first = clocks.at_or_after(now)
+        return clocks.edge(first), clocks.edge(first + ticks)
+
+    def book(self, act: Act, span: Times) -> None:
+        """Book an act that took some time, ps."""
+        self.busy = self.busy + span
+        self.acts += 1
+        self.amount += act.amount
 
 
 @dataclass(frozen=True, eq=False)
@@ -171,12 +207,10 @@ class Machines:
         self.system, self.specs = system, specs
         self.now: Times = np.zeros(specs.count, np.int64)
         platform = system.platform
-        self.by_name: dict[str, Any] = {}
-        self.by_name |= {name: _Fpga(specs, name) for name in platform.of(FpgaComponent)}
-        self.by_name |= {name: _Processor(specs, name) for name in platform.of(ProcessorComponent)}
-        self.by_name |= {name: _Resource(specs.count) for name in platform.of(MemoryComponent)}
-        self.links = {name: _Link(specs, name) for name in platform.links}
-        self._spent: dict[str, Times] = {}
+        kinds = (FpgaComponent, ProcessorComponent, MemoryComponent)
+        self.by_name = {name: Resource(specs, name) for kind in kinds for name in platform.of(kind)}
+        self.links = {name: Resource(specs, name) for name in platform.links}
+        self._ticks: dict[str, Any] = {}
 
     def play(self, request: Recorded, watts: Mapping[str, tuple[Column, Column]]) -> Played:
         """Do the acts of a request. ``watts``: static and dynamic power of each FPGA."""
@@ -193,44 +227,34 @@ class Machines:
 
     def watts(self, name: str) -> tuple[Column, Column]:
         """What a processor, memory or link draws while it works and while it does not, W."""
-        specs = self.specs
-        busy = specs.measure(name, lambda spec: spec.power.busy.value)
-        return busy, specs.measure(name, lambda spec: spec.power.idle.value)
+        return self.specs.measure(name, "power.busy"), self.specs.measure(name, "power.idle")
 
     def cycles(self) -> dict[str, Any]:
         """Clock cycles of the planning component by phase: numbers, or arrays of a processor."""
-        planning = self.by_name[self.system.component]
-        if isinstance(planning, _Fpga):
-            return dict(planning.phases)
-        return {phase: planning.clocks.at_or_after(spent) for phase, spent in self._spent.items()}
+        if self.system.part is not None:
+            return self._ticks
+        clocks = Clocks(self.specs.column(self.system.component, "clock"))
+        return {phase: clocks.at_or_after(ticks) for phase, ticks in self._ticks.items()}
 
     def _do(self, act: Act, ledger: Ledger) -> None:
-        if act.unit == BITS:
-            link = self.links[act.where]
-            self.now = link.send(self.now, act.amount)
-            waited: Any = link.waited
-            ledger.spent[Spent.WAIT, act.where] += waited
-            ledger.count(act.where, act.what, act.amount, 1)
-        elif act.unit == CYCLES:
-            self._work(self.by_name[act.where], act, ledger)
-        else:
-            processor = self.by_name[act.where]
-            spent = processor.costs[act.unit] * act.amount
-            processor.busy = processor.busy + spent
-            self.now = self.now + spent
-            ledger.count(act.where, act.what, act.unit, act.amount)
-            if act.phases and act.where == self.system.component:
-                self._spent[act.what] = self._spent.get(act.what, np.int64(0)) + spent
-
-    def _work(self, fpga: _Fpga, act: Act, ledger: Ledger) -> None:
-        """Cycles without a gap, from the next edge of the clock."""
-        first = fpga.clocks.at_or_after(self.now)
-        begin, end = fpga.clocks.edge(first), fpga.clocks.edge(first + act.amount)
-        ledger.count(act.where, "", BEGINS, 1)
+        resource = self._resource(act)
+        begin, end = resource.span(self.now, act)
+        resource.book(act, end - begin)
         waited: Any = begin - self.now
         ledger.spent[Spent.WAIT, act.where] += waited
-        for phase, cycles in act.phases:
-            fpga.phases[phase] = fpga.phases.get(phase, 0) + cycles
-            ledger.count(act.where, phase, CYCLES, cycles)
-        fpga.busy = fpga.busy + (end - begin)
         self.now = end
+        if act.unit == BITS:
+            ledger.count(act.where, act.what, act.amount, 1)
+        elif act.unit == CYCLES:
+            ledger.count(act.where, "", BEGINS, 1)
+            for phase, cycles in act.phases:
+                ledger.count(act.where, phase, CYCLES, cycles)
+        else:
+            ledger.count(act.where, act.what, act.unit, act.amount)
+        if act.where == self.system.component:
+            law, _ = resource.law(act.unit)
+            for phase, amount in act.phases:
+                self._ticks[phase] = self._ticks.get(phase, 0) + law.ticks(amount)
+
+    def _resource(self, act: Act) -> Resource:
+        return (self.links if act.unit == BITS else self.by_name)[act.where]

@@ -13,9 +13,8 @@ from codesign.figures import FIGURES, ResultFigure
 from codesign.inputs.components import DisplayComponent
 from codesign.pricing.boards import Board, Numbers, PartUse, boards_of, used_boards
 from codesign.pricing.computation import Computation, Recorded
-from codesign.pricing.edges import Times
-from codesign.pricing.intervals import intervals_of
-from codesign.pricing.machines import Column, Machines, Played, Specs
+from codesign.pricing.machines import Column, Machines, Played, Specs, Times
+from codesign.results.ledger import Ledger
 from codesign.results.mission import LinkUse
 from codesign.results.result import Power, Reason, Result
 from codesign.results.task import times_of
@@ -23,6 +22,7 @@ from codesign.scenarios.requests import mean_of_requests
 from codesign.system.bind import System
 from codesign.system.fit import fit_part
 from codesign.system.outcome import head_fields
+from codesign.system.terms import TIMES, plan_terms
 from codesign.units import PICOSECONDS_PER_SECOND
 
 PRICED = (
@@ -122,7 +122,7 @@ def price(system: System, specs: Specs, computed: Callable[[], Computation]) -> 
         for number in np.unique(parts[runs]):
             chosen = np.flatnonzero(runs & (parts == number))
             own, powers = specs.subset(chosen), _powers(specs, boards, chosen)
-            ends = intervals_of(system, own, chosen, played, computation.of_starts, powers)
+            ends = _intervals_of(system, own, chosen, played, computation.of_starts, powers)
             for name, (low, high) in ends.items():
                 lows[name][chosen], highs[name][chosen] = low, high
         ran = [_ran(template, fields) for template in templates]
@@ -209,8 +209,8 @@ def _powers(specs: Specs, boards: Mapping[str, Board], chosen: Numbers) -> dict[
     for name, board in boards.items():
         own = Specs({name: board.powers}, {name: specs.which[name][chosen]}, len(chosen))
         powers[name] = Power.model_construct(
-            static=own.figure(name, lambda power: power.static),
-            dynamic=own.figure(name, lambda power: power.dynamic),
+            static=own.of_figures(name, lambda power: power.static),
+            dynamic=own.of_figures(name, lambda power: power.dynamic),
         )
     return powers
 
@@ -233,15 +233,15 @@ def _run(
         "utilisation": {name: float(each.busy[0] > 0) for name, each in components.items()},
         "links": {
             name: LinkUse(
-                sent=link.sent,
-                delivered=link.sent,
+                sent=link.acts,
+                delivered=link.acts,
                 dropped={},
                 in_flight=0,
                 retransmissions=0,
                 undetected=0,
                 ignored_damage={},
                 late=0,
-                bits=link.bits,
+                bits=link.amount,
                 utilisation=0.0,
                 queued_s=0.0,
             )
@@ -269,3 +269,36 @@ def _ran(template: Result, fields: Mapping[str, Any]) -> Result:
     """A template with what a run gave."""
     reasons = (*template.reasons, *fields["reasons"])
     return template.model_copy(update={**fields, "reasons": reasons, "feasible": not reasons})
+
+
+def _intervals_of(
+    system: System,
+    specs: Specs,
+    chosen: Numbers,
+    played: Sequence[Played],
+    of_starts: Sequence[int],
+    powers: Mapping[str, Power],
+) -> dict[str, tuple[Any, Any]]:
+    """The least and the greatest value of each time of a plan and of its energy, by figure.
+
+    Args:
+        system: that the machines are of. specs: of the ``chosen`` ones alone, which have one part in each FPGA.
+        played: the requests that differ, on all machines. of_starts: the number of the request of each start.
+        powers: of each FPGA on the chosen machines.
+    """
+    ledgers = [_of_some(each.ledger, chosen) for each in played]
+    replans = played[0].first is not played[0].ledger
+    first = _of_some(played[0].first, chosen) if replans else ledgers[0]
+    requests = [ledgers[number] for number in of_starts]
+    terms = plan_terms(system, specs, first, requests, powers, shares={}, ends_only=True)
+    return dict(terms.intervals((*TIMES, "energy_j")))
+
+
+def _of_some(ledger: Ledger, chosen: Numbers) -> Ledger:
+    """The books of some of the machines."""
+    some = Ledger()
+    some.work = ledger.work
+    for key, spent in ledger.spent.items():
+        of_all: Any = spent
+        some.spent[key] = of_all[chosen] if np.ndim(of_all) else of_all
+    return some

@@ -48,6 +48,11 @@ class Work(NamedTuple):
     what: str
     unit: str | int
 
+    @property
+    def bits(self) -> int | None:
+        """Bits of a message; None of other work."""
+        return self.unit if isinstance(self.unit, int) else None
+
 
 CYCLES, BEGINS, RETRIES = "cycles", "begins", "retries"
 

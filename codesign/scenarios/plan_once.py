@@ -3,19 +3,22 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
 from codesign.inputs import Platform, Workload
+from codesign.inputs.components import MemoryComponent
 from codesign.inputs.map_spec import FileMap
 from codesign.inputs.problem import ProblemSpec
 from codesign.memo import Memo
 from codesign.models import Task
 from codesign.planners.interface import Problem
 from codesign.records import TrajectoryRecord
+from codesign.results.ledger import Ledger
 from codesign.results.result import Power, Result
 from codesign.results.task import TaskFigures, times_of
+from codesign.results.terms import Terms
 from codesign.scenarios.records import tell_field, tell_map
 from codesign.scenarios.requests import requests_of
 from codesign.system.bind import System
@@ -23,9 +26,8 @@ from codesign.system.build import Machine
 from codesign.system.chain import Answer
 from codesign.system.energy import energy_of, watts_of
 from codesign.system.outcome import plan_fields, times_until, use_fields
-from codesign.system.ran import RanMachine
 from codesign.system.scenario import LeverProgress, ProgressOfMission, Scenario
-from codesign.system.terms import plan_terms
+from codesign.system.terms import open_terms, plan_terms
 from codesign.system.trials import Arrivals, Trials, arrival_reason, arrivals_of
 
 TRACED_TRAJECTORIES = 16
@@ -53,7 +55,7 @@ class PlanOnceScenario(Scenario):
         _tell_answer(machine, first.answer)
         fields = plan_fields(machine, first.answer, memo) | use_fields(machine, boards)
         fields |= {"time": times_until(first.before), "energy": energy_of(system, requests.joules)}
-        fields["terms"] = plan_terms(RanMachine(machine), first.before.ledger, requests.ledgers, boards)
+        fields["terms"] = _terms(machine, first.before.ledger, requests.ledgers, boards)
         arrivals = arrivals_of(system, first.answer.problem, fields["quality"])
         times = times_of([request.answer.parts for request in requests.all])
         fields["task"] = task_figures(system, arrivals, times)
@@ -76,6 +78,19 @@ class PlanOnceScenario(Scenario):
             for reason in result.reasons
         )
         return result.model_copy(update={"reasons": reasons})
+
+
+def _terms(machine: Machine, first: Ledger, requests: Sequence[Ledger], boards: Mapping[str, Power]) -> Terms:
+    """The terms of the plans. A memory works a share of the time in which the FPGA that plans does."""
+    system = machine.system
+    shares = {
+        name: machine.by_name[name].busy / machine.planning_component.busy
+        for name in system.platform.of(MemoryComponent)
+        if machine.planning_component.busy
+    }
+    return open_terms(machine, (first, *requests)) or plan_terms(
+        system, system, first, requests, boards, shares=shares
+    )
 
 
 def _tell_answer(machine: Machine, answer: Answer) -> None:

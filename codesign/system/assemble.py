@@ -60,7 +60,7 @@ def _fpga(
 ) -> components.Component:
     from codesign.components import ClockDomain, Fpga
 
-    return Fpga(environment, name, ClockDomain(int(spec.clock.value)), listeners, None)
+    return Fpga(environment, name, ClockDomain(spec.law.whole(spec).rate()), listeners, None)
 
 
 def _memory(

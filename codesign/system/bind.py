@@ -59,6 +59,15 @@ class System(Draft):
     notes: tuple[str, ...]
     found: Mapping[str, Mapping[str, Any]]
 
+    def spec(self, name: str) -> Any:
+        """The spec of a component or link."""
+        return self.platform.links.get(name) or self.platform.components[name]
+
+    def figure(self, name: str, key: str) -> Figure:
+        """A figure of the spec of a component or link, by its key."""
+        figure: Figure = self.spec(name).figure(key)
+        return figure
+
     @property
     def job(self) -> Job[Any, Any]:
         """What planner and style are asked about: the whole problem, before any of it is planned.

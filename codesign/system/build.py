@@ -20,7 +20,6 @@ from codesign.system.bind import System
 from codesign.system.energy import joules
 from codesign.system.messages import Content, LostMessageError, Messages, Routes
 from codesign.system.planner_code import planner_steps
-from codesign.system.ran import spec_of
 
 if TYPE_CHECKING:
     from codesign.components import BlockRam, ClockDomain, Component, Granularity
@@ -100,8 +99,16 @@ class Machine:
 
     def watts(self, name: str) -> tuple[float, float]:
         """What a processor, memory or link with declared power draws while it works and while it does not, W."""
-        power = spec_of(self.system, name).power
+        power = self.system.spec(name).power
         return power.busy.value, power.idle.value
+
+    @property
+    def claimed(self) -> bool:
+        """Whether a display takes cycles of a memory that the design works in."""
+        if self.system.part is None:
+            return False
+        memories = (self.planning_component.block_ram, self.planning_component.external)
+        return any(memory is not None and memory.claims is not None for memory in memories)
 
     @property
     def components(self) -> tuple[Component, ...]:
@@ -325,7 +332,7 @@ class Machine:
         system, platform = self.system, self.system.platform
         fpga, display = platform.of(FpgaComponent).get(name), platform.of(DisplayComponent).get(name)
         if fpga is not None and name == system.component:
-            clock = ClockDomain(int(fpga.clock.value))
+            clock = ClockDomain(fpga.law.whole(fpga).rate())
             return Fpga(self.environment, name, clock, self._listeners, self._block_ram(name, clock))
         if display is not None:
             return self._display(name, display)

@@ -8,24 +8,23 @@ times or delivers late, tasks of the user's own use the same components, or one 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from operator import attrgetter
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
 from codesign.figures import Figure, Status
 from codesign.inputs.components import MemoryComponent
-from codesign.laws import LinkLaw, Monomial, Sum, as_sum, symbol
-from codesign.results.ledger import BEGINS, CYCLES, RETRIES, Ledger, Spent, Work
+from codesign.laws import Law, Monomial, Sum, as_sum, symbol
+from codesign.results.ledger import BEGINS, RETRIES, Ledger, Spent, Work
 from codesign.results.result import Power
 from codesign.results.terms import Draw, Plan, Term, Terms, When, mean_of, worst_of
 from codesign.units import PICOSECONDS_PER_SECOND
 
 if TYPE_CHECKING:
-    from codesign.inputs.links import AnyLink
     from codesign.part import Part
     from codesign.system.bind import System
+    from codesign.system.build import Machine
 
 WAIT, WAIT_RETRIES = WAITS = "wait", "wait to send again"
 """What a component or a link does while it does not work."""
@@ -35,57 +34,47 @@ SAME = 1e-9
 """Two figures of a law that differ by less than this share are one: each went through some roundings."""
 
 
-class Ran(Protocol):
-    """What terms are made from: one machine after its run, or many side by side, where each number is an array."""
-
-    @property
-    def system(self) -> System:
-        """The bound system."""
+class Figures(Protocol):
+    """The figures of one system, or of many machines side by side, where each number is an array."""
 
     def spec(self, name: str) -> Any:
         """The spec of a component or link; of many machines, one that all are like but for their prices."""
 
-    def figure(self, name: str, of: Callable[[Any], Figure]) -> Figure:
-        """A figure of the spec of a component or link."""
+    def figure(self, name: str, key: str) -> Figure:
+        """A figure of the spec of a component or link, by its key."""
 
-    def open_link(self, name: str) -> str:
-        """Why the time of the messages of a link is no sum of terms; "" where it is one."""
 
-    def claimed(self) -> bool:
-        """Whether a display takes cycles of a memory that the design works in."""
-
-    def share_of_memory(self, name: str) -> float:
-        """The share of the busy time of the FPGA that plans in which an external memory works."""
-
-    def wire_bits(self, name: str, bits: int) -> int:
-        """Bits of a message with its checksum."""
-
-    def timeout(self, name: str) -> int:
-        """Picoseconds after which a link sends a message again."""
+def open_terms(machine: Machine, ledgers: Iterable[Ledger]) -> Terms | None:
+    """Terms that only say why the times of these plans are no sum of terms; None where they are."""
+    reason = next(filter(None, (_open(machine, ledger) for ledger in ledgers)), "")
+    if not reason:
+        return None
+    return Terms(inputs={}, times={}, draws=(), open=dict.fromkeys((*TIMES, "energy_j"), reason))
 
 
 def plan_terms(
-    machine: Ran,
+    system: System,
+    figures: Figures,
     first: Ledger,
     requests: Sequence[Ledger],
     boards: Mapping[str, Power],
     *,
+    shares: Mapping[str, float],
     ends_only: bool = False,
 ) -> Terms:
-    """The terms of a task's times, and of the energy of a request.
+    """The terms of a task's times, and of the energy of a request; of plans that ``open_terms`` has no reason for.
 
     Args:
-        machine: after the run.
+        system: that ran.
+        figures: of the system, or of many that differ in their prices.
         first: of the chain of the first plan.
         requests: of the chain of each request; those that are alike are one object.
         boards: the power of each FPGA; see ``energy.board_powers``.
+        shares: by memory, its share of the busy time of the FPGA that plans; 0 by default.
         ends_only: the terms are made for ``Terms.intervals`` alone: their seconds and watts stay 0.
     """
     distinct = tuple({id(ledger): ledger for ledger in requests}.values())
-    open_ = next(filter(None, (_open(machine, ledger) for ledger in (first, *distinct))), "")
-    if open_:
-        return Terms(inputs={}, times={}, draws=(), open=dict.fromkeys((*TIMES, "energy_j"), open_))
-    pricing = _Pricing(machine, ends_only)
+    pricing = _Pricing(system, figures, shares, ends_only)
     ledgers = {id(ledger): ledger for ledger in (first, *distinct)}
     plans = {key: pricing.plan(ledger) for key, ledger in ledgers.items()}
     times = {
@@ -99,7 +88,7 @@ def plan_terms(
     else:
         without["plan_time_95_s"] = "which start is the 95th of a hundred depends on the figures"
     draws = tuple(pricing.draws(boards))
-    reason = _open_energy(machine.system)
+    reason = _open_energy(system)
     without |= {"energy_j": reason} if reason else {}
     # Sound by the way it is made: a validation of every point of an exploration would take as long as the rest.
     return Terms.model_construct(inputs=pricing.inputs, times=times, draws=draws, open=without)
@@ -109,10 +98,10 @@ TIMES = ("first_plan_s", "plan_time_mean_s", "plan_time_95_s", "plan_time_worst_
 """The times of a plan that have terms."""
 
 
-def _open(machine: Ran, ledger: Ledger) -> str:
+def _open(machine: Machine, ledger: Ledger) -> str:
     """Why the time of the plan is no sum of terms; "" where it is one."""
     system = machine.system
-    if machine.claimed():
+    if machine.claimed:
         return (
             "a display takes cycles of the memory that the design works in: how many depends on when it works"
         )
@@ -122,8 +111,20 @@ def _open(machine: Ran, ledger: Ledger) -> str:
     if memory is not None and any(low < high for low, high in (memory.width.interval, _row_words(memory))):
         return "the words of a row or a word of the external memory are not known: they move its accesses by steps"
     used = {work.where for work in ledger.work}
-    reasons = (machine.open_link(name) for name in system.platform.links if name in used)
-    return next(filter(None, reasons), "")
+    return next(filter(None, (_open_link(machine, name) for name in machine.links if name in used)), "")
+
+
+def _open_link(machine: Machine, name: str) -> str:
+    """Why the time of the messages of a link is no sum of terms; "" where it is one."""
+    links = machine.system.platform.links
+    if links[name].outages:
+        return f"link {name} is down at certain times"
+    if machine.links[name].late:
+        return f"messages of link {name} arrive late"
+    ends = set(links[name].between)
+    if sum(len(ends & set(link.between)) > 1 for link in links.values()) > 1:
+        return f"of link {name} and those beside it each message takes the fastest"
+    return ""
 
 
 def _external(system: System) -> MemoryComponent | None:
@@ -149,10 +150,12 @@ def _open_energy(system: System) -> str:
 
 
 class _Pricing:
-    """Collects the inputs that terms rest on. ``ends_only``: see ``plan_terms``."""
+    """Collects the inputs that terms rest on. ``shares``, ``ends_only``: see ``plan_terms``."""
 
-    def __init__(self, machine: Ran, ends_only: bool) -> None:
-        self.machine, self.system, self.ends_only = machine, machine.system, ends_only
+    def __init__(
+        self, system: System, figures: Figures, shares: Mapping[str, float], ends_only: bool
+    ) -> None:
+        self.system, self.figures, self.shares, self.ends_only = system, figures, shares, ends_only
         self.inputs: dict[str, Figure] = {}
         self.values: dict[str, Any] = {}
         self._waits: Counter[str] = Counter()
@@ -199,22 +202,33 @@ class _Pricing:
         return tuple(term for term in terms if term.amount)
 
     def _of_work(self, work: Work, amount: int) -> Iterator[Term]:
-        name = work.where
-        if name in self.system.platform.links:
-            yield from self._messages(work, amount)
-            return
-        spec = self.machine.spec(name)
-        if spec.kernels is not None:
-            cost = self.machine.figure(name, lambda each: each.costs[str(work.unit)])
-            seconds = cost.per(PICOSECONDS_PER_SECOND, "s")
-            yield self.term(work, amount, {self.input(f"{name}.costs.{work.unit}", seconds): 1})
-        elif work.unit == CYCLES:
-            powers = {self._of(name, "clock"): -1}
-            yield self.term(work, amount, powers | self._accesses(name))
+        """Messages of one size; or cycles, or units of a kernel, each an act of one."""
+        size = 1 if work.bits is None else work.bits + self._errors(work.where, "checksum_bits")
+        law, accesses = self._law_of(work.where, str(work.unit)), self._accesses(work.where)
+        for each in as_sum(law.ticks(size) / law.rate()).monomials:
+            yield self.term(work, amount * each.amount, each.powers | accesses, each.divide, each.by)
+
+    def _errors(self, link: str, key: str) -> int:
+        """A number of the errors of a link; 0 where it makes none."""
+        errors = self.figures.spec(link).errors
+        return 0 if errors is None else int(getattr(errors, key))
+
+    def _law_of(self, name: str, unit: str = "") -> Law:
+        """The law of a component or link over the names of its inputs."""
+        law: Law = self.figures.spec(name).law_of(unit, lambda key: self._symbol(name, key))
+        return law
+
+    def _symbol(self, name: str, key: str) -> Sum:
+        """The input of a field of a component or link. Times are in picoseconds, and their inputs in seconds."""
+        figure = self.figures.figure(name, key)
+        if figure.unit != "ps":
+            return symbol(self.input(f"{name}.{key}", figure))
+        seconds = figure.per(PICOSECONDS_PER_SECOND, "s")
+        return PICOSECONDS_PER_SECOND * symbol(self.input(f"{name}.{key}", seconds))
 
     def _of(self, name: str, key: str) -> str:
         """The input of a field of a component or link."""
-        return self.input(f"{name}.{key}", self.machine.figure(name, attrgetter(key)))
+        return self.input(f"{name}.{key}", self.figures.figure(name, key))
 
     def _accesses(self, fpga: str) -> dict[str, int]:
         """The factor of cycles that rest on an external memory."""
@@ -229,16 +243,6 @@ class _Pricing:
         name = f"law {self.system.platform.name}.{external.name}.access_cycles"
         return {self.input(name, ratio): 1} if low < high else {}
 
-    def _messages(self, work: Work, amount: int) -> Iterator[Term]:
-        law, bits = self._law_of(work.where), self.machine.wire_bits(work.where, int(work.unit))
-        for each in as_sum(law.ticks(bits) / law.rate()).monomials:
-            yield self.term(work, amount * each.amount, each.powers, each.divide, each.by)
-
-    def _law_of(self, link: str) -> LinkLaw:
-        """The law of a link over the names of its inputs."""
-        spec: AnyLink = self.machine.spec(link)
-        return spec.law.of(spec, lambda key: symbol(self._of(link, key)))
-
     def _waiting(self, name: str, ledger: Ledger) -> Iterator[Term]:
         """The waits at a component or link: for messages sent again, and for the edges of its clock."""
         spent = ledger.spent[Spent.WAIT, name]
@@ -248,16 +252,16 @@ class _Pricing:
             amount for each, amount in ledger.work.items() if each.where == name and each.unit == RETRIES
         )
         if again:
-            timeouts = again * self.machine.timeout(name)
+            timeouts = again * self._errors(name, "timeout")
             spent -= timeouts
             yield self.term(Work(name, WAIT_RETRIES, ""), timeouts / PICOSECONDS_PER_SECOND, {})
         wait = Work(name, WAIT, "")
-        rate = self._edges_a_second(name)
-        if rate is not None:
+        if self.figures.spec(name).law.aligned:
+            rate = as_sum(self._law_of(name).rate())
             begins = sum(
                 amount
                 for each, amount in ledger.work.items()
-                if each.where == name and (each.unit == BEGINS or isinstance(each.unit, int))
+                if each.where == name and (each.unit == BEGINS or each.bits is not None)
             )
             periods = spent / PICOSECONDS_PER_SECOND * rate.at(self.values)
             source = "clock periods waited until the next edge, at most one each time"
@@ -270,13 +274,6 @@ class _Pricing:
             yield self.term(wait, float(each.amount), each.powers)
         else:
             yield self.term(wait, spent / PICOSECONDS_PER_SECOND, {})
-
-    def _edges_a_second(self, name: str) -> Sum | None:
-        """The rate of the edges at which a component or link begins to work; None where it begins at any time."""
-        if name in self.system.platform.links:
-            law = self._law_of(name)
-            return as_sum(law.rate()) if law.aligned else None
-        return None if self.machine.spec(name).chip is None else symbol(self._of(name, "clock"))
 
     def draws(self, boards: Mapping[str, Power]) -> Iterator[Draw]:
         """What every FPGA, processor, memory and link draws."""
@@ -303,7 +300,7 @@ class _Pricing:
     def _memory(self, name: str) -> Iterator[Draw]:
         """A memory works in a share of the FPGA's cycles, and only beside the FPGA that plans."""
         fpga = self.system.component
-        share = self.machine.share_of_memory(name)
+        share = self.shares.get(name, 0.0)
         idle = self._of(name, "power.idle")
         if not share:
             yield self._draw(name, "always", 1.0, {idle: 1})
@@ -314,7 +311,7 @@ class _Pricing:
 
     def _board(self, name: str, power: Power) -> Iterator[Draw]:
         """Static power at all times, and dynamic power while the design works, which rises with the clock."""
-        law, part = self._law(name), self.machine.spec(name).chip
+        law, part = self._law(name), self.figures.spec(name).chip
         static = power.static == part.static_power
         source = f"part {part.name}.power.static" if static else f"law {law}.power.static"
         yield self._draw(name, "always", 1.0, {self.input(source, power.static): 1})

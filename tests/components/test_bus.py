@@ -11,7 +11,7 @@ from link_runs import Ask, a_bus, a_bus_in_bursts, run
 
 from codesign.components import Arbitration, Bus, ClockDomain, LinkErrors
 from codesign.errors import InputError, RunError
-from codesign.laws import BusLaw
+from codesign.laws.acts import BusLaw
 
 CLOCK = ClockDomain(33_000_000)
 

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from codesign.errors import RunError
-from codesign.pricing.edges import Clocks
+from codesign.pricing.machines import Clocks
 from codesign.units import MAX_FREQUENCY, cycles_by, edge
 
 HERTZ = st.integers(1, MAX_FREQUENCY)

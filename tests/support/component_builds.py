@@ -22,7 +22,7 @@ from codesign.components import (
     Serial,
     VgaDisplay,
 )
-from codesign.laws import BusLaw, SerialLaw
+from codesign.laws.acts import BusLaw, SerialLaw
 from codesign.planners.external_memory import ExternalMemoryLaw
 from codesign.planners.styles import Step
 from codesign.records import Listener, TaskRecord

@@ -9,7 +9,7 @@ from typing import Any
 import simpy
 
 from codesign.components import Arbitration, Bus, Delivery, Ideal, Link, LinkErrors, Serial
-from codesign.laws import BusLaw, IdealLaw, SerialLaw
+from codesign.laws.acts import BusLaw, IdealLaw, SerialLaw
 from codesign.records import MessageRecord, Record
 
 Work = Generator[simpy.Event, Any, Any]

@@ -22,7 +22,7 @@ from codesign.components.command import Command
 from codesign.components.link_faults import damage_probability, parity_miss, wrong_behind_parity, wrong_bits
 from codesign.components.path import Polyline
 from codesign.components.sensor import NOTHING_SEEN, RadiusSensor, RangeScan, RaySensor
-from codesign.laws import SerialLaw
+from codesign.laws.acts import SerialLaw
 from codesign.planners.interface import Problem
 from codesign.records import BeliefRecord, CommandRecord, MessageRecord, Record
 from codesign.report import render_text

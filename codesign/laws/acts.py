@@ -1,7 +1,7 @@
-"""What a message takes on an idle line, for each kind of link.
+"""The laws of time: how long each kind of component or link takes for one act.
 
-A line counts in ticks: cycles of a bus's clock, half bits of a serial line. A message takes a whole number of them.
-Its end is rounded up to picoseconds.
+An act takes a whole number of ticks: cycles of a clock, half bits of a serial line, picoseconds of a processor. Its end
+is rounded up to picoseconds.
 """
 
 from __future__ import annotations
@@ -13,18 +13,17 @@ from typing import Any, ClassVar, Self
 
 from codesign.figures import Figure
 from codesign.laws.numbers import Number, Sum, ceil_div, symbol
-
-_SOME_BITS = 1
+from codesign.units import PICOSECONDS_PER_SECOND
 
 
 @dataclass(frozen=True)
-class LinkLaw(ABC):
-    """The law of a kind of link. Each field is a key of the link's spec.
+class Law(ABC):
+    """The law of a kind of component or link. Each field is a key of the spec.
 
-    A field that is a figure of the spec is a price: it moves what a message takes, and neither how many messages there
-    are nor which.
+    A field that is a figure of the spec is a price: it moves what an act takes, and neither how many acts there are nor
+    which.
 
-    - ``aligned``: a message begins at a tick, as at the edge of a clock. Otherwise it begins at any time.
+    - ``aligned``: an act begins at a tick, as at the edge of a clock. Otherwise it begins at any time.
     - ``least``: the least value of a field, by name.
     """
 
@@ -36,8 +35,8 @@ class LinkLaw(ABC):
         """Ticks a second."""
 
     @abstractmethod
-    def ticks(self, bits: int) -> Number:
-        """Ticks that a message of ``bits`` bits takes, its checksum included."""
+    def ticks(self, amount: int) -> Number:
+        """Ticks of an act: of a message of so many bits, checksum included, of cycles, or of units of a kernel."""
 
     @classmethod
     def of(cls, spec: Any, number: Callable[[str], Number]) -> Self:
@@ -54,28 +53,65 @@ class LinkLaw(ABC):
     @classmethod
     def prices(cls, spec: Any) -> tuple[str, ...]:
         """The keys of a spec that are prices."""
-        return tuple(each.name for each in fields(cls) if isinstance(getattr(spec, each.name), Figure))
+        return tuple(each.name for each in fields(cls) if isinstance(getattr(spec, each.name, None), Figure))
 
     @classmethod
     def directions(cls, spec: Any) -> dict[str, int]:
-        """By price, 1 where a message takes as long or less as it rises, and -1 where it takes as long or more.
+        """By price, 1 where an act takes as long or less as it rises, and -1 where it takes as long or more.
 
-        A price that does neither for all messages is left out.
+        A price that does neither for all acts is left out.
         """
+        keys = cls.prices(spec)
+        if not keys:
+            return {}
         law = cls.of(spec, symbol)
-        time = law.ticks(_SOME_BITS) / law.rate()
-        signs = {key: time.direction(key) for key in cls.prices(spec)} if isinstance(time, Sum) else {}
+        time = law.ticks(1) / law.rate()
+        signs = {key: time.direction(key) for key in keys}
         return {key: -sign for key, sign in signs.items() if sign}
 
     @classmethod
     def lever(cls, spec: Any) -> str:
-        """The price that twice as much of makes every message take half the time; "" where there is none."""
+        """The price that twice as much of makes every act take half the time; "" where there is none."""
+        if not cls.prices(spec):
+            return ""
         rate = cls.of(spec, symbol).rate()
         return next(iter(rate.inputs), "") if isinstance(rate, Sum) else ""
 
 
 @dataclass(frozen=True)
-class BusLaw(LinkLaw):
+class FpgaLaw(Law):
+    """A design on an FPGA: so many cycles of its clock, from an edge on."""
+
+    aligned = True
+
+    clock: Number
+
+    def rate(self) -> Number:
+        """The clock, Hz."""
+        return self.clock
+
+    def ticks(self, amount: int) -> int:
+        """The cycles."""
+        return amount
+
+
+@dataclass(frozen=True)
+class KernelLaw(Law):
+    """A kernel on a processor: so many units of one cost each, ps. Its clock does not matter."""
+
+    cost: Number
+
+    def rate(self) -> int:
+        """Picoseconds a second."""
+        return PICOSECONDS_PER_SECOND
+
+    def ticks(self, amount: int) -> Number:
+        """Picoseconds of some units."""
+        return amount * self.cost
+
+
+@dataclass(frozen=True)
+class BusLaw(Law):
     """A parallel bus: ceil(words / burst_words) · setup_cycles + words cycles of its clock.
 
     words = ceil(bits / width).
@@ -93,9 +129,9 @@ class BusLaw(LinkLaw):
         """The clock of the bus, Hz."""
         return self.clock
 
-    def ticks(self, bits: int) -> Number:
+    def ticks(self, amount: int) -> Number:
         """Cycles of a message."""
-        return self.cycles(self.words(bits))
+        return self.cycles(self.words(amount))
 
     def words(self, bits: int) -> Number:
         """Words of a message."""
@@ -107,7 +143,7 @@ class BusLaw(LinkLaw):
 
 
 @dataclass(frozen=True)
-class SerialLaw(LinkLaw):
+class SerialLaw(Law):
     """A serial line: ceil(bits / data_bits) frames that follow each other at once, in half bits of the line.
 
     A frame has start bits, data bits, a parity bit where there is one, and stop bits: 1, 1.5 or 2.
@@ -125,9 +161,9 @@ class SerialLaw(LinkLaw):
         """Half bits a second."""
         return 2 * self.baud
 
-    def ticks(self, bits: int) -> int:
+    def ticks(self, amount: int) -> int:
         """Half bits of a message, frame by frame."""
-        return self.frames(bits) * self.frame_ticks
+        return self.frames(amount) * self.frame_ticks
 
     def frames(self, bits: int) -> int:
         """Frames of a message."""
@@ -140,13 +176,13 @@ class SerialLaw(LinkLaw):
 
 
 @dataclass(frozen=True)
-class IdealLaw(LinkLaw):
-    """A link that takes no time."""
+class IdealLaw(Law):
+    """No act takes any time."""
 
     def rate(self) -> int:
-        """Any rate: a message takes no tick."""
+        """Any rate: no act takes a tick."""
         return 1
 
-    def ticks(self, bits: int) -> int:  # noqa: ARG002  (the time does not depend on the bits)
-        """0, for any message."""
+    def ticks(self, amount: int) -> int:  # noqa: ARG002 - see the class
+        """0."""
         return 0
