@@ -30,6 +30,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from codesign.planners.counted import CountedLaws
 from codesign.planners.job import Job
 
 SHARED = Path(__file__).parent / "verilog"
@@ -143,12 +144,13 @@ class CircuitStyle(ABC):
     """The circuits of one style on an FPGA.
 
     ``planner``, ``style``: as the style has them. ``task``: the task that is placed by itself, or "" for the planning
-    task.
+    task. ``laws``: what synthesis counts of it; None where no law is fitted.
     """
 
     planner: str
     style: str
     task: str = ""
+    laws: CountedLaws | None = None
 
     @abstractmethod
     def circuit(self, job: Job[Any, Any], /) -> Circuit:
@@ -168,8 +170,7 @@ class CircuitStyle(ABC):
 
     def held_out(self, variables: Mapping[str, int], /) -> bool:
         """Whether the resource laws of the style left a synthesis out of their fit, by the parameters of its top."""
-        del variables
-        return False
+        return self.laws is not None and self.laws.held_out(variables)
 
 
 def phase_cycles(steps: Any) -> tuple[dict[str, int], Any]:

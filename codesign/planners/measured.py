@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from functools import cache
 from importlib.resources import files
@@ -255,22 +255,3 @@ def fit(points: Sequence[Point], elsewhere: Sequence[Point] = ()) -> Fit:
         errors(point for point in points if point.held),
         errors(elsewhere),
     )
-
-
-def fit_rows(
-    rows: Sequence[ResourceRow],
-    family: str,
-    piece: str,
-    resource: str,
-    terms: Callable[[Mapping[str, int]], Sequence[float]],
-    held: Callable[[Mapping[str, int]], bool] = lambda _: False,
-) -> Fit:
-    """Fit the count of one line of a demand in one family.
-
-    ``terms``: of the variables of a row. ``held``: whether a row of these variables is held out.
-    """
-    points: dict[bool, list[Point]] = {True: [], False: []}
-    for row in rows:
-        point = Point(terms(row.variables), row.count(piece, resource), held(row.variables))
-        points[row.family == family].append(point)
-    return fit(points[True], points[False] if points[True] else ())

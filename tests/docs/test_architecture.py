@@ -40,7 +40,7 @@ NEEDED = (
 
 
 def is_path(token: str) -> bool:
-    return bool(re.fullmatch(r"[\w./]+(\.py|\.md|\.toml|/)", token))
+    return bool(re.fullmatch(r"[\w./]+(\.py|\.md|\.toml|/|/laws\.yaml)", token))
 
 
 def files_of(token: str) -> list[Path]:

@@ -10,7 +10,8 @@ import pytest
 from codesign.fidelity.designs import job_of, laws_of, resources
 from codesign.fidelity.points import OTHERS, TOTAL, resource_points, rooms
 from codesign.inputs.part_file import load_part
-from codesign.planners.measured import ClockRow, Point, ResourceRow, family_of, fit, fit_rows, rows_text
+from codesign.planners.counted import CountedLaws
+from codesign.planners.measured import ClockRow, Point, ResourceRow, family_of, fit, rows_text
 
 
 def row(rows: int, columns: int, lut4: int, family: str = "ecp5") -> ResourceRow:
@@ -22,18 +23,11 @@ def test_a_fit_finds_the_law_and_holds_rows_out() -> None:
     sizes = [(3, 6), (6, 12), (12, 12), (12, 24)]
     rows = [row(n, m, 9 * n * m + 4 * (n + m) + 7) for n, m in sizes]
     rows += [row(24, 24, 2 * (9 * 24 * 24 + 4 * 48 + 7)), row(6, 6, 1, "xc7")]
-    law = fit_rows(
-        rows,
-        "ecp5",
-        "nodes",
-        "lut4",
-        lambda variables: (
-            variables["ROWS"] * variables["COLUMNS"],
-            variables["ROWS"] + variables["COLUMNS"],
-            1,
-        ),
-        held=lambda variables: variables["ROWS"] == 24,
-    )
+    laws = CountedLaws("no room", "toy")
+    pieces = {"nodes": {"lut4": "(ROWS * COLUMNS, sides, 1)"}}
+    table = {"define": {"sides": "ROWS + COLUMNS"}, "held_out": "ROWS == 24", "pieces": pieces}
+    vars(laws).update(table=table, rows=tuple(rows))
+    law = laws.fit("nodes", "lut4", rows[0].variables, "ecp5")
     assert law.coefficients == pytest.approx((9, 4, 7))
     assert max(map(abs, law.residuals)) < 1e-9
     assert law.held_out == (pytest.approx(-0.5),)

@@ -9,6 +9,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+from levels import ROOMS
 from places import ROOT
 
 PAGE = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
@@ -20,7 +21,8 @@ class Recipe:
     def __init__(self, folder: Path, row: str) -> None:
         self.folder = folder
         (cells,) = re.findall(rf"^\| {re.escape(row)} \| (.*?) \|", PAGE, re.MULTILINE)
-        self.named = [Path(name) for name in re.findall(r"`([^`]*\.py)`", cells)]
+        named = re.findall(r"`([^`]*\.(?:py|yaml))`", cells)
+        self.named = {Path(name.replace("ROOM", room)) for name in named for room in ROOMS}
         for name in ("codesign", "platforms", "workloads", "tests", "parts", "hosts", "maps"):
             if (ROOT / name).exists():
                 shutil.copytree(ROOT / name, folder / name, ignore=shutil.ignore_patterns("__pycache__"))

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from codesign.planners.harmonic.styles import counted, geometry
+from codesign.planners.harmonic.styles import geometry
+from codesign.planners.harmonic.styles.resources import ARRAY, DIGITS
 from codesign.planners.measured import resource_rows
 
 
@@ -19,14 +20,11 @@ def test_counts_of_sizes_held_out_are_met(family: str, resource: str, of_digits:
     held = [
         row
         for row in rows
-        if counted.held_out(row.variables) and (row.variables.get("DIGIT_BITS", 1) > 1) is of_digits
+        if ARRAY.held_out(row.variables) and (row.variables.get("DIGIT_BITS", 1) > 1) is of_digits
     ]
-    index, errors = resource == "flip_flops", []
+    laws, errors = DIGITS if of_digits else ARRAY, []
     for row in held:
-        law = sum(
-            counted.fit_of(family, piece, resource, of_digits=of_digits).value(terms[index](row.variables))
-            for piece, terms in counted.ARRAY.items()
-        )
+        law = sum(laws.value(piece, resource, row.variables, family) for piece in laws.pieces)
         errors.append(abs(law / sum(row.count(piece, resource) for piece in row.pieces) - 1))
     assert len(errors) >= 3
     assert np.mean(errors) < 0.05
@@ -35,8 +33,8 @@ def test_counts_of_sizes_held_out_are_met(family: str, resource: str, of_digits:
 
 @pytest.mark.parametrize("family", ["ecp5"])
 def test_rows_of_digits_move_no_fit_of_bit_serial_circuits(family: str) -> None:
-    rows = counted.fit_of(family, "nodes", "lut4"), counted.fit_of(family, "nodes", "lut4", of_digits=True)
-    taken = [len(law.residuals + law.held_out) for law in rows]
+    fits = (laws.fit("nodes", "lut4", laws.rows[0].variables, family) for laws in (ARRAY, DIGITS))
+    taken = [len(law.residuals + law.held_out) for law in fits]
     counts = [
         row.variables.get("DIGIT_BITS", 1)
         for row in resource_rows("harmonic", "bit_serial")

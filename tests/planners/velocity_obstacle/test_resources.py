@@ -22,10 +22,10 @@ from codesign.planners.velocity_obstacle.styles import (
     ARCHITECTURES,
     Style,
     levers,
-    logic,
     multipliers,
     resources,
 )
+from codesign.planners.velocity_obstacle.styles.resources import LAWS
 from codesign.planners.velocity_obstacle.styles.timing import cycles_of_trial
 from codesign.system.fit import fit
 
@@ -63,31 +63,30 @@ PARTS_OF_FAMILIES = {"xc3se": "XC3S500E-4", "ecp5": "LFE5U-85F-6", "gowin": "GW2
 
 @pytest.mark.parametrize("family", PARTS_OF_FAMILIES)
 def test_multipliers_and_memories_equal_every_synthesis(family: str) -> None:
-    rows = [row for row in logic.rows() if row.family == family]
+    rows = [row for row in LAWS.rows if row.family == family]
     assert len(rows) >= 10
     for row in rows:
         circuit = row.variables
         formed = {
-            logic.UPDATES: multipliers.update_products(circuit),
-            logic.DETECTIONS: multipliers.detector_products(circuit) * circuit["DETECT_UNITS"],
-            logic.REST: [multipliers.shared_product(circuit)],
+            resources.UPDATES: multipliers.update_products(circuit),
+            resources.DETECTIONS: multipliers.detector_products(circuit) * circuit["DETECT_UNITS"],
+            resources.REST: [multipliers.shared_product(circuit)],
         }
         for piece, products in formed.items():
             assert row.count(piece, "multipliers") == math.ceil(multipliers.multipliers(products, family))
         parameters = AvoidParameters(width=circuit["WIDTH"])
         rams, _ = resources.array_rams(parameters, load_part(PARTS_OF_FAMILIES[family]))
-        assert row.count(logic.ARRAY, "block_rams") == rams
+        assert row.count(resources.ARRAY, "block_rams") == rams
 
 
 @pytest.mark.parametrize("family", ["ecp5", "gowin"])
 @pytest.mark.parametrize("resource", ["lut4", "flip_flops"])
 def test_logic_of_serial_circuits_held_out_is_within_five_per_cent(family: str, resource: str) -> None:
     errors = []
-    for row in logic.rows():
-        if row.family == family and logic.held_out(row.variables):
-            for piece in logic.TERMS:
-                law = logic.line(family, piece, resource, row.variables["PARALLEL"])
-                value = law.value(logic.TERMS[piece](row.variables, family, resource))
+    for row in LAWS.rows:
+        if row.family == family and LAWS.held_out(row.variables):
+            for piece in LAWS.pieces:
+                value = LAWS.value(piece, resource, row.variables, family)
                 counted = row.count(piece, resource)
                 errors.append(abs(value - counted) / max(1, counted))
     assert len(errors) >= 4
@@ -189,7 +188,7 @@ def test_demand_never_falls_with_robots_or_width(robots: int, style: Style, widt
     parameters = AvoidParameters(width=width)
     need = levers.totals(style, robots, parameters, part)
     # From six robots on a unit keeps their states in LUTs as memory, not in registers, which takes less.
-    stored = style is not Style.HYBRID and robots + 1 == logic.LEAST_STORE_DEPTH
+    stored = style is not Style.HYBRID and robots + 1 == 6
     more_robots = need if stored else levers.totals(style, robots + 1, parameters, part)
     wider = levers.totals(style, robots, parameters.model_copy(update={"width": width + 1}), part)
     for kind in RESOURCES:

@@ -5,7 +5,7 @@ Values of events follow from the plan, cycles from ``styles.timing``.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -120,6 +120,7 @@ class StateMachineCircuit(CircuitStyle):
 
     planner = "breadth_first"
     style = "state_machine"
+    laws = resources.LAWS
     screen: Screen = SCREEN
 
     def circuit(self, job: SearchJob) -> Circuit:
@@ -189,10 +190,6 @@ class StateMachineCircuit(CircuitStyle):
         tracked = bool((events.kind == PATH_CELL).any())
         pins = shown_pins(job.problem, plan, visited, tracked, sum(cycles.values()), self.screen)
         return Expected(events, cycles, pins=pins)
-
-    def held_out(self, variables: Mapping[str, int]) -> bool:
-        """The sizes that the fit of the logic leaves out."""
-        return (variables["ROWS"], variables["COLUMNS"]) in resources.HELD_OUT
 
     def sample(self, seed: int) -> SearchJob:
         """A random design point: see ``random_job``."""

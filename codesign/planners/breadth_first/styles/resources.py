@@ -3,14 +3,12 @@
 There are three memories of a word for each address: the cells (obstacle, free, goal, visited), the directions (2 bits)
 and the queue (an address each, or as many words as given). A display that has a copy has one of the cells and one of
 the directions. Logic is what synthesis counts of the RTL of this package, by family: lines over the bits of an address,
-fitted to some sizes and held against others (``planners/breadth_first/measured/resources.json``).
+fitted to some sizes and held against others (``planners/breadth_first/measured/laws.yaml``).
 """
 
 from __future__ import annotations
 
 from bisect import bisect_right
-from collections.abc import Mapping
-from functools import cache
 
 from codesign.figures import Status
 from codesign.part import Part
@@ -23,20 +21,13 @@ from codesign.planners.breadth_first.plan.parameters import (
     VgaController,
 )
 from codesign.planners.breadth_first.styles import timing
+from codesign.planners.counted import CountedLaws
 from codesign.planners.demand import Lever, Line, packed
 from codesign.planners.external_memory import ExternalMemoryLaw
 from codesign.planners.interface import Problem
-from codesign.planners.measured import Fit, family_of, fit_rows, resource_rows
 
 CELL_BITS = 2
 DIRECTION_BITS = 2
-
-HELD_OUT = {(40, 50), (80, 30), (50, 50), (120, 60), (150, 90), (250, 130), (90, 40), (120, 80)}
-"""Sizes (rows, columns) that no line of the logic is fitted to."""
-DEEP_BITS = 14
-"""The address bits of the deepest block RAM: a memory of more words has several, and a multiplexer behind them."""
-SIMILAR = "xc2vp"
-"""The family that stands for one without rows: LUT of four inputs with a carry chain."""
 
 CONTROLLER_LUT4, CONTROLLER_FLIP_FLOPS = 600, 600
 """The controller of an external dynamic RAM. Assumed."""
@@ -104,80 +95,29 @@ def controller(external: ExternalMemoryLaw | None) -> tuple[int, int]:
     return SRAM_LUT4, 2 * external.width + external.words.bit_length()
 
 
-def _terms(
-    piece: str, bits: int, queue_words: int, *, linear: bool, pipelined: bool, shown: bool
-) -> tuple[float, ...]:
-    """The variables of the logic of a piece, for addresses of ``bits`` and a queue of so many words."""
-    if piece == "display":
-        return 1, linear
-    # The pointers of a queue of fewer words are shorter; where they do not wrap by themselves, each is compared.
-    pointer = side_bits(queue_words)
-    compared = (1 << pointer != queue_words) * pointer
-    banks, queue_banks = ((1 << max(0, each - DEEP_BITS)) - 1 for each in (bits, pointer))
-    banked = banks * CELL_BITS * 2 + queue_banks * bits
-    return (
-        1,
-        bits,
-        linear,
-        linear * bits,
-        pipelined,
-        pipelined * bits,
-        shown,
-        banked,
-        bits - pointer,
-        compared,
-    )
+LAWS = CountedLaws(
+    "breadth_first",
+    "machine",
+    {
+        "side_bits": side_bits,
+        "CELL_BITS": CELL_BITS,
+        "PIPELINED_CYCLES": timing.EXPANSION_CYCLES[MicroArchitecture.PIPELINED],
+    },
+)
+"""The logic of the ``state machine`` and of the ``display``."""
 
 
-@cache
-def _line(family: str, piece: str, resource: str) -> Fit:
-    """The line of a piece and a resource in a family of rows."""
-
-    def terms(row: Mapping[str, int]) -> tuple[float, ...]:
-        return _terms(
-            piece,
-            row["ADDRESS_BITS"],
-            row["QUEUE_WORDS"],
-            linear=bool(row["LINEAR"]),
-            pipelined=row["CYCLES"] == timing.EXPANSION_CYCLES[MicroArchitecture.PIPELINED],
-            shown=bool(row.get("SHOWN", 0)),
-        )
-
-    rows = resource_rows("breadth_first", "state_machine")
-    rows = rows if piece == "state machine" else tuple(row for row in rows if row.variables.get("SHOWN", 0))
-    return fit_rows(
-        rows, family, piece, resource, terms, lambda row: (row["ROWS"], row["COLUMNS"]) in HELD_OUT
-    )
-
-
-def counted(
-    piece: str, shape: tuple[int, int], parameters: SearchParameters, part: Part
-) -> tuple[Line, Line]:
+def counted(piece: str, shape: tuple[int, int], parameters: SearchParameters, part: Part) -> tuple[Line, ...]:
     """LUT and flip-flops of the ``state machine`` or the ``display``."""
-    family, own = family_of(part.family)
-    if not any(row.family == family for row in resource_rows("breadth_first", "state_machine")):
-        family, own = SIMILAR, False
     bits = address_bits(*shape, parameters.address)
-    terms = _terms(
-        piece,
-        bits,
-        parameters.queue_words or 1 << bits,
-        linear=parameters.address is Address.LINEAR,
-        pipelined=parameters.micro_architecture is MicroArchitecture.PIPELINED,
-        shown=parameters.display is not VgaController.NONE,
-    )
-    laws = {resource: _line(family, piece, resource) for resource in ("lut4", "flip_flops")}
-    source = (
-        f"synthesis of the RTL of this package for {family}; on sizes held out {laws['lut4'].mean:.1%} of the LUT and"
-        f" {laws['flip_flops'].mean:.1%} of the flip-flops off"
-    )
-    status = Status.CALIBRATED if own else Status.ASSUMED
-    lut4, flip_flops = (
-        Line.item(piece, resource, count, status, source, law.ends(count, own))
-        for resource, law in laws.items()
-        for count in [round(law.value(terms))]
-    )
-    return lut4, flip_flops
+    design = {
+        "ADDRESS_BITS": bits,
+        "QUEUE_WORDS": parameters.queue_words or 1 << bits,
+        "LINEAR": int(parameters.address is Address.LINEAR),
+        "CYCLES": timing.EXPANSION_CYCLES[parameters.micro_architecture],
+        "SHOWN": int(parameters.display is not VgaController.NONE),
+    }
+    return LAWS.lines(design, LAWS.family(part.family), piece)[piece]
 
 
 def items(

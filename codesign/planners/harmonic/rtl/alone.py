@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -16,8 +16,9 @@ from codesign.planners.harmonic.plan.relax import HarmonicPlan
 from codesign.planners.harmonic.rtl.expected import DECISION_BITS, decision_value
 from codesign.planners.harmonic.rtl.samples import random_job
 from codesign.planners.harmonic.rtl.stream import index_bits, nearest_cell, place_words
-from codesign.planners.harmonic.styles import counted, timing
+from codesign.planners.harmonic.styles import timing
 from codesign.planners.harmonic.styles.geometry import field_groups
+from codesign.planners.harmonic.styles.resources import ALONE
 from codesign.planners.harmonic.styles.steps import DECIDE, LOAD
 from codesign.planners.harmonic.styles.tasks import DecisionModule
 from codesign.planners.interface import Problem
@@ -35,6 +36,7 @@ class DecisionCircuit(CircuitStyle):
     planner = "harmonic"
     style = "bit_serial"
     task = DECIDE
+    laws = ALONE
 
     def circuit(self, job: RelaxJob) -> Circuit:
         """The circuit for a map and the last precision. The field is that of ``job.plan``, or is planned here."""
@@ -71,10 +73,6 @@ class DecisionCircuit(CircuitStyle):
         """A robot anywhere on a small map."""
         job = random_job(seed)
         return replace(job, inside=frozenset({DECIDE}), plan=PLANNER.plan(job))
-
-    def held_out(self, variables: Mapping[str, int]) -> bool:
-        """See ``counted.alone_held_out``."""
-        return counted.alone_held_out(variables)
 
 
 def _plan(job: RelaxJob) -> HarmonicPlan:

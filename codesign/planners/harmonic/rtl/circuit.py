@@ -13,7 +13,8 @@ from codesign.planners.harmonic.plan.parameters import RelaxParameters, Stop, Te
 from codesign.planners.harmonic.rtl.expected import DECISION_BITS, SWEEP_BITS, expected_run
 from codesign.planners.harmonic.rtl.samples import random_job
 from codesign.planners.harmonic.rtl.stream import index_bits, place_words, stream_bits, stream_words
-from codesign.planners.harmonic.styles import counted, timing
+from codesign.planners.harmonic.styles import timing
+from codesign.planners.harmonic.styles.resources import ARRAY
 from codesign.planners.harmonic.styles.steps import DECIDE, DETECT, LOAD, READ, RELAX
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
@@ -60,6 +61,7 @@ class BitSerialCircuit(CircuitStyle):
 
     planner = "harmonic"
     style = "bit_serial"
+    laws = ARRAY
 
     def circuit(self, job: Job[Problem, RelaxParameters]) -> Circuit:
         """The circuit of a design point; see ``harmonic.v`` for its phases, stream and events.
@@ -92,10 +94,6 @@ class BitSerialCircuit(CircuitStyle):
     def sample(self, seed: int) -> Job[Problem, RelaxParameters]:
         """A map of at most 10 × 14 cells in up to 9 blocks."""
         return random_job(seed)
-
-    def held_out(self, variables: Mapping[str, int]) -> bool:
-        """See ``counted.HELD_OUT``."""
-        return counted.held_out(variables)
 
 
 def _check(job: Job[Problem, RelaxParameters]) -> None:

@@ -3,8 +3,9 @@
 The design of the paper, without a pipeline on a Virtex-II or Virtex-4, has what the paper published of it. N nodes and
 their array are exact on Tables 1 and 3: the constants of the array control are Table 3 less N times Table 1. Table 2
 has 2 LUT and 1 slice more than 18 nodes and is held out. The slices of control, decision and border logic are those of
-section 5.4. All else is what synthesis counts of the RTL of this package: see ``counted``. The OR trees take no slice
-of their own: a node leaves 4 of the 26 LUT of its 13 slices free, and the trees need less than one.
+section 5.4. All else is what synthesis counts of the RTL of this package: ``planners/harmonic/measured/laws.yaml``.
+The OR trees take no slice of their own: a node leaves 4 of the 26 LUT of its 13 slices free, and the trees need less
+than one.
 """
 
 from __future__ import annotations
@@ -16,17 +17,20 @@ from functools import lru_cache
 
 from codesign.figures import Status
 from codesign.part import Part
+from codesign.planners.counted import CountedLaws
 from codesign.planners.demand import Line, packed, sum_by_resource
 from codesign.planners.harmonic import published
 from codesign.planners.harmonic.plan.parameters import MAX_PRECISION
 from codesign.planners.harmonic.published import PAPER
-from codesign.planners.harmonic.styles.counted import ARRAY, counted
 from codesign.planners.harmonic.styles.geometry import (
     RAM_WIDTH,
     border_nodes,
     border_rams,
     cluster_count,
     digits,
+    field_plane,
+    field_rams_a_memory,
+    tree_widths,
 )
 
 NODE_FLIP_FLOPS = published.NODE.flip_flops
@@ -37,6 +41,14 @@ ARRAY_FLIP_FLOPS = published.BLOCK.flip_flops - NODE_FLIP_FLOPS * published.BLOC
 ARRAY_LUT4 = published.BLOCK.lut4 - NODE_LUT4 * published.BLOCK.nodes
 ARRAY_SLICES = published.BLOCK.slices - NODE_SLICES * published.BLOCK.nodes
 PAPER_FAMILIES = "Virtex-II", "Virtex-4"
+
+_GEOMETRY = {
+    each.__name__: each
+    for each in (border_rams, cluster_count, digits, field_plane, field_rams_a_memory, tree_widths)
+}
+ARRAY, DIGITS, ALONE = (CountedLaws("harmonic", name, _GEOMETRY) for name in ("array", "digits", "alone"))
+"""The logic of the array with its control, bit-serial and with digits of several bits, and of a decision module by
+itself."""
 
 
 @dataclass(frozen=True)
@@ -143,12 +155,9 @@ def items(machine: Machine, family: str) -> tuple[Line, ...]:
 
 def _of_rows(machine: Machine, family: str) -> list[Line]:
     """Every line as synthesis counts it."""
-    lines: list[Line] = []
-    variables = machine.variables
-    for piece in ARRAY:
-        logic = counted(piece, variables, family)
-        lines += [packed(logic), *logic]
-    return lines
+    laws = ARRAY if machine.digit_bits == 1 else DIGITS
+    pieces = laws.lines(machine.variables, laws.family(family))
+    return [line for logic in pieces.values() for line in (packed(logic), *logic)]
 
 
 def _of_paper(machine: Machine, family: str) -> list[Line]:
@@ -170,10 +179,9 @@ def _of_paper(machine: Machine, family: str) -> list[Line]:
         ("nodes", "flip_flops", NODE_FLIP_FLOPS * nodes, shown, table_1),
         ("array control", "flip_flops", ARRAY_FLIP_FLOPS, calibrated, table_3),
     )
-    lines = [Line.item(*line) for line in laws]
-    for piece in ("OR trees", "borders", "border addresses", "control", "decision"):
-        lines += counted(piece, machine.variables, family)
-    return lines
+    beside = "OR trees", "borders", "border addresses", "control", "decision"
+    logic = ARRAY.lines(machine.variables, ARRAY.family(family), *beside).values()
+    return [*(Line.item(*line) for line in laws), *(line for piece in logic for line in piece)]
 
 
 @lru_cache(maxsize=4096)

@@ -24,7 +24,7 @@ from codesign.planners.harmonic.plan.fixed_point import LowerBound, limbs_needed
 from codesign.planners.harmonic.plan.parameters import RelaxParameters
 from codesign.planners.harmonic.plan.planner import PLANNER
 from codesign.planners.harmonic.plan.relax import HarmonicPlan
-from codesign.planners.harmonic.styles import counted, geometry, resources, timing
+from codesign.planners.harmonic.styles import geometry, resources, timing
 from codesign.planners.host import HostTask, one_step
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
@@ -54,7 +54,7 @@ class DecisionModule(TaskStyle):
         """
         (rows, columns), last, part = job.problem.shape, job.parameters.precisions[-1], job.chip
         variables = {"ROWS": rows, "COLUMNS": columns, "LAST_PRECISION": last}
-        logic = counted.counted("decision", variables, part.family, self.task)
+        logic = resources.ALONE.lines(variables, resources.ALONE.family(part.family))["decision"]
         slices = packed(logic)
         if part.family in resources.PAPER_FAMILIES:
             text = f"{published.PAPER}, section 5.4: 3p + 682"

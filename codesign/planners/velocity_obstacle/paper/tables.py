@@ -9,7 +9,7 @@ from codesign.planners.reproduction import Finding, Plot, Row, Series, Use, row
 from codesign.planners.velocity_obstacle import published
 from codesign.planners.velocity_obstacle.plan.parameters import AvoidParameters, Detector, Unit
 from codesign.planners.velocity_obstacle.published import CLOCK, Style
-from codesign.planners.velocity_obstacle.styles import levers, logic, power, resources, timing
+from codesign.planners.velocity_obstacle.styles import levers, power, resources, timing
 from codesign.planners.velocity_obstacle.styles.schedule import DETECT, UPDATE, module_cycles
 
 PARAMETERS = AvoidParameters()
@@ -220,12 +220,10 @@ def table_findings() -> tuple[Finding, ...]:
         * published.LUT4_OF_PART
     )
     one, two = (
-        logic.counted(
-            logic.UPDATES,
-            "lut4",
+        resources.LAWS.lines(
             resources.structure(Style.HYBRID, 2, PARAMETERS.model_copy(update={"update_units": count})),
-            chip,
-        ).amount
+            resources.LAWS.family(chip.family),
+        )[resources.UPDATES][0].amount
         for count in (1, 2)
     )
     crossed = module_cycles(DETECT, Unit.SERIAL, Detector.CROSS_PRODUCT)

@@ -7,7 +7,7 @@ control are those of ``plan.reference``. Cycles follow from ``styles.timing``.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -25,15 +25,15 @@ from codesign.planners.velocity_obstacle.plan.reference import BRAKE, RobotState
 from codesign.planners.velocity_obstacle.published import Style
 from codesign.planners.velocity_obstacle.rtl.samples import AvoidJob, random_job
 from codesign.planners.velocity_obstacle.styles import timing
-from codesign.planners.velocity_obstacle.styles.logic import (
+from codesign.planners.velocity_obstacle.styles.resources import (
     ARRAY,
     DETECTIONS,
+    LAWS,
     REST,
     STATES,
     UPDATES,
-    held_out,
+    structure,
 )
-from codesign.planners.velocity_obstacle.styles.resources import structure
 
 TOO_FAR, COLLIDES, TAKEN, VELOCITY, ACCELERATION = range(5)
 KINDS = ("too far", "collides", "taken", "velocity", "acceleration")
@@ -94,6 +94,7 @@ class RobotCircuit(CircuitStyle):
     """One robot's circuit, with the units of a style."""
 
     planner = "velocity_obstacle"
+    laws = LAWS
 
     def __init__(self, style: Style) -> None:
         self.style = style.value
@@ -158,10 +159,6 @@ class RobotCircuit(CircuitStyle):
         return Expected(
             Events(np.array(cycle, np.int64), np.array(kind, np.uint8), np.array(value, np.uint64)), cycles
         )
-
-    def held_out(self, variables: Mapping[str, int]) -> bool:
-        """Whether the laws of LUT and flip-flops left this synthesis out of their fits."""
-        return held_out(variables)
 
     def sample(self, seed: int) -> AvoidJob:
         """Random robots, options and units: see ``random_job``."""

@@ -120,6 +120,14 @@ def detector_products(circuit: Structure) -> list[Factors]:
     ]
 
 
+def product_registers(circuit: Structure) -> int:
+    """Flip-flops of the products of a parallel detector. Those of components have the width of their sum."""
+    wide = wide_bits(circuit)
+    return sum(
+        sum(pair) if max(pair) == wide else min(sum(pair), wide) for pair in detector_products(circuit)
+    )
+
+
 def update_products(circuit: Structure) -> list[Factors]:
     """The products that all update units form at once; the first serial unit has none of its own."""
     width, others = circuit["WIDTH"], circuit["UPDATE_UNITS"] - 1

@@ -1,7 +1,8 @@
 """The demand of the circuits: lines by unit, as functions of style, number of robots, width and options.
 
 Units, states and rest
-    Multipliers, LUTs and flip-flops are those of the RTL of this package: ``multipliers`` and ``logic``.
+    Multipliers, LUTs and flip-flops are those of the RTL of this package: ``multipliers``, and
+    ``planners/velocity_obstacle/measured/laws.yaml``.
 
 Table I
     On the paper's family, Spartan-3E, a line of its own has the LUTs of Table I that the RTL of this package does not
@@ -28,6 +29,7 @@ from collections.abc import Mapping
 
 from codesign.figures import Status
 from codesign.part import Part
+from codesign.planners.counted import CountedLaws
 from codesign.planners.demand import Line
 from codesign.planners.velocity_obstacle import published
 from codesign.planners.velocity_obstacle.plan.parameters import (
@@ -38,15 +40,35 @@ from codesign.planners.velocity_obstacle.plan.parameters import (
     Unit,
 )
 from codesign.planners.velocity_obstacle.published import FAMILY, PAPER, Style
-from codesign.planners.velocity_obstacle.styles import logic
-from codesign.planners.velocity_obstacle.styles.logic import ARRAY, DETECTIONS, REST, STATES, UPDATES
 from codesign.planners.velocity_obstacle.styles.multipliers import (
+    adders,
     detector_products,
     multipliers,
+    product_registers,
     shared_product,
     update_products,
+    wide_bits,
 )
 from codesign.planners.velocity_obstacle.styles.schedule import Units
+
+UPDATES, DETECTIONS, STATES, ARRAY, REST = (
+    "pos_vel_update units",
+    "coll_detect units",
+    "states of the robots",
+    "array of velocities",
+    "selector, checks, control",
+)
+"""The lines of the demand that a circuit has modules for."""
+
+LAWS = CountedLaws(
+    "velocity_obstacle",
+    "circuit",
+    {
+        each.__name__: each
+        for each in (adders, detector_products, product_registers, shared_product, update_products, wide_bits)
+    },
+)
+"""LUT and flip-flops of the circuits, which are given by the parameters of their Verilog, as in ``multipliers``."""
 
 TABLE_I = "Table I beyond the RTL of this package"
 """The line of the demand that no module stands for."""
@@ -188,7 +210,7 @@ def items(
 
 def _circuit_items(circuit: Mapping[str, int], part: Part) -> list[Line]:
     """The lines of the RTL of this package but for its memory."""
-    family, own = logic.family_of_rows(part)
+    family, own = LAWS.family(part.family)
     status = Status.MEASURED if own else Status.ASSUMED
     text = f"products cut into the digits of a multiplier; as synthesis counts the RTL of this package for {family}"
     formed = {
@@ -197,11 +219,8 @@ def _circuit_items(circuit: Mapping[str, int], part: Part) -> list[Line]:
         REST: multipliers([shared_product(circuit)], family),
     }
     lines = []
-    for piece in (UPDATES, DETECTIONS, STATES, REST):
-        for resource in ("lut4", "flip_flops"):
-            line = logic.counted(piece, resource, circuit, part)
-            if line.amount:
-                lines.append(line)
+    for piece, logic in LAWS.lines(circuit, (family, own)).items():
+        lines += [line for line in logic if line.amount]
         if formed.get(piece):
             lines.append(Line.item(piece, "multipliers", math.ceil(formed[piece]), status, text))
     return lines

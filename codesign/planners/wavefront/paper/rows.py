@@ -48,7 +48,7 @@ def _node_rows() -> Iterator[Row]:
     """The node against that of Hassoun and Sanghvi."""
     layout = ArrayLayout((published.SIDE, published.SIDE), BITS)
     adders = replace(layout, adders=True)
-    family = resources.SIMILAR
+    family = resources.LAWS.table["similar"]
     bare, chained = (
         resources.lut4(resources.NODES, replace(adders, chain=chain), family)
         / resources.lut4(resources.NODES, replace(layout, chain=chain), family)

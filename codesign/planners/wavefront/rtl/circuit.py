@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import ClassVar
@@ -18,9 +17,9 @@ from codesign.planners.wavefront.rtl.expected import KINDS, PHASES, TILED_PHASES
 from codesign.planners.wavefront.rtl.layout import Words, load_stream
 from codesign.planners.wavefront.rtl.samples import random_job
 from codesign.planners.wavefront.rtl.tile_layout import TileWords, tile_stream
-from codesign.planners.wavefront.styles import AdderComparator, DelayLine, Tiled
+from codesign.planners.wavefront.styles import AdderComparator, DelayLine, Tiled, tile
 from codesign.planners.wavefront.styles.array import ArrayStyle
-from codesign.planners.wavefront.styles.resources import held_out
+from codesign.planners.wavefront.styles.resources import LAWS
 from codesign.planners.wavefront.styles.steps import TRACK
 
 HERE = Path(__file__).parent
@@ -68,6 +67,7 @@ class ArrayCircuit(CircuitStyle):
     """An array for the whole map, in the machine that loads it, runs it, tracks a path and reports."""
 
     planner = "wavefront"
+    laws = LAWS
     model: ClassVar[ArrayStyle]
 
     @abstractmethod
@@ -140,10 +140,6 @@ class ArrayCircuit(CircuitStyle):
         words = Words.of(job.problem, job.parameters, self.model.bits(job))
         return expected_run(self.model, job, words)
 
-    def held_out(self, variables: Mapping[str, int]) -> bool:
-        """Whether the laws of LUT left the size out of their fit."""
-        return held_out(variables)
-
     def sample(self, seed: int) -> Job[Problem, PropagateParameters]:
         """A random small map with random parameters."""
         return random_job(seed, self.style)
@@ -183,6 +179,7 @@ class TiledCircuit(CircuitStyle):
     """An array of one tile, with the memories of its columns and a scheduler."""
 
     planner = "wavefront"
+    laws = tile.LAWS
     style = "tiled"
     model = Tiled()
 
@@ -228,10 +225,6 @@ class TiledCircuit(CircuitStyle):
             pieces=TILED_PIECES,
             notes=(TRACKER_NOTE,),
         )
-
-    def held_out(self, variables: Mapping[str, int]) -> bool:
-        """Whether the laws of LUT left the size out of their fit."""
-        return held_out(variables)
 
     def expected(self, job: Job[Problem, PropagateParameters]) -> Expected:
         """The visits of tiles, the words of all cells, and the steps of the path of the first start."""

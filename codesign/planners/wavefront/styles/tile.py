@@ -8,16 +8,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from functools import cache
 
 from codesign.figures import Status
 from codesign.part import Part
 from codesign.planners.breadth_first.styles.resources import block_rams
+from codesign.planners.counted import CountedLaws
 from codesign.planners.demand import Line
-from codesign.planners.measured import Fit, family_of, fit_rows, resource_rows
 from codesign.planners.wavefront.styles import resources
 from codesign.planners.wavefront.styles.layout import ArrayLayout, Shape, side_bits
-from codesign.planners.wavefront.styles.resources import CONTROL, NODES, READ_OUT, TRACKER, WIDE_NUMBER
+from codesign.planners.wavefront.styles.resources import CONTROL, NODES, READ_OUT, TRACKER
 
 HALO, COLUMNS, SCHEDULER, CURSOR = "halo", "column memories", "scheduler", "cursor"
 PIECES = NODES, HALO, COLUMNS, SCHEDULER, TRACKER, CURSOR, READ_OUT, CONTROL
@@ -174,52 +173,14 @@ class TileLayout:
         return states + MACHINE_BITS + visits + (2 if array.waits else 1) * array.bits + array.word
 
 
-def _terms(piece: str, layout: TileLayout, family: str) -> tuple[float, ...]:
-    """The variables of the LUT of a piece."""
-    array, (rows, columns) = layout.array, layout.array.shape
-    others = resources.LUT_INPUTS.get(family, 4) - 1
-    corners, extra, bits = not array.corner_cutting, bool(array.extra), array.bits
-    wide = columns * (side_bits(columns) >= WIDE_NUMBER)
-    silence = (array.nodes + layout.halo - 1) / others
-    terms: Mapping[str, tuple[float, ...]] = {
-        NODES: tuple(rows * columns * term for term in (1, bits, corners, extra)),
-        HALO: (layout.halo, layout.halo * bits),
-        COLUMNS: tuple(columns * term for term in (1, bits, array.safe, corners, extra)),
-        SCHEDULER: (1, bits, sum(layout.minima) * bits, layout.grid, layout.address),
-        CURSOR: (1, layout.address, layout.place),
-        READ_OUT: (array.word * -(-(2 * columns - 1) // others), columns, wide),
-        CONTROL: (1, layout.address, bits, array.word, silence, columns),
-    }
-    return terms[piece]
+LAWS = CountedLaws("wavefront", "tiled", layout=TileLayout.of_row)
+"""The LUT of each piece but the tracker, which is that of the array of the whole map."""
 
 
-@cache
-def law(piece: str, family: str) -> Fit:
-    """The LUT of a piece in a family of rows."""
-    if piece == TRACKER:
-        return resources.law(TRACKER, (False, False), family)
-
-    def terms(variables: Mapping[str, int]) -> tuple[float, ...]:
-        return _terms(piece, TileLayout.of_row(variables), family)
-
-    rows = resource_rows("wavefront", "tiled")
-    return fit_rows(rows, family, piece, "lut4", terms, resources.held_out)
-
-
-@cache
-def family_with_rows(part_family: str) -> tuple[str, bool]:
-    """The family of rows for a family of parts, and whether it is its own."""
-    family, own = family_of(part_family)
-    if any(row.family == family for row in resource_rows("wavefront", "tiled")):
-        return family, own
-    return resources.SIMILAR, False
-
-
-def lut4(piece: str, layout: TileLayout, family: str) -> int:
-    """LUT of a piece in a family of rows."""
-    if piece == TRACKER:
-        return resources.lut4(TRACKER, layout.whole, family)
-    return round(law(piece, family).value(_terms(piece, layout, family)))
+def lut4(layout: TileLayout, family: tuple[str, bool]) -> dict[str, Line]:
+    """The LUT of each piece in a family of rows; and whether it is that of the part."""
+    lines = {**LAWS.lines(layout, family), **resources.LAWS.lines(layout.whole, family, TRACKER)}
+    return {piece: lines[piece][0] for piece in PIECES}
 
 
 def tiled_items(array: ArrayLayout, map_shape: Shape, tile: Shape, part: Part) -> tuple[Line, ...]:
@@ -228,29 +189,24 @@ def tiled_items(array: ArrayLayout, map_shape: Shape, tile: Shape, part: Part) -
         replace(array, shape=tile, element_cells=1, adders=False, chain=False),
         map_shape,
     )
-    family, own = family_with_rows(part.family)
-    status = Status.CALIBRATED if own else Status.ASSUMED
-    flip_flops, rams = layout.flip_flops(family), layout.rams(part)
+    family = LAWS.family(part.family)
+    luts, flip_flops, rams = lut4(layout, family), layout.flip_flops(family[0]), layout.rams(part)
     # Nodes and cells around them share no slice.
     apart = {NODES: layout.array.nodes, HALO: layout.halo}
     lines = []
     for piece in PIECES:
         if piece == TRACKER and not array.tracked:
             continue
-        luts, registers = lut4(piece, layout, family), flip_flops.get(piece, 0)
-        each = apart.get(piece, 1)
-        fitted = law(piece, family)
-        ends = fitted.ends(luts, own)
+        line, registers, each = luts[piece], flip_flops.get(piece, 0), apart.get(piece, 1)
         slices, *least_and_most = (
-            each * -(-max(round(count / each), registers // each) // 2) for count in (luts, *ends)
+            each * -(-max(round(count / each), registers // each) // 2)
+            for count in (line.amount, *map(int, line.figure.interval))
         )
-        off = fitted.mean
-        counted = f"synthesis of the RTL of this package for {family}; on sizes held out {off:.1%} off"
         packed = "two LUT and two flip-flops a slice, none shared by nodes"
         lines.append(
             Line.item(piece, "slices", slices, Status.ASSUMED, packed, (least_and_most[0], least_and_most[1]))
         )
-        lines.append(Line.item(piece, "lut4", luts, status, counted, ends))
+        lines.append(line)
         if registers:
             exact = "every register of the RTL of this package, as synthesis counts them"
             lines.append(Line.item(piece, "flip_flops", registers, Status.MEASURED, exact))
