@@ -156,6 +156,18 @@ def test_no_modules_import_each_other_in_a_circle() -> None:
     assert [sorted(circle) for circle in nx.strongly_connected_components(graph) if len(circle) > 1] == []
 
 
+def test_a_machine_is_given_a_system_and_never_the_reverse() -> None:
+    """Within system and scenarios, what only a type checker imports counts too."""
+    graph = nx.DiGraph(
+        (module, name)
+        for module, path in modules().items()
+        if entry_of(module) in {"system", "scenarios"}
+        for _line, name, _typing in imports(path)
+        if entry_of(name) in {"system", "scenarios"} and "." in name
+    )
+    assert [sorted(circle) for circle in nx.strongly_connected_components(graph) if len(circle) > 1] == []
+
+
 def test_help_needs_no_heavy_module() -> None:
     heavy = ["numba", "scipy", "matplotlib", "bokeh", "networkx", "simpy", "mcap", "PIL", "pydantic", "numpy"]
     script = (

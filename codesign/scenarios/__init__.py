@@ -1,7 +1,7 @@
 """From specs to a result: bind, fit, build, run. Each scenario of a workload has a room here.
 
 ``simulate(platform, workload)`` does all four. ``SCENARIOS`` (``run``) lists the scenarios: a room derives from
-``system.scenario.Scenario`` and answers what the system asks of it. Watching is separate: a listener takes records and
+``scenario.Scenario`` and answers what binding and a run ask of it. Watching is separate: a listener takes records and
 changes nothing.
 """
 

@@ -21,12 +21,13 @@ from codesign.results.task import TaskFigures, times_of
 from codesign.results.terms import Terms
 from codesign.scenarios.records import tell_field, tell_map
 from codesign.scenarios.requests import requests_of
+from codesign.scenarios.scenario import Scenario
 from codesign.system.bind import System
 from codesign.system.build import Machine
 from codesign.system.chain import Answer
 from codesign.system.energy import energy_of, watts_of
 from codesign.system.outcome import plan_fields, times_until, use_fields
-from codesign.system.scenario import LeverProgress, ProgressOfMission, Scenario
+from codesign.system.scenario import LeverProgress, ProgressOfMission
 from codesign.system.terms import open_terms, plan_terms
 from codesign.system.trials import Arrivals, Trials, arrival_reason, arrivals_of
 

@@ -15,11 +15,12 @@ from codesign.results.result import Result
 from codesign.scenarios.drive.scenario import DriveScenario
 from codesign.scenarios.fleet.scenario import FleetScenario
 from codesign.scenarios.plan_once import PlanOnceScenario
+from codesign.scenarios.scenario import Scenario
 from codesign.system.bind import System, bind_to
 from codesign.system.fit import TellLevers
 from codesign.system.outcome import head_fields
 from codesign.system.ready import ready
-from codesign.system.scenario import LeverProgress, ProgressOfMission, Scenario
+from codesign.system.scenario import LeverProgress, ProgressOfMission
 from codesign.system.trials import Trials
 
 if TYPE_CHECKING:
@@ -86,7 +87,7 @@ def simulate(
         run = partial(simulate, memo=memo, grid=grid, memory=memory)
 
         def complete(result: Result) -> Result:
-            return system.scenario.with_levers(result, system, run, lever_progress)
+            return scenario_of(workload).with_levers(result, system, run, lever_progress)
 
     return simulate_system(
         system,
@@ -133,7 +134,7 @@ def simulate_system(
     head, machine = head_fields(system) | prepared.held.fields, prepared.machine
     if machine is None:
         return Result(**head, feasible=False, reasons=prepared.held.reasons)
-    fields = system.scenario.run(machine, prepared.held.boards, memo, progress)
+    fields = scenario_of(system.workload).run(machine, prepared.held.boards, memo, progress)
     result = Result(**{**head, "feasible": True, **fields})
     if complete is not None:
         result = complete(result)

@@ -32,7 +32,7 @@ from codesign.system.assemble import platform_faults
 from codesign.system.change import with_task
 from codesign.system.place import Placement, a_type, external_of, map_work_notes, memory_faults, place
 from codesign.system.problem_map import Places, grid_faults, length_notes, map_notes, reach_notes
-from codesign.system.scenario import Draft, Scenario
+from codesign.system.scenario import Draft, ScenarioRules
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,7 +89,7 @@ class System(Draft):
 
 
 def bind_to(
-    platform: Platform, workload: Workload, scenario: Scenario, *, grid: OccupancyGrid | None = None
+    platform: Platform, workload: Workload, scenario: ScenarioRules, *, grid: OccupancyGrid | None = None
 ) -> System:
     """Join platform and workload.
 
@@ -176,7 +176,7 @@ def with_found(system: System) -> System:
 
 
 def plannable(
-    workload: Workload, scenario: Scenario, *, grid: OccupancyGrid | None = None
+    workload: Workload, scenario: ScenarioRules, *, grid: OccupancyGrid | None = None
 ) -> tuple[Problem | None, list[Fault]]:
     """The problem of a workload, and every fault of it that is known without a platform.
 
@@ -229,7 +229,7 @@ def _architecture(
 
 
 def _problem(
-    workload: Workload, scenario: Scenario, planner: Planner, parameters: Any, grid: OccupancyGrid | None
+    workload: Workload, scenario: ScenarioRules, planner: Planner, parameters: Any, grid: OccupancyGrid | None
 ) -> tuple[Problem | None, list[Fault]]:
     """The planner's own kind of problem; or the map with its goals and starts, or every fault in them."""
     if not isinstance(workload.problem, ProblemSpec):

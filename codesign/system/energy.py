@@ -13,7 +13,6 @@ from codesign.units import PICOSECONDS_PER_SECOND
 
 if TYPE_CHECKING:
     from codesign.components import Component
-    from codesign.system.build import Machine
 
 
 class Spender(Protocol):
@@ -58,7 +57,7 @@ def idle_boards(system: System) -> tuple[str, ...]:
     return tuple(name for name in system.platform.of(FpgaComponent) if name not in used)
 
 
-def energy(machine: Machine, boards: Mapping[str, Power], others: Sequence[Component] = ()) -> Energy:
+def energy(machine: Spender, boards: Mapping[str, Power], others: Sequence[Component] = ()) -> Energy:
     """The energy of a run; see ``joules``. ``boards``: the power of each FPGA; see ``board_powers``."""
     drawn = joules(machine, {name: watts_of(power) for name, power in boards.items()}, others)
     return energy_of(machine.system, drawn)

@@ -1,26 +1,19 @@
-"""What the system asks of the scenario that a workload names. Each scenario answers from its room in ``scenarios``."""
+"""What binding asks of the scenario that a workload names. Each scenario answers from its room in ``scenarios``."""
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 from codesign.errors import Fault
 from codesign.figures import ResultFigure
 from codesign.inputs import Platform, Workload
 from codesign.inputs.exploration import DEFAULT_OBJECTIVES
-from codesign.memo import Memo
 from codesign.planners.interface import Planner, Problem
 from codesign.planners.job import Job
 from codesign.planners.styles import Architecture
 from codesign.planners.task_graph import Flow
-from codesign.results.result import Power, Result
-
-if TYPE_CHECKING:
-    from codesign.system.bind import System
-    from codesign.system.build import Machine
 
 
 @dataclass(frozen=True)
@@ -58,7 +51,7 @@ class Draft:
 
     platform: Platform
     workload: Workload
-    scenario: Scenario
+    scenario: ScenarioRules
     planner: Planner
     architecture: Architecture
     problem: Problem
@@ -74,11 +67,11 @@ class Draft:
         return Job(self.problem, self.planning)
 
 
-class Scenario(ABC):
-    """One kind of scenario: what it checks, what it adds to a design point, and how it runs.
+class ScenarioRules:
+    """One kind of scenario: what it checks, and what it adds to a design point.
 
     An object holds nothing of a workload, so that one serves them all. Its model and its tasks stand in
-    ``inputs.scenario``; ``type`` is their name there. Only ``type`` and ``run`` are required.
+    ``inputs.scenario``; ``type`` is their name there.
 
     Attributes:
         begins_anywhere: a start may have no path to a goal; the scenario itself reports that. Otherwise such a start
@@ -128,42 +121,3 @@ class Scenario(ABC):
     def kernels(self, _draft: Draft, _places: Mapping[str, str], /) -> Mapping[str, str]:
         """The kernel that each task of its own is counted in where a processor does it. By default none."""
         return {}
-
-    @abstractmethod
-    def run(
-        self,
-        machine: Machine,
-        boards: Mapping[str, Power],
-        memo: Memo | None,
-        progress: ProgressOfMission | None,
-        /,
-    ) -> dict[str, Any]:
-        """Run a machine that is at time 0 to the end of the scenario.
-
-        Args:
-            machine: the bound system on its components.
-            boards: the power of each FPGA of the platform, by name.
-            memo: shares functional work with other runs; the figures are the same without.
-            progress: is called now and then while a mission goes on.
-
-        Returns:
-            The fields of ``Result`` that the run gives a value.
-        """
-
-    def outlook(self, _workload: Workload, /) -> str | None:
-        """A warning that the run may take long, for before it begins; None where it takes no longer than usual."""
-        return None
-
-    def with_levers(
-        self,
-        result: Result,
-        _system: System,
-        _run: Callable[[Platform, Workload], Result],
-        _progress: LeverProgress | None,
-        /,
-    ) -> Result:
-        """The result with what moving each lever of the system gives.
-
-        ``_run`` simulates another design point. By default there are no levers, and the result stays as it is.
-        """
-        return result

@@ -7,7 +7,7 @@ import pytest
 from codesign import inputs, load_platform, load_workload
 from codesign.errors import SpecError
 from codesign.scenarios import SCENARIOS, bind, scenario_of
-from codesign.system.scenario import Scenario
+from codesign.scenarios.scenario import Scenario
 
 
 def test_each_model_has_a_room_and_each_room_a_model() -> None:

@@ -15,9 +15,10 @@ from codesign.results.result import Power, Result
 from codesign.scenarios.drive.faults import drive_faults, faults_of_robot
 from codesign.scenarios.drive.progress import outlook
 from codesign.scenarios.drive.tasks import KERNELS, MOVE, SENSE, drive_flows, drive_of, robot_of
+from codesign.scenarios.scenario import Scenario
 from codesign.system.bind import System
 from codesign.system.build import Machine
-from codesign.system.scenario import Draft, LeverProgress, ProgressOfMission, Scenario
+from codesign.system.scenario import Draft, LeverProgress, ProgressOfMission
 
 
 class DriveScenario(Scenario):

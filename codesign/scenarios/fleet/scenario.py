@@ -16,11 +16,12 @@ from codesign.planners.task_graph import Flow
 from codesign.results.ledger import Ledger
 from codesign.results.result import Power
 from codesign.scenarios.fleet.frames import frame_receiver
+from codesign.scenarios.scenario import Scenario
 from codesign.system.build import Machine
 from codesign.system.chain import Answer
 from codesign.system.outcome import plan_fields, use_fields
 from codesign.system.place import DISPLAY, RENDER_KERNEL
-from codesign.system.scenario import Draft, ProgressOfMission, Scenario
+from codesign.system.scenario import Draft, ProgressOfMission
 
 
 class FleetScenario(Scenario):
