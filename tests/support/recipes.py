@@ -16,13 +16,15 @@ PAGE = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
 
 
 class Recipe:
-    """A copy of the tree, and the files that a row of the page names."""
+    """The files that a row of the page names, in a copy of the tree. A folder that has a copy already keeps it."""
 
     def __init__(self, folder: Path, row: str) -> None:
         self.folder = folder
         (cells,) = re.findall(rf"^\| {re.escape(row)} \| (.*?) \|", PAGE, re.MULTILINE)
-        named = re.findall(r"`([^`]*\.(?:py|yaml))`", cells)
-        self.named = {Path(name.replace("ROOM", room)) for name in named for room in ROOMS}
+        named = re.findall(r"`([^`]*(?:\.\w+|/))`", cells)
+        self.named = {name.replace("ROOM", room) for name in named for room in ROOMS}
+        if (folder / "codesign").exists():
+            return
         for name in ("codesign", "platforms", "workloads", "tests", "parts", "hosts", "maps"):
             if (ROOT / name).exists():
                 shutil.copytree(ROOT / name, folder / name, ignore=shutil.ignore_patterns("__pycache__"))
@@ -30,13 +32,20 @@ class Recipe:
 
     def edit(self, name: str, *changes: tuple[str, str]) -> None:
         """Put text in front of the only place of a mark in a named file; at its end for an empty mark."""
-        assert Path(name) in self.named, f"the row does not name {name}"
+        assert name in self.named, f"the row does not name {name}"
         path = self.folder / "codesign" / name
         text = path.read_text(encoding="utf-8")
         for mark, added in changes:
             assert not mark or text.count(mark) == 1, f"{name} has {text.count(mark)} times {mark!r}"
             text = text.replace(mark, added + mark) if mark else text + added
         path.write_text(text, encoding="utf-8")
+
+    def write(self, name: str, text: str) -> None:
+        """Write a new file into a named folder, counted from the root of the tree or from the package."""
+        folder = name.rpartition("/")[0] + "/"
+        assert folder in self.named, f"the row does not name {folder}"
+        base = self.folder if (self.folder / folder).is_dir() else self.folder / "codesign"
+        (base / name).write_text(text, encoding="utf-8")
 
     def python(self, *arguments: str) -> str:
         """What Python prints in the copy."""

@@ -1,0 +1,279 @@
+"""The ten changes that newcomers make most, each as a toy in the files that its row of the page names and in no other.
+
+All toys stand in one copy of the tree: they do not know of each other. What each is asked afterwards is what a user of
+the tree would ask.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+
+import pytest
+from recipes import Recipe
+
+Edits = Mapping[str, tuple[tuple[str, str], ...]]
+"""File → (mark, text) pairs: the text goes in front of the mark."""
+
+
+@dataclass(frozen=True)
+class Toy:
+    """A row of the page, what is put into its files, and a script with what it prints."""
+
+    row: str
+    script: str
+    printed: str
+    edits: Edits = field(default_factory=dict)
+    files: Mapping[str, str] = field(default_factory=dict)
+
+
+PART = """kind: part
+name: TOY-1
+family: GW1N
+description: A toy
+resources:
+  slices: {value: 4320, status: assumed, source: "a toy"}
+  lut4: {value: 8640, status: assumed, source: "a toy"}
+  flip_flops: {value: 6480, status: assumed, source: "a toy"}
+  block_rams: {value: 26, status: assumed, source: "a toy"}
+  multipliers: {value: 20, status: assumed, source: "a toy"}
+block_ram:
+  shapes: [[2048, 9], [1024, 18]]
+power:
+  static: {value: 0.01 W, status: assumed, source: "a toy"}
+  dynamic: {value: 0.125 uW, status: assumed, source: "a toy"}
+speed_grades:
+  "-5":
+    block_ram_clock: {value: 150 MHz, status: assumed, source: "a toy"}
+"""
+
+HOST = """kind: host
+name: toy-host
+description: A toy
+clock: {value: 1 GHz, status: assumed, source: "a toy"}
+costs_of:
+  host: cortex-a53
+  factor: {value: 2, status: assumed, source: "a toy"}
+power:
+  busy: {value: 2 W, status: assumed, source: "a toy"}
+  idle: {value: 1 W, status: assumed, source: "a toy"}
+"""
+
+READER = '''
+def parse_runs(content: bytes, where: str) -> OccupancyGrid:
+    """A map of run lengths, free cells first: ``RUNS 2 1`` is one row of two free cells and an obstacle."""
+    free: list[bool] = []
+    for place, length in enumerate(content.split()[1:]):
+        free += [place % 2 == 0] * int(length)
+    return OccupancyGrid(np.array([free]), source=where)
+'''
+
+GENERATOR = '''def stripes(rows: int, columns: int) -> OccupancyGrid:
+    """Every third column an obstacle, but for its first cell."""
+    rows, columns = _size(rows, columns)
+    free = np.ones((rows, columns), dtype=np.bool_)
+    free[1:, 2::3] = False
+    return OccupancyGrid(free, source=f"stripes({rows=}, {columns=})")
+
+
+'''
+
+GENERATOR_MODEL = '''class StripesMap(_Sized):
+    """Stripes."""
+
+    generate: Literal["stripes"] = Field(description="Stripes.")
+
+
+'''
+
+STEP_KEY = """    mirrored: bool = Field(default=False, description="Turns the map's columns around.")
+"""
+
+TOYS = [
+    Toy(
+        "a part",
+        "from codesign.inputs import load_part; print(load_part('TOY-1-5').resources['slices'].value)",
+        "4320",
+        files={"platforms/parts/TOY-1.yaml": PART},
+    ),
+    Toy(
+        "a host",
+        "from codesign.inputs.files import shipped_files\n"
+        "from codesign.inputs import load_platform\n"
+        "print(sum('toy-host' in str(file) for file in shipped_files()))",
+        "1",
+        files={"platforms/hosts/toy-host.yaml": HOST},
+    ),
+    Toy(
+        "a unit",
+        "from codesign.units import Dimension, parse_quantity; print(parse_quantity('2 d', Dimension.TIME))",
+        str(2 * 24 * 3600 * 10**12),
+        edits={
+            "units.py": (
+                ('                "h": 3600 * 10**12,\n', '                "d": 24 * 3600 * 10**12,\n'),
+            )
+        },
+    ),
+    Toy(
+        "a map format",
+        "import pathlib; from codesign.maps import read_map\n"
+        "pathlib.Path('toy.runs').write_bytes(b'RUNS 2 1 1')\n"
+        "print(read_map('toy.runs').free.tolist())",
+        "[[True, True, False, True]]",
+        edits={
+            "maps/images.py": (("", READER),),
+            "maps/read.py": (
+                ("parse_image\n", "parse_runs, "),
+                (
+                    "    if is_image(content) or",
+                    '    if content.startswith(b"RUNS "):\n        return parse_runs(content, where)\n',
+                ),
+            ),
+        },
+    ),
+    Toy(
+        "a generator of maps",
+        "map = {'generate': 'stripes', 'rows': 4, 'columns': 6}\n"
+        "problem = {'map': map, 'goals': [[0, 5]], 'starts': [[3, 0]]}\n"
+        "from codesign.inputs.problem import ProblemSpec\n"
+        "print(type(ProblemSpec.model_validate(problem).map).__name__)\n"
+        "from codesign.maps import generate\n"
+        "print(generate('stripes', rows=2, columns=3).free.tolist())",
+        "StripesMap\n[[True, True, True], [True, True, False]]",
+        edits={
+            "maps/generate.py": (
+                ("GENERATORS: Mapping", GENERATOR),
+                ('        "empty": empty,\n', '        "stripes": stripes,\n'),
+            ),
+            "inputs/map_spec.py": (
+                ("MAPS: dict[str", GENERATOR_MODEL),
+                ('    "empty": EmptyMap,\n', '    "stripes": StripesMap,\n'),
+                (" | EmptyMap, WrapValidator(_choose_map)", " | StripesMap"),
+            ),
+        },
+    ),
+    Toy(
+        "a step of maps, such as cropping",
+        "from codesign.inputs.map_spec import EmptyMap, FileMap\n"
+        "import numpy as np; from codesign.maps import OccupancyGrid; from codesign.maps.prepare import prepare\n"
+        "spec = EmptyMap(generate='empty', rows=2, columns=2, mirrored=True)\n"
+        "print(prepare(OccupancyGrid(np.array([[True, False]])), spec.steps).free.tolist())",
+        "[[False, True]]",
+        edits={
+            "maps/prepare.py": (
+                ("\n\ndef read_prepared(", "    mirrored: bool = False\n"),
+                (
+                    "    if steps.inflate is not None:\n",
+                    "    if steps.mirrored:\n        grid = replace(grid, free=grid.free[:, ::-1])\n",
+                ),
+            ),
+            "inputs/map_spec.py": (
+                ("    resolution: Length | None = Field(", STEP_KEY),
+                (
+                    "inflate=self.inflate, downsample",
+                    "mirrored=self.mirrored, ",
+                ),
+            ),
+        },
+    ),
+    Toy(
+        "an objective or a constraint",
+        "import codesign\n"
+        "result = codesign.simulate('virtex4-pci', 'labyrinth')\n"
+        "print(result.figure('pins'))\n"
+        "from codesign.inputs.exploration import Exploration\n"
+        "explore = {'axes': {'fpga.clock': ['100 MHz', '120 MHz']}, 'objectives': ['pins'],"
+        " 'constraints': [{'figure': 'pins', 'at_most': 2}]}\n"
+        "workload = codesign.load_workload('labyrinth').model_copy(update={'explore': Exploration(**explore)})\n"
+        "study = codesign.explore('virtex4-pci', workload, workers=1)\n"
+        "print(study.points[0].feasible, study.points[0].result.figure('pins'))",
+        "3.0\nFalse 3.0",
+        edits={
+            "figures.py": (
+                (
+                    '        _count("local_maxima"',
+                    '        ResultFigure("pins", "", "a toy", value=lambda result: 3.0),\n',
+                ),
+            )
+        },
+    ),
+    Toy(
+        "a figure in a result",
+        "import codesign\n"
+        "result = codesign.simulate('virtex4-pci', 'labyrinth')\n"
+        "from codesign.report import result_tables\n"
+        "print(result.time.holiday_s, 'public holidays' in str([table.rows for table in result_tables(result)]))",
+        "4.0 True",
+        edits={
+            "results/result.py": (
+                (
+                    "    first_plan_s: float",
+                    '    holiday_s: float = Field(title="public holidays", description="a toy")\n',
+                ),
+            ),
+            "system/outcome.py": (("        first_plan_s=answer.answered", "        holiday_s=4.0,\n"),),
+        },
+    ),
+    Toy(
+        "a key of a platform",
+        "from codesign.inputs.components import FpgaComponent\n"
+        "print(FpgaComponent.model_fields['colour'].description)\n"
+        "from codesign.inputs import json_schema; print('colour' in str(json_schema('platform')))",
+        "a toy\nTrue",
+        edits={
+            "inputs/components.py": (
+                (
+                    "    calibration: Name | None = Field(",
+                    '    colour: str = Field(default="green", description="a toy")\n',
+                ),
+            )
+        },
+    ),
+    Toy(
+        "a key of a workload",
+        "from codesign.inputs.problem import ProblemSpec; print(ProblemSpec.model_fields['weather'].default)",
+        "sunny",
+        edits={
+            "inputs/problem.py": (
+                (
+                    "    task: Task = Field(",
+                    '    weather: str = Field(default="sunny", description="a toy")\n',
+                ),
+            )
+        },
+    ),
+    Toy(
+        "a parameter of a planner",
+        "import codesign; platform, workload = 'virtex2pro', codesign.load_workload('breadth-first')\n"
+        "print(codesign.simulate(platform, workload).parameters)",
+        "toy_bits",
+        edits={
+            "planners/breadth_first/plan/parameters.py": (
+                (
+                    "    external_cycles: Annotated[",
+                    '    toy_bits: Annotated[int, Field(ge=1, description="a toy")] = 7\n',
+                ),
+            )
+        },
+    ),
+]
+
+
+@pytest.fixture(scope="module")
+def trees(tmp_path_factory: pytest.TempPathFactory) -> Callable[[Toy], Recipe]:
+    """The one tree with all toys in it, as the recipe of any of them."""
+    folder = tmp_path_factory.mktemp("tree")
+    made = {}
+    for toy in TOYS:
+        made[toy.row] = recipe = Recipe(folder, toy.row)
+        for name, changes in toy.edits.items():
+            recipe.edit(name, *changes)
+        for name, text in toy.files.items():
+            recipe.write(name, text)
+    return lambda toy: made[toy.row]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("toy", TOYS, ids=lambda toy: toy.row)
+def test_a_toy_of_a_row_works_in_the_files_of_the_row(toy: Toy, trees: Callable[[Toy], Recipe]) -> None:
+    assert toy.printed in trees(toy).python("-c", toy.script)
