@@ -26,8 +26,8 @@ from benchmarks.local_cluster import cluster
 from codesign.exploration import ClusterExecutor, Executor, ProcessExecutor, SerialExecutor, Space
 from codesign.exploration.evaluation import Pricer
 from codesign.exploration.explored import Explored
-from codesign.exploration.packing import Packing
 from codesign.exploration.partition import Work, parted
+from codesign.exploration.work_queue import Packing
 
 ROUNDS = int(os.environ.get("ROUNDS", "3"))
 POINTS = int(os.environ.get("POINTS", "800"))

@@ -22,7 +22,7 @@ from processes import gone
 import codesign
 from codesign.errors import StoreError
 from codesign.exploration import explore, load_study
-from codesign.exploration.file_store import FileStore
+from codesign.exploration.store import FileStore
 from codesign.inputs import Exploration
 
 Run = Callable[..., Result]

@@ -11,8 +11,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 
 from codesign.errors import StoreError
-from codesign.exploration.file_store import FileStore
-from codesign.exploration.store import MemoryStore, Store
+from codesign.exploration.store import FileStore, MemoryStore, Store
 from codesign.files import cache_folder, kept_folder
 
 MOST_BYTES = 64 * 2**20

@@ -2,13 +2,12 @@ from .cluster import ClusterExecutor
 from .designs import Design, StudyPoint
 from .document import study_schema
 from .executor import Executor, ProcessExecutor, SerialExecutor
-from .file_store import FileStore
 from .front import non_dominated
 from .outcomes import Outcomes
 from .reasons import ReasonCount
 from .run import explore, load_study
 from .space import DesignPoint, Space
-from .store import Entry, EntryState, MemoryStore, Store
+from .store import Entry, EntryState, FileStore, MemoryStore, Store
 from .study import Study
 from .tally import Progress
 

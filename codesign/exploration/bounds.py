@@ -18,16 +18,16 @@ from numpy.typing import NDArray
 
 from codesign.errors import CodesignError
 from codesign.exploration.aggregation import aggregated
-from codesign.exploration.bound_figures import Best, best_of, upper_of, value_of
-from codesign.exploration.constraints import Floats, broken_bounds, budget_of
+from codesign.exploration.constraints import Floats, broken_bounds, budget_of, figure_of
 from codesign.exploration.designs import Conditions
 from codesign.exploration.evaluation import Pricer
 from codesign.exploration.partition import Parting, Together, parted
 from codesign.exploration.rows import order_of
 from codesign.exploration.space import Space
-from codesign.figures import ResultFigure
+from codesign.figures import FIGURES, ResultFigure
 from codesign.inputs.aggregate import Share
-from codesign.inputs.derived import DerivedFigure
+from codesign.inputs.constraint import LOWER, Constraint
+from codesign.inputs.derived import DerivedFigure, derived_ends
 from codesign.inputs.edit import PLATFORM_AXIS
 from codesign.inputs.exploration import Exploration
 from codesign.models import SpecModel
@@ -38,6 +38,62 @@ from codesign.pricing.machines import Specs
 from codesign.pricing.price import PRICED, Priced, price
 from codesign.results.result import Result
 from codesign.system.bind import System
+
+_MOST = 1e100
+"""No time, power or energy is more."""
+
+_ROUNDING = 1e-9
+"""Relative: more than what an expression in floats may be off."""
+
+
+@dataclass(frozen=True, eq=False)
+class Best:
+    """What boxes may come to in one condition: ``lows``, bounds below figures.
+
+    ``pilot``: figures of the slowest design. ``template``: has the figures that no price moves. ``count``: of boxes.
+    """
+
+    lows: Mapping[str, Floats]
+    pilot: Mapping[str, float]
+    template: Result
+    count: int
+
+    def ends(self, name: str) -> tuple[Floats, Floats]:
+        """The least and the greatest value that a declared figure may have in each box; NaN: none."""
+        if name in self.lows:
+            return self.lows[name], np.full(self.count, _MOST)
+        value = self.pilot[name] if name in PRICED else figure_of(self.template, FIGURES[name])
+        held = np.full(self.count, math.nan if value is None else value)
+        return held, held
+
+
+def best_of(figure: ResultFigure, best: Best) -> Floats:
+    """The best value of a figure that boxes may have: infinite where no bound is known."""
+    unknown = math.inf if figure.maximise else -math.inf
+    if isinstance(figure, DerivedFigure):
+        with np.errstate(all="ignore"):
+            low, high = derived_ends(figure, best.ends)
+            low, high = low - _ROUNDING * np.abs(low), high + _ROUNDING * np.abs(high)
+    else:
+        low, high = best.ends(figure.name)
+    bound = np.asarray(high if figure.maximise else low, np.float64)
+    return np.where(np.isnan(bound), unknown, bound)
+
+
+def value_of(figure: ResultFigure, template: Result, priced: Priced) -> float | None:
+    """A declared figure of the slowest design of a family; None where it has none."""
+    if figure.name in PRICED:
+        value = float(priced.figures[figure.name][0])
+        return None if math.isnan(value) else value
+    return figure_of(template, figure)
+
+
+def upper_of(limit: Constraint) -> Constraint | None:
+    """The upper bounds of a constraint alone; None where it has none."""
+    kept = {name: value for name, value in limit.bounds.items() if name not in LOWER}
+    lower: dict[str, Any] = dict.fromkeys(LOWER)
+    return limit.model_copy(update=lower) if kept else None
+
 
 Places = NDArray[np.int64]
 """Places of values in the list of an axis in its box of the space: boxes × monotone axes."""
@@ -98,7 +154,7 @@ class Bounds:
 
     def families(self) -> Iterator[Family]:
         """All families of the space, one after another."""
-        for part, box in enumerate(self.decisions.boxes):
+        for part, box in enumerate(self.decisions.parts):
             names = list(box.axes)
             several = PLATFORM_AXIS in names
             for number in range(len(box.axes[PLATFORM_AXIS])) if several else (None,):
@@ -121,7 +177,7 @@ class Bounds:
 
     def design(self, part: int, places: Sequence[int]) -> int:
         """The number of a design by its places."""
-        box, index = self.decisions.boxes[part], 0
+        box, index = self.decisions.parts[part], 0
         for numbers, place in zip(box.axes.values(), places, strict=True):
             index = index * len(numbers) + int(place)
         return box.begin + index
@@ -165,7 +221,7 @@ class Bounds:
 
     def _monotone(self, part: int, platform: int | None) -> dict[int, tuple[bool, bool]]:
         """The monotone axes of a box of the space, by number: whether later values are faster, and are traded."""
-        box, explored = self.decisions.boxes[part], self.pricer.explored
+        box, explored = self.decisions.parts[part], self.pricer.explored
         held: dict[str, Any] = {}
         if platform is not None:
             held = {PLATFORM_AXIS: self.decisions.axes[PLATFORM_AXIS][box.axes[PLATFORM_AXIS][platform]]}
@@ -227,7 +283,7 @@ class OpenFamily:
 
     def __init__(self, bounds: Bounds, family: Family, members: Sequence[Member]) -> None:
         self.bounds, self.family, self.members = bounds, family, members
-        self._names = list(bounds.decisions.boxes[family.part].axes)
+        self._names = list(bounds.decisions.parts[family.part].axes)
         self.out = next(filter(None, (member.out for member in members)), "")
         self.lacks = ""
         if not self.out:
@@ -322,7 +378,7 @@ class OpenFamily:
 
     def _specs(self, member: Member, rows: Places) -> tuple[Specs, NDArray[np.bool_]]:
         """The components and links of designs by their places; and which designs none of them refuses."""
-        box = self.bounds.decisions.boxes[self.family.part]
+        box = self.bounds.decisions.parts[self.family.part]
         columns = {self._names[axis]: rows[:, number] for number, axis in enumerate(self.family.axes)}
         models: dict[str, Sequence[Any]] = {}
         which: dict[str, NDArray[np.intp]] = {}

@@ -21,7 +21,7 @@ from codesign.certificates.form import (
 )
 from codesign.errors import CertificateError
 from codesign.exploration.claims import Claims
-from codesign.exploration.entries import Excluded
+from codesign.exploration.space import Box
 from codesign.inputs.aggregate import rule_as_written
 from codesign.inputs.boxes import value_text
 
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from codesign.exploration.study import Study
 
 
-def certify(study: Study, path: Path | str, excluded: Sequence[Excluded] | None = None) -> Verdict:
+def certify(study: Study, path: Path | str, excluded: Sequence[Box] | None = None) -> Verdict:
     """Write the certificate of the front of a study to a file, once the checker has accepted it.
 
     ``excluded``: boxes of designs that were not computed; by default those of the study.
@@ -44,7 +44,7 @@ def certify(study: Study, path: Path | str, excluded: Sequence[Excluded] | None 
     return verdict
 
 
-def certificate_of(study: Study, excluded: Sequence[Excluded] | None = None) -> Certificate:
+def certificate_of(study: Study, excluded: Sequence[Box] | None = None) -> Certificate:
     """The certificate of the front of a study; see ``certify``."""
     if not study.objectives:
         raise CertificateError("the study has no objectives, so it has no front", hint="name objectives")
@@ -61,7 +61,7 @@ def certificate_of(study: Study, excluded: Sequence[Excluded] | None = None) -> 
         rows=len(claims.designs),
         boxes=len(claims.boxes),
         reasons=len(claims.reasons.held),
-        parts=[{axis: list(numbers) for axis, numbers in box.axes.items()} for box in space.boxes],
+        parts=[{axis: list(numbers) for axis, numbers in box.axes.items()} for box in space.parts],
         tasks=claims.tasks,
         names=claims.reasons.names,
         texts=claims.texts.texts,
@@ -73,9 +73,7 @@ def certificate_of(study: Study, excluded: Sequence[Excluded] | None = None) -> 
     return Certificate.of(definition, head, columns)
 
 
-def differences(
-    certificate: Certificate, study: Study, excluded: Sequence[Excluded] | None = None
-) -> list[str]:
+def differences(certificate: Certificate, study: Study, excluded: Sequence[Box] | None = None) -> list[str]:
     """In what a certificate is not that of a study; nothing where they are equal."""
     own, its = certificate_of(study, excluded), certificate
     heads = [json.loads(each.texts[0]) | json.loads(each.texts[1]) for each in (own, its)]

@@ -13,9 +13,10 @@ from numpy.typing import NDArray
 
 from codesign.certificates.form import MAX_TEXTS, Claim, ReasonName
 from codesign.errors import CertificateError, clip
-from codesign.exploration.entries import Entries, Excluded
+from codesign.exploration.entries import Entries
 from codesign.exploration.front import dominators
 from codesign.exploration.outcomes import State
+from codesign.exploration.space import Box
 from codesign.figures import FIGURES, ResultFigure
 from codesign.inputs.aggregate import Share
 from codesign.inputs.constraint import UPPER, Bound, Constraint
@@ -94,17 +95,17 @@ class Reasons:
 class Claims:
     """The entries of a certificate: first the rows, of ``designs`` of the study, then the ``boxes``."""
 
-    def __init__(self, study: Study, excluded: Sequence[Excluded]) -> None:
+    def __init__(self, study: Study, excluded: Sequence[Box]) -> None:
         entries = Entries.of(study, excluded)
         self._study, self.boxes, self._places = entries.study, entries.boxes, entries.places
         self.reasons, self.texts = Reasons(), Listed()
         self.designs, held = entries.rows, entries.holder >= 0
         self._row = np.where(held, -1, np.cumsum(~held) - 1)
 
-    def _ends_of(self, box: Excluded) -> tuple[list[int], list[int]]:
+    def _ends_of(self, box: Box) -> tuple[list[int], list[int]]:
         """The places of a box on all axes of the space: 0 and 1 on those that its part lacks."""
         space = self._study.decisions
-        own = dict(zip(space.boxes[box.part].axes, zip(box.low, box.high, strict=True), strict=True))
+        own = dict(zip(space.parts[box.part].axes, zip(box.low, box.high, strict=True), strict=True))
         low, high = zip(*(own.get(axis, (0, 1)) for axis in space.axes), strict=True)
         return list(low), list(high)
 
@@ -224,7 +225,7 @@ class Claims:
                 raise CertificateError(what, hint="compute its designs, or give a better bound")
             by[entries] = front[places]
 
-    def _of_box(self, box: Excluded, figures: Floats) -> tuple[Claim, int]:
+    def _of_box(self, box: Box, figures: Floats) -> tuple[Claim, int]:
         if not box.why:
             return Claim.MISSING, 0
         if box.by is not None:

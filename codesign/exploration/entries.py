@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from codesign.errors import CertificateError
 from codesign.exploration.outcomes import State
-from codesign.exploration.sample import points_of
-from codesign.exploration.search import ExcludedBox
+from codesign.exploration.space import Box, points_of
 
 if TYPE_CHECKING:
     from codesign.exploration.study import Study
@@ -22,42 +21,6 @@ if TYPE_CHECKING:
 Numbers = NDArray[np.int64]
 _FEW = 64
 _NOTHING = "its boxes prove nothing: explore without --search bound"
-
-
-class Excluded(Protocol):
-    """A box of designs that need not be computed.
-
-    - ``part``: the number of its part of the space (``Space.boxes``). ``low``, ``high``: of each axis of the part the
-      places of its values there: from ``low`` to before ``high``.
-    - ``bound``: by name what no design of the box betters: the least value, or the greatest of what is maximised; of
-      the objectives, or of a figure that a constraint bounds. None where ``why`` alone excludes it.
-    - ``by``: a design that dominates the bound. ``why``: in a word or a sentence why it is excluded; empty: its designs
-      are missing.
-    """
-
-    @property
-    def part(self) -> int:
-        """The number of its part."""
-
-    @property
-    def low(self) -> tuple[int, ...]:
-        """Where it begins on each axis."""
-
-    @property
-    def high(self) -> tuple[int, ...]:
-        """Before where it ends."""
-
-    @property
-    def bound(self) -> Mapping[str, float] | None:
-        """What none of its designs betters, by figure."""
-
-    @property
-    def by(self) -> int | None:
-        """The design that dominates it."""
-
-    @property
-    def why(self) -> str:
-        """Why it is excluded."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,11 +33,11 @@ class Entries:
     """
 
     study: Study
-    boxes: Sequence[Excluded]
+    boxes: Sequence[Box]
     holder: Numbers
 
     @classmethod
-    def of(cls, study: Study, excluded: Sequence[Excluded]) -> Entries:
+    def of(cls, study: Study, excluded: Sequence[Box]) -> Entries:
         """The entries of a study with these boxes, without those of which each design was evaluated.
 
         Raises:
@@ -102,7 +65,7 @@ class Entries:
         """The designs of the study that are rows."""
         return np.flatnonzero(self.holder < 0)
 
-    def _needed(self) -> tuple[list[Excluded], Numbers]:
+    def _needed(self) -> tuple[list[Box], Numbers]:
         """The boxes with a design that was not evaluated; and for each design of the study its box."""
         holder, known = self.holder.copy(), self.study.judged.state != State.MISSING
         for part, own in self._by_part.items():
@@ -125,29 +88,29 @@ class Entries:
     def _ends(self, part: int) -> tuple[Numbers, Numbers]:
         """Begin and end of each box in a part of the space, boxes × axes."""
         boxes = [self.boxes[number] for number in self._by_part.get(part, ())]
-        shape = len(boxes), len(self.study.decisions.boxes[part].axes)
+        shape = len(boxes), len(self.study.decisions.parts[part].axes)
         low, high = [box.low for box in boxes], [box.high for box in boxes]
         return np.array(low, np.int64).reshape(shape), np.array(high, np.int64).reshape(shape)
 
     def _rows_in(self, part: int) -> tuple[Numbers, Numbers]:
         """The designs of the study in a part of the space, and their places on its axes."""
-        box = self.study.decisions.boxes[part]
+        box = self.study.decisions.parts[part]
         begin, end = np.searchsorted(self.places, [box.begin, box.begin + box.size])
         shape = [*map(len, box.axes.values())] or [1]
         own = np.unravel_index(self.places[begin:end] - box.begin, shape)
         places = np.stack(own, axis=1).astype(np.int64)[:, : len(box.axes)]
         return np.arange(begin, end), places
 
-    def _left(self) -> list[ExcludedBox]:
+    def _left(self) -> list[Box]:
         """Boxes of the designs that are in no other entry."""
         left = []
-        for part, box in enumerate(self.study.decisions.boxes):
+        for part, box in enumerate(self.study.decisions.parts):
             rows, places = self._rows_in(part)
             places = places[self.holder[rows] < 0]
             low, high = self._ends(part)
             first, last = np.concatenate([places, low]), np.concatenate([places + 1, high])
             shape = tuple(map(len, box.axes.values()))
-            left += [ExcludedBox(part, *ends, None, None, "") for ends in rest_of(first, last, shape)]
+            left += [Box(part, *ends) for ends in rest_of(first, last, shape)]
         return left
 
     def _check_held(self) -> None:

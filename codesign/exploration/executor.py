@@ -37,11 +37,9 @@ from queue import SimpleQueue
 from typing import Any, Protocol
 
 from codesign.errors import RunError
-from codesign.exploration.batches import BATCHES_AHEAD, BatchSize, drawn
 from codesign.exploration.evaluation import Done, Evaluator
-from codesign.exploration.packing import Packing
 from codesign.exploration.partition import Work
-from codesign.exploration.work_queue import DEATH_HINT, WorkQueue
+from codesign.exploration.work_queue import BATCHES_AHEAD, DEATH_HINT, BatchSize, Packing, WorkQueue, drawn
 from codesign.interrupts import held
 from codesign.kernel_cache import compiled_once, reload_kernel_folder
 from codesign.node import in_turn

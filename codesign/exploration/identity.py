@@ -55,8 +55,8 @@ _OF_RESULTS = frozenset(
             "space",
             "store",
         ),
-        *("blocks", "compressed", "definition", "shared", "specs"),
-        *("aggregation", "bound_figures", "bounds", "constraints", "designs", "front", "outcomes", "rows"),
+        *("blocks", "definition", "shared", "specs"),
+        *("aggregation", "bounds", "constraints", "designs", "front", "outcomes", "rows"),
         *("search", "search_bound"),
     )
 )

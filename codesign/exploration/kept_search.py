@@ -1,44 +1,67 @@
-"""What the last search of a study did, in the store: so that it is reported later as when it ended."""
+"""What searches left of a study, in its store: the boxes that they excluded, and what the last search did.
+
+Bounds hold for a study whatever was evaluated since, so the boxes outlive the search. A search is reported later as
+when it ended.
+"""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
-from typing import Any
+from collections.abc import Callable, Sequence
+from dataclasses import fields
+from typing import Any, TypeVar
 
 from codesign.errors import StoreError
-from codesign.exploration.compressed import compressed, expanded
+from codesign.exploration.blocks import compressed, expanded
 from codesign.exploration.definition import OTHER_VERSION, read_json
 from codesign.exploration.kept import Kept
-from codesign.exploration.kept_boxes import box_of, row_of
 from codesign.exploration.search import Searched, Trace
-from codesign.exploration.space import Space
+from codesign.exploration.space import Box, Space
 from codesign.exploration.store import Batch
+
+T = TypeVar("T")
+_BOXES, _SEARCHED = "excluded", "searched"
+
+
+def keep_boxes(kept: Kept, study: str, excluded: Sequence[Box], decisions: Space) -> None:
+    """Keep the boxes of a search, unless those of an earlier one hold as many designs.
+
+    ``study``: its key in the store.
+    """
+    if _designs(excluded) > _designs(boxes_of(kept, study, decisions)):
+        _put(kept, f"{_BOXES} {study}", [box.row for box in excluded])
+
+
+def boxes_of(kept: Kept, study: str, decisions: Space) -> tuple[Box, ...]:
+    """The boxes that were kept for a study.
+
+    Raises:
+        StoreError: they are none of this space.
+    """
+
+    def boxes(rows: Any) -> tuple[Box, ...]:
+        return tuple(Box.of_row(row, decisions) for row in rows)
+
+    return _read(kept, f"{_BOXES} {study}", "boxes of a search", boxes) or ()
 
 
 def keep_search(kept: Kept, study: str, searched: Searched) -> None:
     """Keep what searches did of a study, in the place of earlier ones. ``study``: its key in the store."""
     traces = [
-        {
-            "name": trace.name,
-            "seed": trace.seed,
-            "designs": trace.designs,
-            "repeated": trace.repeated,
-            "excluded": [*map(row_of, trace.excluded)],
-            "ended": trace.ended,
-            "proved": trace.proved,
-            "enumerated": trace.enumerated,
-        }
+        {each.name: getattr(trace, each.name) for each in fields(trace)}
+        | {"excluded": [box.row for box in trace.excluded]}
         for trace in searched.traces
     ]
     if traces:
-        _put(kept, study, {"traces": traces, "simulated": searched.simulated, "kept": searched.kept})
+        record = {"traces": traces, "simulated": searched.simulated, "kept": searched.kept}
+        _put(kept, f"{_SEARCHED} {study}", record)
 
 
 def forget_search(kept: Kept, study: str) -> None:
     """All points are asked for: the study is of no search any more."""
-    if any(True for _ in kept.store.blocks([_key(study)])):
-        _put(kept, study, None)
+    key = f"{_SEARCHED} {study}"
+    if any(True for _ in kept.store.blocks([key])):
+        _put(kept, key, None)
 
 
 def search_of_study(
@@ -51,23 +74,21 @@ def search_of_study(
     Raises:
         StoreError: it is none of this space.
     """
-    for _, data in kept.store.blocks([_key(study)]):
-        try:
-            return _read(read_json(expanded(data).decode()), decisions, chosen)
-        except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as wrong:
-            what = "holds a search that this version cannot read"
-            raise StoreError(what, kept.where, OTHER_VERSION) from wrong
-    return None
+
+    def searched(record: Any) -> Searched | None:
+        if record is None:
+            return None
+        held = range(len(decisions)) if chosen is None else frozenset(chosen)
+        traces = tuple(_trace(each, decisions) for each in record["traces"])
+        if not traces or any(design not in held for trace in traces for design in trace.designs):
+            raise ValueError("a design that the study has not")
+        return Searched(traces, _whole(record["simulated"]), _whole(record["kept"]))
+
+    return _read(kept, f"{_SEARCHED} {study}", "a search", searched)
 
 
-def _read(record: Any, decisions: Space, chosen: Sequence[int] | None) -> Searched | None:
-    if record is None:
-        return None
-    held = range(len(decisions)) if chosen is None else frozenset(chosen)
-    traces = tuple(_trace(each, decisions) for each in record["traces"])
-    if not traces or any(design not in held for trace in traces for design in trace.designs):
-        raise ValueError("a design that the study has not")
-    return Searched(traces, _whole(record["simulated"]), _whole(record["kept"]))
+def _designs(excluded: Sequence[Box]) -> int:
+    return sum(box.designs for box in excluded)
 
 
 def _trace(record: Any, decisions: Space) -> Trace:
@@ -80,7 +101,7 @@ def _trace(record: Any, decisions: Space) -> Trace:
         _whole(record["seed"]),
         [*map(_whole, record["designs"])],
         _whole(record["repeated"]),
-        tuple(box_of(row, decisions) for row in record["excluded"]),
+        tuple(Box.of_row(row, decisions) for row in record["excluded"]),
         ended,
         proved,
         enumerated,
@@ -93,10 +114,17 @@ def _whole(value: Any) -> int:
     return int(value)
 
 
-def _key(study: str) -> str:
-    return f"searched {study}"
-
-
-def _put(kept: Kept, study: str, record: Any) -> None:
+def _put(kept: Kept, key: str, record: Any) -> None:
     text = json.dumps(record, separators=(",", ":"), allow_nan=False)
-    kept.store.put(Batch(blocks={_key(study): compressed(text.encode())}))
+    kept.store.put(Batch(blocks={key: compressed(text.encode())}))
+
+
+def _read(kept: Kept, key: str, what: str, make: Callable[[Any], T]) -> T | None:
+    """What ``make`` makes of the record under a key; None where there is none."""
+    for _, data in kept.store.blocks([key]):
+        try:
+            return make(read_json(expanded(data).decode()))
+        except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as wrong:
+            text = f"holds {what} that this version cannot read"
+            raise StoreError(text, kept.where, OTHER_VERSION) from wrong
+    return None

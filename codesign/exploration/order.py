@@ -108,7 +108,7 @@ class Order:
     @classmethod
     def of(cls, space: Space, seed: int = 0) -> Order:
         """The order of a space."""
-        return cls([tuple(map(len, box.axes.values())) for box in space.boxes], seed)
+        return cls([tuple(map(len, box.axes.values())) for box in space.parts], seed)
 
     def __len__(self) -> int:
         return self.whole.size

@@ -19,7 +19,6 @@ from codesign.exploration.blocks import Plan, plan_of, read_plan
 from codesign.exploration.bounds import Bounds
 from codesign.exploration.budget import Budget
 from codesign.exploration.cluster import ClusterExecutor
-from codesign.exploration.dealing import Dealer
 from codesign.exploration.definition import (
     MAX_STUDY_POINTS,
     OTHER_VERSION,
@@ -30,20 +29,19 @@ from codesign.exploration.definition import (
 from codesign.exploration.evaluation import Done, EvaluatePoint, Evaluator, PointByPoint, Pricer
 from codesign.exploration.executor import Executor, ProcessExecutor, SerialExecutor
 from codesign.exploration.explored import Explored
-from codesign.exploration.file_store import FileStore
 from codesign.exploration.identity import canonical_digest, contents_of, files_read, identity_of
 from codesign.exploration.kept import Kept
-from codesign.exploration.kept_boxes import boxes_of, keep_boxes
-from codesign.exploration.kept_search import forget_search, keep_search, search_of_study
+from codesign.exploration.kept_search import boxes_of, forget_search, keep_boxes, keep_search, search_of_study
 from codesign.exploration.partition import Alone, Indices, Together, Turns, Work, parted
 from codesign.exploration.search import Searched, Trace
 from codesign.exploration.search_run import CUT_OFF, Rounds, SearchRun, enumerated, searched_before
 from codesign.exploration.simulator import check_some_point
 from codesign.exploration.space import Space
 from codesign.exploration.specs import Specs
-from codesign.exploration.store import MemoryStore, Store
+from codesign.exploration.store import FileStore, MemoryStore, Store
 from codesign.exploration.study import Study
 from codesign.exploration.tally import Progress, Tally, seldom_collected
+from codesign.exploration.work_queue import Dealer
 from codesign.inputs import Platform, Workload
 from codesign.inputs.exploration import Exploration
 from codesign.inputs.searching import Searching, asked

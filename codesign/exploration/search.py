@@ -6,10 +6,10 @@ the same number of evaluations. Designs are numbers of the enumeration of the de
 
 from __future__ import annotations
 
-import math
-from collections.abc import Mapping, Sequence
+import random
+from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
@@ -17,7 +17,7 @@ from codesign.exploration.constraints import Flags, Floats
 
 if TYPE_CHECKING:
     from codesign.exploration.bounds import Bounds
-    from codesign.exploration.space import Space
+    from codesign.exploration.space import Box, Space
 
 
 @dataclass(frozen=True)
@@ -52,7 +52,7 @@ class Search(Protocol):
         """Whether every design was asked for or excluded."""
 
     @property
-    def excluded(self) -> Sequence[ExcludedBox]:
+    def excluded(self) -> Sequence[Box]:
         """The boxes that were proved to hold no design of the front; most searches prove nothing."""
 
     @property
@@ -77,40 +77,6 @@ class Search(Protocol):
         """
 
 
-@dataclass(frozen=True)
-class ExcludedBox:
-    """A box of designs that holds none of the front, though not all of them were evaluated.
-
-    - ``part``: the number of the box of the space (``Space.boxes``) that it is a part of. ``low``, ``high``: of each
-      axis of that box, the places of its values there: from ``low`` to before ``high``.
-    - ``bound``: by name, the least value over the box of each objective, or of the figure of a constraint (the greatest
-      of one that is maximised); None where another reason excludes it. ``by``: the evaluated design that dominates the
-      bound, strictly better in one objective; None: another reason.
-    - ``why``: ``dominated``; ``fit``: no design of it fits, or too few starts arrive; ``clock``: the clock of all is
-      above its limit; ``constraint NAME``: the bound breaks it; ``lacks NAME``: no design of it has this figure.
-    """
-
-    part: int
-    low: tuple[int, ...]
-    high: tuple[int, ...]
-    bound: Mapping[str, float] | None
-    by: int | None
-    why: str
-
-    @property
-    def designs(self) -> int:
-        """How many designs are in the box."""
-        return math.prod(high - low for low, high in zip(self.low, self.high, strict=True))
-
-    def axes(self, decisions: Space) -> dict[str, tuple[Any, ...]]:
-        """The values of each axis that exists in the box."""
-        own = decisions.boxes[self.part].axes
-        return {
-            axis: tuple(decisions.axes[axis][number] for number in numbers[low:high])
-            for (axis, numbers), low, high in zip(own.items(), self.low, self.high, strict=True)
-        }
-
-
 @dataclass(eq=False)
 class Trace:
     """What a search did.
@@ -125,7 +91,7 @@ class Trace:
     seed: int
     designs: list[int] = field(default_factory=list)
     repeated: int = 0
-    excluded: tuple[ExcludedBox, ...] = ()
+    excluded: tuple[Box, ...] = ()
     ended: str = ""
     proved: bool = False
     enumerated: str = ""
@@ -143,7 +109,7 @@ class Searched:
     kept: int
 
     @property
-    def excluded(self) -> tuple[ExcludedBox, ...]:
+    def excluded(self) -> tuple[Box, ...]:
         """The boxes that the chosen search excluded."""
         return self.traces[0].excluded
 
@@ -156,3 +122,48 @@ class Searched:
 def comparable(objectives: Floats, excess: Floats) -> Flags:
     """Which designs keep every limit and have every objective."""
     return np.asarray((excess <= 0).all(axis=1) & ~np.isnan(objectives).any(axis=1))
+
+
+_MOST_SHUFFLED = 2**20
+
+
+class RandomSearch:
+    """Designs drawn at random, each at most once, all alike."""
+
+    name = "random"
+    batch = 50
+    endless = True
+    repeated = 0
+    excluded: tuple[Box, ...] = ()
+
+    def __init__(self, problem: Problem, seed: int) -> None:
+        self._generator = random.Random(seed)
+        self._size = len(problem.decisions)
+        self._asked: set[int] = set()
+        # A short list is shuffled; of a long one, hardly any draw was drawn before.
+        self._order: list[int] | None = None
+        if self._size <= _MOST_SHUFFLED:
+            self._order = self._generator.sample(range(self._size), self._size)
+
+    @property
+    def complete(self) -> bool:
+        """Whether all designs were drawn."""
+        return len(self._asked) == self._size
+
+    def ask(self, count: int) -> list[int]:
+        """Designs that were not asked for before; fewer where no others are left."""
+        if self._order is not None:
+            begin = len(self._asked)
+            drawn = self._order[begin : begin + count]
+            self._asked.update(drawn)
+            return drawn
+        drawn = []
+        while len(drawn) < min(count, self._size - len(self._asked)):
+            design = self._generator.randrange(self._size)
+            if design not in self._asked:
+                self._asked.add(design)
+                drawn.append(design)
+        return drawn
+
+    def tell(self, designs: Sequence[int], objectives: Floats, excess: Floats) -> None:
+        """Nothing is learned."""

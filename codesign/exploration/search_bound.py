@@ -15,14 +15,15 @@ from codesign.errors import InputError
 from codesign.exploration.bounds import Family, OpenFamily, Places
 from codesign.exploration.constraints import Floats
 from codesign.exploration.front import non_dominated
-from codesign.exploration.search import ExcludedBox, Problem, comparable
+from codesign.exploration.search import Problem, comparable
+from codesign.exploration.space import Box
 
 _PARTS = 16
 _PUT_OFF = 4096
 
 
 @dataclass(order=True)
-class _Box:
+class _OpenBox:
     """Designs of a family from ``low`` to ``last`` on its monotone axes, which are not settled.
 
     ``costs``: a bound below each objective, negated where more is better. ``score``: a weighted sum of them.
@@ -56,7 +57,7 @@ class BoundSearch:
     it is cut on its longest axis, and its fastest design is evaluated once no axis of it is a matter of trade. Where no
     laws bound a family, all of its designs are evaluated.
 
-    - ``excluded``: see ``ExcludedBox``. ``complete``: whether all designs were evaluated or excluded.
+    - ``excluded``: see ``Box``. ``complete``: whether all designs were evaluated or excluded.
     """
 
     name = "bound"
@@ -68,7 +69,7 @@ class BoundSearch:
         if problem.bounds is None:
             what = "no laws bound points that are computed by a function of your own"
             raise InputError(what, "search", "use nsga2, tpe or random")
-        self.excluded: list[ExcludedBox] = []
+        self.excluded: list[Box] = []
         self.complete = False
         self._bounds, self._problem = problem.bounds, problem
         self._signs = np.where(problem.maximise, -1.0, 1.0)
@@ -76,7 +77,7 @@ class BoundSearch:
         self._coming = self._bounds.families()
         self._opening: list[Family] = []
         self._unbounded: Iterator[int] = iter(())
-        self._boxes: list[_Box] = []
+        self._boxes: list[_OpenBox] = []
         self._numbers = itertools.count()
         self._archives: dict[str, _Archive] = {}
         self._asked: set[int] = set()
@@ -146,7 +147,7 @@ class BoundSearch:
         """The best designs that no evaluated design dominates, nor the bound of one of them another."""
         asked: list[int] = []
         picked = _Archive(len(self._signs))
-        put_off: list[_Box] = []
+        put_off: list[_OpenBox] = []
         while self._boxes and len(asked) < room and len(put_off) < _PUT_OFF:
             box = heapq.heappop(self._boxes)
             if self._is_dominated(box):
@@ -168,13 +169,13 @@ class BoundSearch:
             heapq.heappush(self._boxes, box)
         return asked
 
-    def _corner(self, box: _Box) -> int:
+    def _corner(self, box: _OpenBox) -> int:
         """The fastest design of a box."""
         family = box.family.family
         fast, _ = family.corners(box.low[None], box.last[None])
         return self._bounds.design(family.part, family.at(fast[0].tolist()))
 
-    def _is_dominated(self, box: _Box) -> bool:
+    def _is_dominated(self, box: _OpenBox) -> bool:
         """Whether an evaluated design dominates a box, which is then excluded."""
         archive = self._archive(box.family.task)
         number = archive.dominating(box.costs)
@@ -185,7 +186,7 @@ class BoundSearch:
         self._exclude(box.family.family, box.low, box.last, "dominated", bound, archive.designs[number])
         return True
 
-    def _split(self, box: _Box) -> None:
+    def _split(self, box: _OpenBox) -> None:
         """Cut a box on its longest axis, on one that is traded before any other."""
         sizes = np.where(box.traded, box.last - box.low + 1, 1)
         sizes = sizes if sizes.max(initial=1) > 1 else box.last - box.low + 1
@@ -211,7 +212,8 @@ class BoundSearch:
         for place in np.flatnonzero(left).tolist():
             number = next(self._numbers)
             heapq.heappush(
-                self._boxes, _Box(float(scores[place]), number, family, low[place], last[place], costs[place])
+                self._boxes,
+                _OpenBox(float(scores[place]), number, family, low[place], last[place], costs[place]),
             )
 
     def _below_limits(self, family: OpenFamily, low: Places, last: Places) -> tuple[Places, Places]:
@@ -238,7 +240,7 @@ class BoundSearch:
     ) -> None:
         begin, end = family.at(low.tolist()), family.at(last.tolist())
         past = tuple(place + 1 for place in end)
-        self.excluded.append(ExcludedBox(family.part, begin, past, bound, by, why))
+        self.excluded.append(Box(family.part, begin, past, bound, by, why))
 
 
 class _Archive:

@@ -20,8 +20,8 @@ import numpy as np
 from codesign.errors import InputError
 from codesign.exploration.constraints import Floats
 from codesign.exploration.rows import order_of
-from codesign.exploration.search import ExcludedBox, Problem, Search
-from codesign.exploration.search_random import RandomSearch
+from codesign.exploration.search import Problem, RandomSearch, Search
+from codesign.exploration.space import Box
 from codesign.inputs.boxes import value_text
 from codesign.inputs.searching import POPULATION, STARTUP, Searching
 
@@ -107,7 +107,7 @@ class OptunaSearch:
     """
 
     endless = True
-    excluded: tuple[ExcludedBox, ...] = ()
+    excluded: tuple[Box, ...] = ()
 
     def __init__(
         self, name: str, problem: Problem, sampler: BaseSampler, batch: int, seed: int, *, every_axis: bool

@@ -1,11 +1,11 @@
-"""Runs searches: asks them round by round, has what they ask for evaluated once, and tells them."""
+"""Every search by its name, and what runs them round by round: what they ask for is evaluated once, and told them."""
 
 from __future__ import annotations
 
 import math
 import time
 from collections import deque
-from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
 from itertools import islice
 
 import numpy as np
@@ -24,16 +24,37 @@ from codesign.exploration.judged import Judged
 from codesign.exploration.kept import Kept
 from codesign.exploration.outcomes import Outcomes, State
 from codesign.exploration.partition import Work, parted
-from codesign.exploration.sample import points_of
-from codesign.exploration.search import Problem, Search, Searched, Trace
-from codesign.exploration.searches import search_of
-from codesign.exploration.space import Space
+from codesign.exploration.search import Problem, RandomSearch, Search, Searched, Trace
+from codesign.exploration.search_bound import BoundSearch
+from codesign.exploration.search_optuna import nsga2, tpe
+from codesign.exploration.space import Space, points_of
 from codesign.exploration.specs import Specs
 from codesign.exploration.tally import Tally
 from codesign.inputs import searching as limits
 from codesign.inputs.exploration import Exploration
 from codesign.inputs.searching import POPULATION, Searching
 from codesign.results.result import Reason, Result
+
+SEARCHES: Mapping[str, Callable[[Problem, Searching], Search]] = {
+    "nsga2": nsga2,
+    "tpe": tpe,
+    "random": lambda problem, searching: RandomSearch(problem, searching.seed),
+    "bound": lambda problem, _searching: BoundSearch(problem),
+}
+"""Every search by its name (``Searching.sampler``): what makes one for a problem and options."""
+
+
+def search_of(searching: Searching, problem: Problem) -> Search:
+    """The search that is asked for.
+
+    Raises:
+        InputError: it needs a package that is not installed; or nothing to search.
+    """
+    if len(problem.decisions) < 2:
+        what = "there is nothing to search: the workload has one design"
+        raise InputError(what, "search", "give an axis a second value")
+    return SEARCHES[searching.sampler](problem, searching)
+
 
 CUT_OFF = "cut off"
 """How a search ended that was interrupted."""

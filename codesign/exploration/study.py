@@ -26,10 +26,9 @@ from codesign.exploration.reasons import ReasonCount, nearest_designs, reason_co
 from codesign.exploration.rivals import StudyRivals
 from codesign.exploration.rows import FigureColumn, figure_columns, study_columns
 from codesign.exploration.same import Indices, first_of_same
-from codesign.exploration.sample import Sample
-from codesign.exploration.search import ExcludedBox, Searched
+from codesign.exploration.search import Searched
 from codesign.exploration.sensitivity import axis_effects
-from codesign.exploration.space import Space
+from codesign.exploration.space import Box, Sample, Space
 from codesign.exploration.specs import Specs
 from codesign.figures import FIGURES, ResultFigure, figure_of
 from codesign.inputs.aggregate import Rule
@@ -87,7 +86,7 @@ class Study(InNotebooks):
     simulations: int | None = field(default=None, compare=False)
     chosen: tuple[int, ...] | None = None
     search: Searched | None = field(default=None, compare=False)
-    excluded: tuple[ExcludedBox, ...] = field(default=(), compare=False)
+    excluded: tuple[Box, ...] = field(default=(), compare=False)
 
     def __post_init__(self) -> None:
         assert len(self.space) == len(self.outcomes), "a point for each combination of all axes"

@@ -2,17 +2,157 @@
 
 Each worker has a seat. What was under way on a seat when its worker died is computed again as a whole, alone on a seat.
 Where a worker dies of it again, its points are computed one by one, and a point of which a worker dies has failed.
+
+Works that share most of what they compute go to the same worker. Each worker keeps costly answers for the works that
+follow (``Memo``), and works of the same *kin* share most of them (``Together.kin``). The worker that began a kin gets
+its other works too, so that no other one computes the same again. The order of the works is kept, but for this: a work
+whose kin another worker has begun waits for that one, and at most ``MOST_WAITING`` works wait. Beyond them, and at the
+end, a worker with nothing to do takes over works that wait for another one. The most works that wait for it and are of
+one kin, at most half of all, are taken.
+
+Works go out in batches, sized by what works took before. To hand a work over takes a pool of processes about a
+millisecond, and the scheduler of a cluster some. What a worker sends back holds priced outcomes as the block that the
+store keeps (``Packing``). To write a block takes most of what keeping takes. So the workers write it, side by side.
 """
 
 from __future__ import annotations
 
-from collections import deque
-from collections.abc import Hashable, Iterable, Iterator, Sequence
+from collections import Counter, deque
+from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
+from dataclasses import replace
 
-from codesign.exploration.dealing import SOME_SEAT, Dealer
+from codesign.exploration.blocks import block_of
 from codesign.exploration.evaluation import Done, Evaluator
-from codesign.exploration.partition import Alone, Work
+from codesign.exploration.partition import Alone, Kin, Together, Work
+from codesign.exploration.shared import Parts
 from codesign.exploration.store import Entry, EntryState
+
+BATCHES_AHEAD = 2
+"""The batches of each worker: one in hand, and one ahead."""
+
+_MOST_WORKS = 1000
+_GROWTH = 4
+
+
+class BatchSize:
+    """How many works take so many ``seconds``, by those that came in."""
+
+    def __init__(self, seconds: float) -> None:
+        self.seconds = seconds
+        self._a_work: float | None = None
+        self._most = 1
+
+    def take(self, seconds: float, works: int) -> None:
+        """So many works took so long. Works that were faster count at once: the first ones waited for kernels."""
+        a_work = seconds / max(1, works)
+        before = a_work if self._a_work is None else self._a_work
+        self._a_work = min(a_work, 0.7 * before + 0.3 * a_work)
+        self._most = max(self._most, min(_MOST_WORKS, _GROWTH * works))
+
+    @property
+    def works(self) -> int:
+        """How many works a batch has."""
+        if self._a_work is None:
+            return 1
+        return max(1, min(self._most, round(self.seconds / max(self._a_work, 1e-6))))
+
+
+def drawn(queue: WorkQueue, seat: Hashable, busy: Sequence[Work], count: int) -> list[Work]:
+    """At most so many works for a seat on which ``busy`` is under way."""
+    batch: list[Work] = []
+    while len(batch) < count and (work := queue.next([*busy, *batch], seat)) is not None:
+        batch.append(work)
+    return batch
+
+
+MOST_WAITING = 64
+
+SOME_SEAT = ""
+"""The seat of an executor that has one worker, or tells none from another."""
+
+
+class Dealer:
+    """Works in order, dealt to seats. Behind the last work, ``works`` is asked again with the next draw.
+
+    An executor that tells no seats from each other may go through it: it gives the works in their order.
+
+    Args:
+        works: to come.
+        late: whether so many points that were granted can be begun no more; see ``Budget.late``.
+    """
+
+    def __init__(self, works: Iterable[Work], late: Callable[[int], bool] = lambda _: False) -> None:
+        self._works, self._late = iter(works), late
+        self._first: deque[Work] = deque()
+        self._waiting: dict[Hashable, deque[Together]] = {}
+        self._seat_of: dict[Kin, Hashable] = {}
+
+    def __iter__(self) -> Iterator[Work]:
+        while (work := self.draw()) is not None:
+            yield work
+
+    def draw(self, seat: Hashable = SOME_SEAT) -> Work | None:
+        """The next work for a seat; None: none for now."""
+        if self._first:
+            return self._first.popleft()
+        if (work := self._own(seat)) is not None:
+            return work
+        while sum(map(len, self._waiting.values())) < MOST_WAITING:
+            work = next(self._works, None)
+            if not isinstance(work, Together) or work.kin is None:
+                if work is None:
+                    break
+                return work
+            owner = self._seat_of.setdefault(work.kin, seat)
+            if owner == seat:
+                return work
+            self._waiting.setdefault(owner, deque()).append(work)
+        self._take_over(seat)
+        return self._own(seat)
+
+    def put_back(self, works: Sequence[Work], seat: Hashable = SOME_SEAT) -> None:
+        """Take works back: they are the next ones of the seat that began their kin, and else of any seat."""
+        for work in reversed(works):
+            if isinstance(work, Together) and work.kin is not None and self._seat_of.get(work.kin) == seat:
+                self._waiting.setdefault(seat, deque()).appendleft(work)
+            else:
+                self._first.appendleft(work)
+
+    def add(self, works: Iterable[Work]) -> None:
+        """Take works in the place of one that fell apart: they are next, for any seat."""
+        self._first.extend(works)
+
+    def is_empty(self) -> bool:
+        """Whether no work is left."""
+        if not self._first and not any(self._waiting.values()):
+            self._first.extend([work] if (work := next(self._works, None)) is not None else [])
+        return not self._first and not any(self._waiting.values())
+
+    def _own(self, seat: Hashable) -> Work | None:
+        """The first work that waits for a seat."""
+        waiting = self._waiting.get(seat, ())
+        while waiting:
+            work = self._waiting[seat].popleft()
+            if not self._late(len(work)):
+                return work
+        return None
+
+    def _take_over(self, seat: Hashable) -> None:
+        """Let a seat have works of one kin that wait for another one, and the kin with them if all of them move."""
+        waiting = {owner: works for owner, works in self._waiting.items() if works}
+        if not waiting:
+            return
+        owner = max(waiting, key=lambda each: len(waiting[each]))
+        theirs = waiting[owner]
+        kin, count = Counter(work.kin for work in theirs).most_common(1)[0]
+        most = (len(theirs) + 1) // 2
+        moved = [work for work in theirs if work.kin == kin][-most:]
+        if kin is not None and len(moved) == count:
+            self._seat_of[kin] = seat
+        taken = set(map(id, moved))
+        self._waiting[owner] = deque(work for work in theirs if id(work) not in taken)
+        self._waiting.setdefault(seat, deque()).extend(moved)
+
 
 DEATH_HINT = (
     "use fewer workers if memory ran out (SIGKILL); in a script, explore below `if __name__ == '__main__':`, as workers"
@@ -89,3 +229,18 @@ class WorkQueue:
         before = len(self._trials)
         self._trials = [trial for trial in self._trials if trial is not work]
         return len(self._trials) < before
+
+
+class Packing:
+    """Computes works, and packs what comes of them; the sender of the works adds them again."""
+
+    def __init__(self, evaluate: Callable[[Work], Done]) -> None:
+        self._evaluate = evaluate
+        self._parts = Parts()
+
+    def __call__(self, work: Work) -> Done:
+        """What came of a work, packed."""
+        done = replace(self._evaluate(work), work=Alone(()))
+        if done.priced is None:
+            return done
+        return replace(done, priced=None, block=block_of(done.priced, self._parts)[0])

@@ -1,4 +1,4 @@
-"""The boxes of a space: each axis exists for some values of other axes only, and a box is where the same axes exist."""
+"""The parts of a space. An axis may exist for some values of other axes only; a part is where the same axes exist."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from typing import Any
 from codesign.errors import choose_hint, clip, show
 from codesign.models import RefusalError
 
-MAX_BOXES = 1000
+MAX_PARTS = 1000
 
 Values = Mapping[str, Sequence[Any]]
 """The values of each axis, in order."""
@@ -21,7 +21,7 @@ When = Mapping[str, Mapping[str, Sequence[Any]]]
 
 
 @dataclass(frozen=True)
-class Box:
+class Part:
     """Points with the same axes: every combination of these values, the last axis moving fastest.
 
     - ``begin``: the place of the first point in the enumeration. ``size``: how many points there are.
@@ -37,43 +37,43 @@ class Box:
         return math.prod(map(len, self.axes.values()))
 
 
-def boxes_of(axes: Values, when: When) -> tuple[Box, ...]:
-    """The boxes, which together hold each point once.
+def parts_of(axes: Values, when: When) -> tuple[Part, ...]:
+    """The parts, which together hold each point once.
 
     Args:
         axes: every axis behind those that its existence depends on (``ordered``).
         when: see ``When``; sound (``refusals``).
 
     Raises:
-        RefusalError: there are more than ``MAX_BOXES``.
+        RefusalError: there are more than ``MAX_PARTS``.
     """
     allowed = {
         axis: {other: _numbers(axes[other], values) for other, values in conditions.items()}
         for axis, conditions in when.items()
     }
     classes = {axis: _classes(len(values), axis, allowed) for axis, values in axes.items()}
-    boxes: list[Box] = []
+    parts: list[Part] = []
     begin = 0
-    for numbers in _parts(classes, allowed, list(axes), {}):
-        boxes.append(Box(begin, numbers))
-        begin += boxes[-1].size
-        if len(boxes) > MAX_BOXES:
-            what = f"more than {MAX_BOXES:,} combinations of conditions on axes"
+    for numbers in _combined(classes, allowed, list(axes), {}):
+        parts.append(Part(begin, numbers))
+        begin += parts[-1].size
+        if len(parts) > MAX_PARTS:
+            what = f"more than {MAX_PARTS:,} combinations of conditions on axes"
             raise RefusalError(what, "let fewer axes depend on each other")
-    return tuple(boxes)
+    return tuple(parts)
 
 
 _Allowed = Mapping[str, Mapping[str, Collection[int]]]
 """As ``When``, with the numbers of the values."""
 
 
-def _parts(
+def _combined(
     classes: Mapping[str, list[tuple[int, ...]]],
     allowed: _Allowed,
     names: list[str],
     chosen: dict[str, tuple[int, ...]],
 ) -> Iterator[dict[str, tuple[int, ...]]]:
-    """The numbers of the values in each box, the first axis moving slowest."""
+    """The numbers of the values in each part, the first axis moving slowest."""
     if not names:
         yield dict(chosen)
         return
@@ -81,10 +81,10 @@ def _parts(
     conditions = allowed.get(axis, {})
     # All values of a class are alike to every condition.
     if not all(other in chosen and chosen[other][0] in numbers for other, numbers in conditions.items()):
-        yield from _parts(classes, allowed, rest, chosen)
+        yield from _combined(classes, allowed, rest, chosen)
         return
     for numbers in classes[axis]:
-        yield from _parts(classes, allowed, rest, {**chosen, axis: numbers})
+        yield from _combined(classes, allowed, rest, {**chosen, axis: numbers})
 
 
 def _classes(count: int, axis: str, allowed: _Allowed) -> list[tuple[int, ...]]:
@@ -172,8 +172,8 @@ def _circle(axis: str) -> RefusalError:
 def _nowhere(axes: Values, when: When) -> list[str]:
     """The axes that exist for no point."""
     order = ordered(axes, when)
-    boxes = boxes_of({axis: axes[axis] for axis in order}, when)
-    return [axis for axis in when if not any(axis in box.axes for box in boxes)]
+    parts = parts_of({axis: axes[axis] for axis in order}, when)
+    return [axis for axis in when if not any(axis in part.axes for part in parts)]
 
 
 def _never(axis: str) -> RefusalError:

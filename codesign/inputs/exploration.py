@@ -21,7 +21,7 @@ from pydantic_core import InitErrorDetails
 from codesign.errors import clip
 from codesign.figures import FIGURES, ResultFigure
 from codesign.inputs.aggregate import Aggregate, Rule, Share, rule_for
-from codesign.inputs.boxes import Box, When, boxes_of, listed, ordered, settled
+from codesign.inputs.boxes import Part, When, listed, ordered, parts_of, settled
 from codesign.inputs.boxes import refusals as refusals_of
 from codesign.inputs.constraint import Constraint, FigureName, WrittenConstraint, contradictions
 from codesign.inputs.derived import DerivedFigures, in_scope, read_figures
@@ -149,12 +149,12 @@ class Exploration(SpecModel):
     @property
     def points(self) -> int:
         """The number of points: of each design, as many as there are combinations of conditions; 1 without an axis."""
-        return sum(box.size for box in self.boxes)
+        return sum(part.size for part in self.parts)
 
     @property
-    def boxes(self) -> tuple[Box, ...]:
+    def parts(self) -> tuple[Part, ...]:
         """The points by the axes that exist for them."""
-        return boxes_of(self.every_axis, self.when)
+        return parts_of(self.every_axis, self.when)
 
     @property
     def when_as_written(self) -> dict[str, Any]:
@@ -277,7 +277,7 @@ def _in_order(value: Any) -> Any:
 
 def _too_many(axes: Mapping[str, Sequence[Any]], when: When) -> list[InitErrorDetails]:
     try:
-        points = sum(box.size for box in boxes_of(axes, when))
+        points = sum(part.size for part in parts_of(axes, when))
     except RefusalError as refusal:
         return [refusal_details(refusal)]
     if points <= MAX_POINTS:

@@ -10,7 +10,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from certificate_sample import Excluded
 from drawn_studies import studies
 from examples import examples
 from explore_fakes import result
@@ -25,6 +24,7 @@ from codesign.exploration.certify import certificate_of, differences
 from codesign.exploration.claims import Listed, Reasons
 from codesign.exploration.front import dominators, non_dominated
 from codesign.exploration.outcomes import Outcomes
+from codesign.exploration.space import Box
 from codesign.exploration.study import Study
 from codesign.figures import FIGURES
 from codesign.inputs.constraint import constraint_of
@@ -95,8 +95,8 @@ def test_dominators_dominate() -> None:
         assert better[place] if place >= 0 else not any(better)
 
 
-def box_of(low: int, high: int, *, by: int | None = None, why: str = "", **bound: float) -> Excluded:
-    return Excluded(0, (low,), (high,), bound or None, by, why)
+def box_of(low: int, high: int, *, by: int | None = None, why: str = "", **bound: float) -> Box:
+    return Box(0, (low,), (high,), bound or None, by, why)
 
 
 def half(*, missing: bool = False) -> Study:
@@ -147,8 +147,8 @@ def test_boxes_in_a_space_with_axes_that_do_not_always_exist() -> None:
     outcomes = Outcomes.of([result(seconds=1, slices=10), *[None] * 3])
     study = Study("bench", "maze", axes, TWO, (), outcomes, when={"c.d": {"a.b": (1,)}})
     excluded = [
-        Excluded(1, (0, 0), (1, 2), {"first_plan_s": 2, "slices": 10}, 0, "dominated"),
-        Excluded(1, (0, 2), (1, 3), {"first_plan_s": 1, "slices": 11}, 0, "dominated"),
+        Box(1, (0, 0), (1, 2), {"first_plan_s": 2, "slices": 10}, 0, "dominated"),
+        Box(1, (0, 2), (1, 3), {"first_plan_s": 1, "slices": 11}, 0, "dominated"),
     ]
     verdict = check(unpacked(packed(certificate_of(study, excluded))))
     assert (verdict.front, verdict.missing, verdict.designs[Claim.DOMINATED]) == ((0,), 0, 3)

@@ -18,12 +18,11 @@ from codesign.certificates.file import packed, unpacked, write_certificate
 from codesign.certificates.form import Certificate, Claim
 from codesign.errors import CertificateError, StoreError
 from codesign.exploration import explore, load_study, run, search_run
+from codesign.exploration.blocks import compressed
 from codesign.exploration.budget import Budget
 from codesign.exploration.certify import certificate_of, differences
-from codesign.exploration.compressed import compressed
 from codesign.exploration.entries import holders, rest_of
-from codesign.exploration.file_store import FileStore
-from codesign.exploration.store import Batch
+from codesign.exploration.store import Batch, FileStore
 from codesign.exploration.study import Study
 from codesign.inputs import Platform, Workload
 
@@ -202,7 +201,7 @@ def test_a_box_that_an_evaluated_design_betters_is_refused(every: Study, store: 
     state = every.outcomes.state.copy()
     state[: len(state)] = 1
     wrong = [*boxes[:number], better, *boxes[number + 1 :]]
-    space = every.decisions.boxes[better.part]
+    space = every.decisions.parts[better.part]
     shape = [*map(len, space.axes.values())]
     inside = np.ravel_multi_index(better.low, shape)
     # One design of the box is missing, so that the box is needed; the others are known.

@@ -23,12 +23,12 @@ import codesign
 from benchmarks.local_cluster import Cluster, cluster
 from codesign.errors import CodesignError, InputError, RunError
 from codesign.exploration import ClusterExecutor, SerialExecutor, explore, load_study
-from codesign.exploration import crew as crew_module
-from codesign.exploration.batches import BatchSize
+from codesign.exploration import cluster as cluster_module
 from codesign.exploration.cluster import _address_of
 from codesign.exploration.evaluation import PointByPoint
 from codesign.exploration.space import Space
 from codesign.exploration.store import EntryState
+from codesign.exploration.work_queue import BatchSize
 from codesign.inputs import Platform, Workload
 
 pytestmark = pytest.mark.skipif(
@@ -106,7 +106,7 @@ def test_every_worker_is_seen_where_dask_names_five(monkeypatch: pytest.MonkeyPa
         monkeypatch.setattr(client, "scheduler_info", lambda n_workers=5: whole if n_workers == -1 else five)
         executor = ClusterExecutor(client)
         assert (executor.workers, executor.words) == (8, "8 workers on 1 machine")
-        crew = crew_module.Crew(client, evaluator({}))
+        crew = cluster_module.Crew(client, evaluator({}))
         crew.look()
         assert {seat.address for seat in crew.joining} == set(whole["workers"])
         crew.end()
@@ -242,7 +242,7 @@ def test_a_cluster_without_a_worker(tmp_path: Path) -> None:
 def test_a_worker_with_other_versions_is_refused_before_any_work(
     two: Cluster, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(crew_module.node, "versions", lambda: {"Python": "3.11", "numba": "0.1"})
+    monkeypatch.setattr(cluster_module.node, "versions", lambda: {"Python": "3.11", "numba": "0.1"})
     with ClusterExecutor(two.address) as executor, pytest.raises(RunError, match=r"here 0\.1") as caught:
         run(executor, {"slices": [1, 2]}, tmp_path / "log")
     assert "cannot compute this\nworker tcp://127.0.0.1" in str(caught.value)
@@ -252,8 +252,8 @@ def test_a_worker_with_other_versions_is_refused_before_any_work(
 def test_a_worker_with_other_code_is_refused_before_any_work(
     two: Cluster, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    real = crew_module.package_digest
-    monkeypatch.setattr(crew_module, "package_digest", Other(real))
+    real = cluster_module.package_digest
+    monkeypatch.setattr(cluster_module, "package_digest", Other(real))
     with ClusterExecutor(two.address) as executor, pytest.raises(RunError, match="other code of codesign"):
         run(executor, {"slices": [1, 2]}, tmp_path / "log")
     assert computed(tmp_path / "log") == []

@@ -9,12 +9,12 @@ import numpy as np
 
 import codesign
 from codesign.exploration.budget import Budget
-from codesign.exploration.dealing import MOST_WAITING, Dealer
 from codesign.exploration.evaluation import Pricer
 from codesign.exploration.executor import ProcessExecutor
 from codesign.exploration.explored import Explored
 from codesign.exploration.partition import Kin, Together, Work, parted
 from codesign.exploration.space import Space
+from codesign.exploration.work_queue import MOST_WAITING, Dealer
 from codesign.pricing.machines import Specs
 
 NO_SPECS = Specs({}, {}, 1)

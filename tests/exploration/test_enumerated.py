@@ -16,7 +16,7 @@ import codesign
 from codesign.exploration import evaluation, explore, load_study
 from codesign.exploration.budget import Budget
 from codesign.exploration.search import Problem
-from codesign.exploration.searches import search_of
+from codesign.exploration.search_run import search_of
 from codesign.exploration.space import Space
 from codesign.inputs import Platform, Workload, searching
 from codesign.report.search_tables import search_picture, search_table

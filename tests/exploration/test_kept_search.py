@@ -15,10 +15,10 @@ from small_search import AXES, of, small_workload
 import codesign
 from codesign.errors import StoreError
 from codesign.exploration import evaluation, explore, load_study
+from codesign.exploration.blocks import compressed, expanded
 from codesign.exploration.budget import Budget
-from codesign.exploration.compressed import compressed, expanded
-from codesign.exploration.file_store import FileStore
 from codesign.exploration.search_run import CUT_OFF
+from codesign.exploration.store import FileStore
 from codesign.exploration.study import Study
 from codesign.inputs import Platform, Workload
 from codesign.report.search_tables import search_table

@@ -20,7 +20,7 @@ from codesign.exploration.evaluation import Pricer
 from codesign.exploration.explored import Explored
 from codesign.exploration.hypervolume import Scale, curves_of
 from codesign.exploration.search import Problem, Search
-from codesign.exploration.searches import SEARCHES, search_of
+from codesign.exploration.search_run import SEARCHES, search_of
 from codesign.exploration.space import Space
 from codesign.figures import FIGURES
 from codesign.inputs import Platform, Workload

@@ -16,14 +16,13 @@ from explore_fakes import Fake
 import codesign
 from codesign.errors import StoreError
 from codesign.exploration import Progress, explore, load_study
-from codesign.exploration.file_store import FileStore
-from codesign.exploration.store import Batch, Entry, EntryState
+from codesign.exploration.store import Batch, Entry, EntryState, FileStore
 from codesign.inputs import Exploration
 
 COUNTS = [0, 1, 2500]
 WRITER = """
 import sys
-from codesign.exploration.file_store import FileStore
+from codesign.exploration.store import FileStore
 from codesign.exploration.store import Batch, Entry, EntryState
 store = FileStore(sys.argv[1])
 store.begin("study", "definition")

@@ -122,8 +122,8 @@ def test_a_space_has_exactly_the_points_that_exist(
         numbers = {axis: int(column[point.index]) for axis, column in levels.items()}
         shown = {axis: space.axes[axis][number] for axis, number in numbers.items() if number >= 0}
         assert shown == point.axes
-    assert [box.begin for box in space.boxes] == list(
-        itertools.accumulate([box.size for box in space.boxes[:-1]], initial=0)
+    assert [part.begin for part in space.parts] == list(
+        itertools.accumulate([part.size for part in space.parts[:-1]], initial=0)
     )
 
 

@@ -11,8 +11,7 @@ from pathlib import Path
 import pytest
 
 from codesign.errors import StoreError
-from codesign.exploration.file_store import SCHEMA, FileStore
-from codesign.exploration.store import Batch, Entry, EntryState, MemoryStore, Store
+from codesign.exploration.store import SCHEMA, Batch, Entry, EntryState, FileStore, MemoryStore, Store
 
 DONE = Entry("a" * 64, EntryState.DONE, '{"feasible": true}')
 FAILED = Entry("b" * 64, EntryState.FAILED, "ZeroDivisionError: µ\n\0")

@@ -24,13 +24,13 @@ from small_maps import put_map
 import codesign
 from codesign.errors import EXIT_FAILED, EXIT_NO, CodesignError, StoreError
 from codesign.exploration import Entry, EntryState, FileStore, Space, explore, load_study
-from codesign.exploration.compressed import compressed, expanded
+from codesign.exploration.blocks import compressed, expanded
 from codesign.exploration.evaluation import EvaluatePoint
 from codesign.exploration.explored import Explored
-from codesign.exploration.file_store import _checksum as checksum
 from codesign.exploration.identity import canonical_digest
 from codesign.exploration.simulator import Simulator
 from codesign.exploration.store import Batch
+from codesign.exploration.store import _checksum as checksum
 from codesign.inputs import Platform, Workload
 
 Hwsw = Callable[..., Invoked]

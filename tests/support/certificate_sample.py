@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
 from random import Random
 from typing import Any
 
 from explore_fakes import result
 
 from codesign.exploration.outcomes import Outcomes
+from codesign.exploration.space import Box
 from codesign.exploration.study import Study
 from codesign.figures import FIGURES
 from codesign.inputs.constraint import constraint_of
@@ -17,19 +16,7 @@ from codesign.inputs.constraint import constraint_of
 OBJECTIVES = tuple(FIGURES[name] for name in ("first_plan_s", "slices", "path_length_ratio_mean"))
 
 
-@dataclass(frozen=True)
-class Excluded:
-    """A box that is excluded; see ``codesign.exploration.claims.Excluded``."""
-
-    part: int
-    low: tuple[int, ...]
-    high: tuple[int, ...]
-    bound: Mapping[str, float] | None = None
-    by: int | None = None
-    why: str = ""
-
-
-def sample(seed: int = 0) -> tuple[Study, list[Excluded]]:
+def sample(seed: int = 0) -> tuple[Study, list[Box]]:
     """A study with every kind of claim but the same designs, and boxes in a space with two parts."""
     rng = Random(seed)
     outcomes: list[Any] = [
@@ -47,9 +34,9 @@ def sample(seed: int = 0) -> tuple[Study, list[Excluded]]:
     study = Study("bench", "maze", axes, OBJECTIVES, limits, Outcomes.of(outcomes), when=when)
     at_best = {"first_plan_s": 2.0, "slices": 51.0, "path_length_ratio_mean": 1.5}
     excluded = [
-        Excluded(1, (0, 3, 0, 0), (1, 6, 2, 2), at_best, 0, "dominated"),
-        Excluded(1, (0, 3, 2, 0), (1, 5, 4, 2), {"slices": 99.0}, why="constraint slices"),
-        Excluded(1, (0, 5, 2, 0), (1, 6, 4, 1), why="no clock"),
-        Excluded(1, (0, 5, 2, 1), (1, 6, 4, 2)),
+        Box(1, (0, 3, 0, 0), (1, 6, 2, 2), at_best, 0, "dominated"),
+        Box(1, (0, 3, 2, 0), (1, 5, 4, 2), {"slices": 99.0}, why="constraint slices"),
+        Box(1, (0, 5, 2, 0), (1, 6, 4, 1), why="no clock"),
+        Box(1, (0, 5, 2, 1), (1, 6, 4, 2)),
     ]
     return study, excluded

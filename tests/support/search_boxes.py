@@ -17,7 +17,7 @@ def check_boxes(every: Any, trace: Any) -> None:
     for box in trace.excluded:
         inside = np.ones(len(space), np.bool_)
         for (axis, numbers), low, high in zip(
-            space.boxes[box.part].axes.items(), box.low, box.high, strict=True
+            space.parts[box.part].axes.items(), box.low, box.high, strict=True
         ):
             inside &= np.isin(levels[axis], numbers[low:high])
         assert inside.sum() == box.designs
