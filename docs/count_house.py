@@ -115,9 +115,14 @@ def group_bys() -> int:
 
 RUN = """
 import sys
-used = set()
+used, loading = set(), 0
 def profile(frame, event, argument):
-    if event == "call" and frame.f_code.co_name != "<module>":
+    global loading
+    if event not in ("call", "return"):
+        return
+    if frame.f_code.co_name == "<module>":
+        loading += 1 if event == "call" else -1
+    elif event == "call" and not loading:
         used.add(frame.f_globals.get("__name__", ""))
 sys.setprofile(profile)
 from codesign.cli import main
@@ -170,12 +175,8 @@ def modules_in_circles() -> int:
 
 
 def rooms() -> int:
-    """Packages and modules at the top level."""
-    return sum(
-        (path.is_dir() and any(path.glob("*.py"))) or path.suffix == ".py"
-        for path in PACKAGE.iterdir()
-        if not path.name.startswith("__")
-    )
+    """Packages at the top level."""
+    return sum(path.is_dir() and any(path.glob("*.py")) for path in PACKAGE.iterdir())
 
 
 def docstrings() -> Iterator[str]:
