@@ -8,65 +8,70 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import Literal
+from itertools import count
+from typing import Literal, Protocol
 
 import numpy as np
+from more_itertools import map_reduce
 from numpy.typing import NDArray
-
-from codesign.records import (
-    ENDED,
-    FieldRecord,
-    MessageRecord,
-    MissionRecord,
-    PoseRecord,
-    Record,
-    StageRecord,
-    TaskRecord,
-    VisitsRecord,
-)
 
 Detail = int | float | str
 Kind = Literal["task", "stage", "visits", "message", "wait", "plan"]
+Change = tuple[int, int]
 
-ACTIVITY_KINDS: tuple[type[Record], ...] = (
-    TaskRecord,
-    MessageRecord,
-    StageRecord,
-    VisitsRecord,
-    FieldRecord,
-    MissionRecord,
-    PoseRecord,
-)
-"""The records that say what is done when."""
+WORKS: tuple[Kind, ...] = ("task", "stage", "message")
+"""What a component or a link is busy with. Visits are inside stages."""
 
 
 @dataclass(frozen=True)
 class Span:
     """Something that took from ``begin`` to ``end`` (ps).
 
-    - ``where``: the component or link. ``track``: the row that it is drawn in.
+    - ``where``: the component or link. ``track``: the row that it is drawn in. ``what``: its name.
     - ``sender``, ``receiver``: of a message, the components that it is between.
+    - ``outcome``: how it ended; "" where it ended well.
     """
 
     kind: Kind
     where: str
     track: str
-    name: str
+    what: str
     begin: int
     end: int
     details: Mapping[str, Detail] = field(default_factory=dict)
     sender: str = ""
     receiver: str = ""
+    outcome: str = ""
+
+    @property
+    def tail(self) -> str:
+        """The outcome behind a name; "" where it ended well."""
+        return f" ({self.outcome})" if self.outcome else ""
+
+    @property
+    def name(self) -> str:
+        """What it is, with how it ended."""
+        return f"{self.what}{self.tail}"
+
+    @property
+    def times(self) -> tuple[int, int]:
+        """From when to when, ps."""
+        return self.begin, self.end
 
 
 @dataclass(frozen=True)
 class Mark:
-    """Something that happened at ``time`` (ps). ``track``: its row; "": over all rows."""
+    """Something that happened at ``time`` (ps). ``track``: its row; "": over all rows.
+
+    ``plan``: ``where`` asked for a plan with it, or got its answer.
+    """
 
     time: int
     track: str
     name: str
     details: Mapping[str, Detail] = field(default_factory=dict)
+    where: str = ""
+    plan: Literal["asked", "answered", ""] = ""
 
 
 @dataclass(frozen=True)
@@ -82,93 +87,49 @@ class Value:
 Activity = Span | Mark | Value
 
 
-def activities(records: Iterable[Record]) -> Iterator[Activity]:
+class Acting(Protocol):
+    """What says what is done when: a record."""
+
+    def acts(self) -> Iterable[Activity]:
+        """Its spans, marks and values."""
+
+
+def activities(records: Iterable[Acting]) -> Iterator[Activity]:
     """What the records say is done when, in the order of the records: each when it had ended.
 
     A plan of a mission is a span from its request to its answer, and ends with the mission at the latest.
     """
     requested: dict[str, int] = {}
     for record in records:
-        if isinstance(record, MissionRecord):
-            yield from _mission(record, requested)
-        else:
-            yield from _of(record)
+        for each in record.acts():
+            yield each
+            if isinstance(each, Mark) and each.plan == "asked":
+                requested.setdefault(each.where, each.time)
+            elif isinstance(each, Mark) and each.plan == "answered" and each.where in requested:
+                begin, track = requested.pop(each.where), f"{each.where}: plans"
+                yield Span("plan", each.where, track, "plan", begin, each.time, {"answer": each.name})
 
 
-def _of(record: Record) -> Iterator[Activity]:
-    if isinstance(record, TaskRecord):
-        name = record.task if record.outcome == ENDED else f"{record.task} ({record.outcome})"
-        where = record.source
-        yield Span("task", where, where, name, record.time, record.end, {"cycles": record.cycles})
-    elif isinstance(record, StageRecord):
-        counts = {
-            "precision": record.precision,
-            "sweeps": record.sweeps,
-            "iterations": record.iterations,
-            "cycles": record.cycles,
-            "local_maxima": record.local_maxima,
-        }
-        track, name = f"{record.source}: stages", f"stage {record.stage}"
-        yield Span("stage", record.source, track, name, record.begin, record.time, counts)
-    elif isinstance(record, VisitsRecord):
-        counts = {
-            "precision": record.precision,
-            "visits": len(record.block),
-            "iterations": int(record.iterations.sum(dtype=np.int64)),
-        }
-        track, name = f"{record.source}: visits", f"stage {record.stage}"
-        yield Span("visits", record.source, track, name, record.time, record.end, counts)
-    elif isinstance(record, MessageRecord):
-        yield from _message(record)
-    elif isinstance(record, FieldRecord):
-        yield Mark(record.time, record.source, f"field {record.name}")
-    elif isinstance(record, PoseRecord):
-        yield Value(record.time, f"{record.source}: speed", record.speed, "m/s")
+def spans_of(records: Iterable[Acting]) -> list[Span]:
+    """The spans of the records."""
+    return [each for each in activities(records) if isinstance(each, Span)]
 
 
-def _message(record: MessageRecord) -> Iterator[Activity]:
-    details: dict[str, Detail] = {
-        "from": record.sender,
-        "to": record.receiver,
-        "bits": record.bits,
-        "outcome": record.outcome,
-        "attempts": record.attempts,
-    }
-    if record.reason is not None:
-        details["reason"] = record.reason
-    name = record.name if record.outcome == "delivered" else f"{record.name} ({record.outcome})"
-    link, ends = record.source, (record.sender, record.receiver)
-    if record.begin > record.time:
-        yield Span("wait", link, f"{link}: waiting", record.name, record.time, record.begin, {}, *ends)
-    track = f"{link}: {record.sender} to {record.receiver}"
-    yield Span("message", link, track, name, record.begin, record.end, details, *ends)
-
-
-def _mission(record: MissionRecord, requested: dict[str, int]) -> Iterator[Activity]:
-    name = record.event.replace("_", " ")
-    yield Mark(record.time, "", name, {"source": record.source, "text": record.text})
-    if record.event == "plan_requested":
-        requested.setdefault(record.source, record.time)
-    elif record.event in ("plan_ready", "no_way", "ended"):
-        begin = requested.pop(record.source, None)
-        if begin is not None:
-            where = record.source
-            yield Span("plan", where, f"{where}: plans", "plan", begin, record.time, {"answer": name})
+def spans_by_place(spans: Iterable[Span], *kinds: Kind) -> dict[str, list[Span]]:
+    """The spans of some kinds by the component or link."""
+    return map_reduce((span for span in spans if span.kind in kinds), lambda span: span.where)
 
 
 class Lanes:
     """Spans of one track side by side, where they overlap: the first lane is the track, the next are beside it."""
 
     def __init__(self) -> None:
-        self._taken: dict[str, list[int]] = {}
+        self._taken: dict[tuple[str, int], int] = {}
 
     def lane(self, span: Span) -> str:
         """The name of the first lane that is free at its begin. It is then taken until its end."""
-        lanes = self._taken.setdefault(span.track, [])
-        place = next((place for place, taken in enumerate(lanes) if taken <= span.begin), len(lanes))
-        if place == len(lanes):
-            lanes.append(0)
-        lanes[place] = span.end
+        place = next(n for n in count() if self._taken.get((span.track, n), span.begin) <= span.begin)
+        self._taken[span.track, place] = span.end
         return span.track if place == 0 else f"{span.track} ({place + 1})"
 
 
@@ -182,11 +143,8 @@ def depth_over_time(spans: Iterable[Span]) -> tuple[NDArray[np.int64], NDArray[n
     ends = np.array([(span.begin, span.end) for span in spans if span.end > span.begin], np.int64)
     if not len(ends):
         return np.zeros(0, np.int64), np.zeros(0, np.int64)
-    times, place = np.unique(ends.ravel(), return_inverse=True)
-    steps = np.zeros(len(times), np.int64)
-    np.add.at(steps, place.reshape(-1, 2)[:, 0], 1)
-    np.add.at(steps, place.reshape(-1, 2)[:, 1], -1)
-    depth = np.cumsum(steps)
+    times, (begins, stops) = np.unique(ends), np.sort(ends, axis=0).T
+    depth = np.searchsorted(begins, times, "right") - np.searchsorted(stops, times, "right")
     changed = np.diff(depth, prepend=0) != 0
     return times[changed], depth[changed]
 

@@ -8,6 +8,8 @@ from io import StringIO
 from pathlib import Path
 from typing import Literal
 
+from vcd.gtkw import GTKWSave, make_translation_filter
+
 Form = Literal["hex", "dec", "real"]
 
 NOTHING = "–"
@@ -26,8 +28,6 @@ class Shown:
 
 def translation(names: Iterable[tuple[int, str]], bits: int) -> str:
     """The text of a translate file: a name for each number of a signal of so many bits."""
-    from vcd.gtkw import make_translation_filter
-
     pairs = [(number, ascii_text(name)) for number, name in names]
     return make_translation_filter(pairs, datafmt="hex", size=bits) + "\n"
 
@@ -37,8 +37,6 @@ def save_file(vcd: Path, groups: Mapping[str, Sequence[Shown]]) -> str:
 
     Files are named as they lie beside it, so the folder may be moved.
     """
-    from vcd.gtkw import GTKWSave
-
     text = StringIO()
     save = GTKWSave(text)
     save.dumpfile(vcd.name, abspath=False)

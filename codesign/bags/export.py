@@ -8,15 +8,18 @@ runs hold no ranges: those of ``/scan`` are computed again from the true map, th
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from codesign.bags.folder import BagFolder
 from codesign.bags.messages import FREE, INFORMATION, OCCUPIED, UNKNOWN, WARNING, Floor, Messages, wrapped
+from codesign.components.range_kernels import ranges
+from codesign.components.sensor import RaySensor
 from codesign.errors import printable
 from codesign.frame import Frame
 from codesign.records import (
@@ -29,21 +32,16 @@ from codesign.records import (
     PositionsRecord,
     Record,
     RobotRecord,
+    Subject,
     TrajectoryRecord,
+    kinds_about,
 )
 from codesign.units import PICOSECONDS_PER_SECOND
 
-BAG_KINDS: tuple[type[Record], ...] = (
-    MapRecord,
-    RobotRecord,
-    GoalRecord,
-    PoseRecord,
-    PositionsRecord,
-    TrajectoryRecord,
-    ObstacleRecord,
-    BeliefRecord,
-    MissionRecord,
-)
+BAG_KINDS = kinds_about(
+    Subject.MAP, Subject.ROBOT, Subject.GOALS, Subject.POSE, Subject.FLEET, Subject.PATH, Subject.CHANGE,
+    Subject.BELIEF, Subject.EVENT,
+)  # fmt: skip
 """The records that a bag shows."""
 
 _ALARMS = {"no_way", "deadline_missed", "safety_stop", "contact", "livelock"}
@@ -119,14 +117,27 @@ class BagListener:
         self._pending: GoalRecord | None = None
         self._directions: NDArray[np.float64] = np.zeros((0, 2))
         self._last = 0
+        self._takers: dict[Subject, Callable[[Any], None]] = {
+            Subject.MAP: self._mapped,
+            Subject.ROBOT: self._driver,
+            Subject.GOALS: self._goal,
+            Subject.POSE: self._pose,
+            Subject.FLEET: self._positions,
+            Subject.PATH: self._trajectory,
+            Subject.CHANGE: self._obstacle,
+            Subject.BELIEF: self._belief,
+            Subject.EVENT: self._event,
+        }
 
     def __call__(self, record: Record) -> None:
         """Write one record."""
-        if isinstance(record, BAG_KINDS):
+        about = record.ROLE.about
+        take = self._takers.get(about)
+        if take is not None:
             self._last = max(self._last, record.time)
-            if self._map is not None and not isinstance(record, RobotRecord):
+            if self._map is not None and about is not Subject.ROBOT:
                 self._begin(self._map, None)
-            self._take(record)
+            take(record)
 
     def close(self) -> None:
         """Write the last grids, and finish the bag."""
@@ -149,32 +160,21 @@ class BagListener:
         else:
             self.abort()
 
-    def _take(self, record: Record) -> None:
-        if isinstance(record, MapRecord):
-            # The robot, which follows, says what its map does not show.
-            self._map = record
-        elif isinstance(record, RobotRecord):
-            self._robot = record
-            if self._map is not None:
-                self._begin(self._map, record)
-        elif isinstance(record, GoalRecord):
-            self._goal(record)
-        elif isinstance(record, PoseRecord):
-            self._pose(record)
-        elif isinstance(record, PositionsRecord):
-            self._positions(record)
-        elif isinstance(record, TrajectoryRecord):
-            self._trajectory(record)
-        elif isinstance(record, ObstacleRecord):
-            self._obstacle(record)
-        elif isinstance(record, BeliefRecord):
-            self._belief(record)
-        elif isinstance(record, MissionRecord):
-            level = WARNING if record.event in _ALARMS else INFORMATION
-            text = printable(f"{record.event.replace('_', ' ')}: {record.text}", 4000)
-            self._write(
-                "/rosout", record.time, self._make.log(record.time, level, printable(record.source), text)
-            )
+    def _mapped(self, record: MapRecord) -> None:
+        """Keep the map: the robot, which follows, says what its map does not show."""
+        self._map = record
+
+    def _driver(self, record: RobotRecord) -> None:
+        self._robot = record
+        if self._map is not None:
+            self._begin(self._map, record)
+
+    def _event(self, record: MissionRecord) -> None:
+        level = WARNING if record.event in _ALARMS else INFORMATION
+        text = printable(f"{record.event.replace('_', ' ')}: {record.text}", 4000)
+        self._write(
+            "/rosout", record.time, self._make.log(record.time, level, printable(record.source), text)
+        )
 
     def _write(self, topic: str, time: int, message: object, latched: bool = False) -> None:
         self._bag.write(topic, self._make.nanoseconds(time), message, latched)
@@ -199,8 +199,6 @@ class BagListener:
             for grid in self._grids.values():
                 self._show(grid, record.time)
         if robot is not None and robot.rays > 0:
-            from codesign.components.sensor import RaySensor
-
             self._directions = RaySensor(robot.reach, robot.rays).directions
         self._pending = GoalRecord(record.time, record.source, record.goals)
 
@@ -276,8 +274,6 @@ class BagListener:
 
     def _scan(self, record: PoseRecord, robot: RobotRecord, yaw: float, period: float) -> None:
         """What the sensor saw. A run counts its rays clockwise from the x axis of the map, ROS the other way."""
-        from codesign.components.range_kernels import ranges
-
         world = self._world
         row, column = record.row - world.corner[0], record.column - world.corner[1]
         side = world.floor.frame.resolution

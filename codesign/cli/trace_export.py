@@ -81,9 +81,9 @@ def export(
 
 
 def _perfetto(opened: Trace, path: Path) -> list[Path]:
-    from codesign.activity import ACTIVITY_KINDS
     from codesign.exports.perfetto import write_perfetto
     from codesign.files import written_atomically
+    from codesign.records import ACTIVITY_KINDS
 
     with written_atomically(path) as passing, passing.open("wb") as file:
         write_perfetto(opened.records(kinds=ACTIVITY_KINDS), file)
@@ -91,8 +91,8 @@ def _perfetto(opened: Trace, path: Path) -> list[Path]:
 
 
 def _waveform(opened: Trace, path: Path, begin: int, end: int | None) -> list[Path]:
-    from codesign.activity import ACTIVITY_KINDS
     from codesign.exports.waveform import waveform_of, write_waveform
+    from codesign.records import ACTIVITY_KINDS
 
     if end is not None and end < begin:
         raise InputError("--to is before --from", "hwsw trace export", "give a later --to")

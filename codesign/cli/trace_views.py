@@ -142,8 +142,8 @@ def _row(record: Any) -> str:
 @click.option("--width", type=click.IntRange(60, 1000), help="Columns; by default those of the terminal.")
 def timeline(file: Path, begin: int, end: int | None, width: int | None) -> None:
     """Print the trace FILE as a Gantt chart: when each component and link worked, and the events of a mission."""
-    from codesign.activity import ACTIVITY_KINDS
     from codesign.exports.gantt import gantt
+    from codesign.records import ACTIVITY_KINDS
 
     if end is not None and end <= begin:
         raise InputError("--to is not after --from", "hwsw trace timeline", "give a later --to")

@@ -6,11 +6,13 @@ import hashlib
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, fields
 from itertools import islice
+from operator import itemgetter
 from typing import Any
 
 import numpy as np
+from more_itertools import map_reduce
 
-from codesign.records import Record, SummaryRecord
+from codesign.records import Record, Subject
 from codesign.report.table import Cell, Column, Table, left, right, word
 from codesign.units import PICOSECONDS_PER_SECOND, format_time
 
@@ -97,16 +99,16 @@ class _Read:
 
 
 def _digests(records: Iterable[Record]) -> _Read:
-    read = _Read({}, {})
+    digests: list[tuple[_Key, tuple[int, bytes]]] = []
+    result: dict[str, str] = {}
     for record in records:
         digest = hashlib.blake2b(digest_size=16)
         for item in fields(record):
             digest.update(_bytes(getattr(record, item.name)))
-        key = type(record).__name__, record.source
-        read.digests.setdefault(key, []).append((record.time, digest.digest()))
-        if isinstance(record, SummaryRecord):
-            read.result = dict(_flat("", record.result))
-    return read
+        digests.append(((type(record).__name__, record.source), (record.time, digest.digest())))
+        if record.ROLE.about is Subject.RESULT:
+            result = dict(_flat("", vars(record)["result"]))
+    return _Read(map_reduce(digests, itemgetter(0), itemgetter(1)), result)
 
 
 def _compared(key: _Key, one: list[tuple[int, bytes]], other: list[tuple[int, bytes]]) -> Channel:

@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
+from more_itertools import map_reduce
 from numpy.typing import NDArray
 
 from codesign.activity import Mark, Span, activities, share_over_time, union
@@ -64,20 +65,17 @@ def _columns(terminal: int, names: Iterable[str]) -> int:
 
 def gantt(records: Iterable[Record], terminal: int, begin: int = 0, end: int | None = None) -> Gantt:
     """The rows of all tracks between ``begin`` and ``end`` (ps; None: the end of the run), for so wide a terminal."""
-    spans: dict[str, list[tuple[int, int]]] = {}
-    marks: list[int] = []
-    last = 0
-    for activity in activities(records):
-        if isinstance(activity, Span):
-            spans.setdefault(activity.track, []).append((activity.begin, activity.end))
-            last = max(last, activity.end)
-        elif isinstance(activity, Mark) and not activity.track:
-            marks.append(activity.time)
-            last = max(last, activity.time)
+    said = list(activities(records))
+    spans = map_reduce((each for each in said if isinstance(each, Span)), lambda each: each.track)
+    marks = [each.time for each in said if isinstance(each, Mark) and not each.track]
+    last = max([*marks, *(each.end for own in spans.values() for each in own)], default=0)
     until = max(begin + 1, last if end is None else min(end, max(last, begin + 1)))
     names = sorted(spans)
     bins = _columns(terminal, names)
-    rows = [Row(name, share_over_time(union(spans[name]), begin, until, bins)) for name in names]
+    rows = [
+        Row(name, share_over_time(union(each.times for each in spans[name]), begin, until, bins))
+        for name in names
+    ]
     if marks:
         inside = [time for time in marks if begin <= time <= until]
         counts = np.histogram(inside, bins, (begin, until))[0].astype(np.float64)

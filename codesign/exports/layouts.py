@@ -63,8 +63,8 @@ class Shown:
         """
         if not any(channel.record == MapRecord.__name__ for channel in trace.channels):
             return cls(trace, Floor(), None)
-        record = next(trace.records(kinds=[MapRecord]), None)
-        if not isinstance(record, MapRecord):
+        record: Any = next(trace.records(kinds=[MapRecord]), None)
+        if record is None:
             return cls(trace, Floor(), None)
         rows, columns = record.free.shape
         return cls(trace, floor_of(record), (rows, columns))

@@ -16,11 +16,15 @@ from __future__ import annotations
 
 from bisect import bisect_left, bisect_right
 from collections.abc import Iterable
+from operator import itemgetter
 from typing import IO, TYPE_CHECKING, Any
 
 import numpy as np
+from more_itertools import map_reduce
+from perfetto.trace_builder.proto_builder import StreamingTraceProtoBuilder
 
 from codesign.activity import (
+    WORKS,
     Activity,
     Lanes,
     Mark,
@@ -29,6 +33,7 @@ from codesign.activity import (
     activities,
     depth_over_time,
     share_over_time,
+    spans_by_place,
     union,
 )
 from codesign.records import Record
@@ -42,14 +47,9 @@ _PICOSECONDS = 1000
 _BINS = 500
 """The parts of a run of which the busy share is told."""
 
-_WORKS = ("task", "stage", "message")
-"""What a component or a link is busy with. Visits are inside stages."""
-
 
 def write_perfetto(records: Iterable[Record], file: IO[bytes]) -> int:
     """Write the records as a trace of Perfetto; returns the number of spans."""
-    from perfetto.trace_builder.proto_builder import StreamingTraceProtoBuilder
-
     writer = _Writer(StreamingTraceProtoBuilder(file))
     spans: list[Span] = []
     for activity in activities(records):
@@ -72,16 +72,20 @@ def _flows(spans: list[Span]) -> dict[int, list[tuple[int, bool]]]:
     A message flows from the last task of its sender that had ended when it was asked for, to the first task that its
     receiver begins when it has arrived or later.
     """
-    tasks: dict[str, list[tuple[int, int, int]]] = {}
-    waits: dict[tuple[str, str, str, str, int], int] = {}
-    for number, span in enumerate(spans):
-        if span.kind == "task":
-            tasks.setdefault(span.where, []).append((span.begin, span.end, number))
-        elif span.kind == "wait":
-            waits[span.where, span.sender, span.receiver, span.name, span.end] = span.begin
-    by_begin = {where: sorted(each) for where, each in tasks.items()}
-    by_end = {where: sorted((end, number) for _, end, number in each) for where, each in tasks.items()}
-    flows: dict[int, list[tuple[int, bool]]] = {}
+    tasks = map_reduce(
+        ((number, span) for number, span in enumerate(spans) if span.kind == "task"),
+        lambda each: each[1].where,
+    )
+    waits = {
+        (span.where, span.sender, span.receiver, span.name, span.end): span.begin
+        for span in spans
+        if span.kind == "wait"
+    }
+    by_begin = {
+        where: sorted((*span.times, number) for number, span in each) for where, each in tasks.items()
+    }
+    by_end = {where: sorted((span.end, number) for number, span in each) for where, each in tasks.items()}
+    ends: list[tuple[int, tuple[int, bool]]] = []
     for number, span in enumerate(spans):
         if span.kind != "message":
             continue
@@ -91,35 +95,23 @@ def _flows(spans: list[Span]) -> dict[int, list[tuple[int, bool]]]:
         begun = by_begin.get(span.receiver, [])
         after = bisect_left(begun, (span.end, 0, 0))
         if before >= 0:
-            _join(flows, ended[before][1], number, 2 * number + 1)
+            ends += [(ended[before][1], (2 * number + 1, False)), (number, (2 * number + 1, True))]
         if after < len(begun) and span.details.get("outcome") == "delivered":
-            _join(flows, number, begun[after][2], 2 * number + 2)
-    return flows
-
-
-def _join(flows: dict[int, list[tuple[int, bool]]], origin: int, target: int, flow: int) -> None:
-    flows.setdefault(origin, []).append((flow, False))
-    flows.setdefault(target, []).append((flow, True))
+            ends += [(number, (2 * number + 2, False)), (begun[after][2], (2 * number + 2, True))]
+    return map_reduce(ends, itemgetter(0), itemgetter(1))
 
 
 def _values(spans: list[Span]) -> Iterable[Value]:
     """How many messages wait for each link, and how busy each component and link is, over time."""
-    waits: dict[str, list[Span]] = {}
-    works: dict[str, list[tuple[int, int]]] = {}
-    for span in spans:
-        if span.kind == "wait":
-            waits.setdefault(span.where, []).append(span)
-        elif span.kind in _WORKS:
-            works.setdefault(span.where, []).append((span.begin, span.end))
-    for link, waiting in waits.items():
+    for link, waiting in spans_by_place(spans, "wait").items():
         for time, depth in zip(*(each.tolist() for each in depth_over_time(waiting)), strict=True):
             yield Value(time, f"{link}: messages waiting", depth, "messages")
     last = max((span.end for span in spans), default=0)
     if not last:
         return
     begins = (last * np.arange(_BINS + 1) // _BINS).tolist()
-    for where, work in works.items():
-        shares = share_over_time(union(work), 0, last, _BINS)
+    for where, work in spans_by_place(spans, *WORKS).items():
+        shares = share_over_time(union(span.times for span in work), 0, last, _BINS)
         for begin, share in zip(begins, [*shares.tolist(), 0.0], strict=True):
             yield Value(begin, f"{where}: busy", round(100 * share, 6), "%")
 

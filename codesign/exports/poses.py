@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from typing import Any
 
-from codesign.records import PoseRecord, PositionsRecord, Record
+from codesign.records import Record, Subject, kinds_about
 
-POSE_KINDS: tuple[type[Record], ...] = (PoseRecord, PositionsRecord)
+POSE_KINDS = kinds_about(Subject.POSE, Subject.FLEET)
 
 
 def poses_csv(records: Iterable[Record]) -> Iterator[str]:
@@ -20,14 +20,16 @@ def poses_csv(records: Iterable[Record]) -> Iterator[str]:
     """
     yield _line("time_ps", "source", "robot", "row", "column", "heading", "speed")
     for record in records:
-        if isinstance(record, PoseRecord):
-            yield _line(
-                record.time, record.source, 0, record.row, record.column, record.heading, record.speed
-            )
-        elif isinstance(record, PositionsRecord):
-            for robot, (row, column) in enumerate(record.positions.tolist()):
-                yield _line(record.time, record.source, robot, row, column, "", "")
+        write = _ROWS.get(record.ROLE.about)
+        if write is not None:
+            yield from (_line(record.time, record.source, *row) for row in write(record))
 
+
+_ROWS: dict[Subject, Callable[[Any], list[tuple[Any, ...]]]] = {
+    Subject.POSE: lambda record: [(0, record.row, record.column, record.heading, record.speed)],
+    Subject.FLEET: lambda record: [(n, *place, "", "") for n, place in enumerate(record.positions.tolist())],
+}
+"""The robot and what stands behind it in the rows of a record."""
 
 _FORMULA = ("=", "+", "-", "@", "\t", "\r")
 

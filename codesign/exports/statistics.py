@@ -3,21 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from operator import itemgetter
 
 import numpy as np
+from more_itertools import map_reduce
 from numpy.typing import NDArray
 
-from codesign.activity import Span, activities, union
-from codesign.records import CommandRecord, Record
+from codesign.activity import WORKS, Span, depth_over_time, spans_by_place, spans_of, union
+from codesign.records import Record
 from codesign.report.table import Cell, Column, Table, left, right, word
 from codesign.units import PICOSECONDS_PER_SECOND, format_time
 
 _BARS = "▁▂▃▄▅▆▇█"
 _HISTOGRAM = 12
 """The parts of a histogram. They are equal in the logarithm, from the shortest to the longest."""
-
-BUSY_KINDS = ("task", "stage", "message")
 
 
 @dataclass(frozen=True)
@@ -66,79 +66,66 @@ class Statistics:
     latencies: tuple[Latency, ...]
 
 
-@dataclass
-class _Gathered:
-    works: dict[str, list[tuple[int, int]]] = field(default_factory=dict)
-    around: dict[str, list[tuple[int, int]]] = field(default_factory=dict)
-    waits: dict[str, list[tuple[int, int]]] = field(default_factory=dict)
-    times: dict[str, list[int]] = field(default_factory=dict)
-    links: set[str] = field(default_factory=set)
-    end: int = 0
+_TOOK = {
+    "task": "task {}",
+    "message": "message {}",
+    "wait": "waiting for the link",
+    "stage": "stage",
+    "plan": "from the request to the plan",
+}
+"""What is told of the times of spans, by their kind."""
 
 
 def statistics(records: Iterable[Record]) -> Statistics:
     """How busy components and links were, and how long messages, tasks, stages, plans and commands took."""
-    gathered = _Gathered()
+    took: list[tuple[str, int]] = []
+    end = 0
 
     def watched() -> Iterable[Record]:
+        nonlocal end
         for record in records:
-            gathered.end = max(gathered.end, record.time)
-            if isinstance(record, CommandRecord):
-                what = f"{record.source}: from the scan to the command"
-                gathered.times.setdefault(what, []).append(record.time - record.seen)
+            end = max(end, record.time)
+            took.extend((f"{record.source}: {what}", time) for what, time in record.lasted())
             yield record
 
-    for activity in activities(watched()):
-        if isinstance(activity, Span):
-            _take(gathered, activity)
-    shares = [_share(gathered, where) for where in sorted(gathered.works)]
-    shares.sort(key=lambda share: share.is_link)
-    latencies = (
-        Latency(what, np.sort(np.array(times, np.int64))) for what, times in sorted(gathered.times.items())
+    spans = spans_of(watched())
+    end = max([end, *(span.end for span in spans)])
+    took += [
+        (f"{span.where}: {_TOOK[span.kind].format(span.name)}", span.end - span.begin)
+        for span in spans
+        if span.kind in _TOOK
+    ]
+    times = map_reduce(took, itemgetter(0), itemgetter(1))
+    carried = spans_by_place(spans, "message", "wait")
+    around = map_reduce(
+        ((name, span) for own in carried.values() for span in own for name in (span.sender, span.receiver)),
+        itemgetter(0),
+        itemgetter(1),
     )
-    return Statistics(gathered.end, tuple(shares), tuple(latencies))
+    waits = spans_by_place(spans, "wait")
+    shares = [
+        _link(where, works, waits.get(where, []), end)
+        if where in carried
+        else _component(where, works, around.get(where, []), end)
+        for where, works in sorted(spans_by_place(spans, *WORKS).items())
+    ]
+    latencies = (Latency(what, np.sort(np.array(each, np.int64))) for what, each in sorted(times.items()))
+    return Statistics(end, tuple(sorted(shares, key=lambda share: share.is_link)), tuple(latencies))
 
 
-def _take(gathered: _Gathered, span: Span) -> None:
-    gathered.end = max(gathered.end, span.end)
-    if span.kind in BUSY_KINDS:
-        gathered.works.setdefault(span.where, []).append((span.begin, span.end))
-    if span.kind in ("message", "wait"):
-        gathered.links.add(span.where)
-        for component in (span.sender, span.receiver):
-            gathered.around.setdefault(component, []).append((span.begin, span.end))
-    if span.kind == "wait":
-        gathered.waits.setdefault(span.where, []).append((span.begin, span.end))
-    what = {
-        "task": f"{span.where}: task {span.name}",
-        "message": f"{span.where}: message {span.name}",
-        "wait": f"{span.where}: waiting for the link",
-        "stage": f"{span.where}: stage",
-        "plan": f"{span.where}: from the request to the plan",
-    }.get(span.kind)
-    if what is not None:
-        gathered.times.setdefault(what, []).append(span.end - span.begin)
+def _link(where: str, works: Sequence[Span], waits: Sequence[Span], end: int) -> Share:
+    """A link. A message that stops waiting when another begins is not beside it."""
+    busy, queued = _length(works), sum(span.end - span.begin for span in waits)
+    return Share(where, True, busy, 0, end - busy, queued, int(depth_over_time(waits)[1].max(initial=0)))
 
 
-def _share(gathered: _Gathered, where: str) -> Share:
-    works = gathered.works[where]
-    busy = _length(works)
-    if where in gathered.links:
-        waits = gathered.waits.get(where, [])
-        queued = sum(end - begin for begin, end in waits)
-        return Share(where, True, busy, 0, gathered.end - busy, queued, _deepest(waits))
-    either = _length([*works, *gathered.around.get(where, [])])
-    return Share(where, False, busy, either - busy, gathered.end - either)
+def _component(where: str, works: Sequence[Span], around: Sequence[Span], end: int) -> Share:
+    busy, either = _length(works), _length([*works, *around])
+    return Share(where, False, busy, either - busy, end - either)
 
 
-def _length(spans: Sequence[tuple[int, int]]) -> int:
-    return int(np.diff(union(spans), axis=1).sum())
-
-
-def _deepest(spans: Sequence[tuple[int, int]]) -> int:
-    """The most spans at a time; one that ends when another begins is not beside it."""
-    steps = sorted([(begin, 1) for begin, _ in spans] + [(end, -1) for _, end in spans])
-    return int(np.cumsum([step for _, step in steps]).max()) if steps else 0
+def _length(spans: Iterable[Span]) -> int:
+    return int(np.diff(union(span.times for span in spans), axis=1).sum())
 
 
 def shares_table(found: Statistics) -> Table:

@@ -15,17 +15,21 @@ signals, and a save file of GTKWave that applies them and puts the signals in gr
 
 from __future__ import annotations
 
+import heapq
 import re
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
+from operator import itemgetter
 from pathlib import Path
 from typing import Any, Literal
 
-import numpy as np
+from more_itertools import map_reduce
+from vcd.writer import VCDWriter
 
-from codesign.activity import Mark, Span, Value, activities, depth_over_time, union
+from codesign.activity import WORKS, Span, Value, activities, depth_over_time, spans_by_place, union
+from codesign.files import write_atomically, written_atomically
 from codesign.gtkwave import NOTHING, Shown, ascii_text, save_file, translation
-from codesign.records import Record, VisitsRecord
+from codesign.records import Record
 
 Kind = Literal["bit", "number", "name", "real"]
 
@@ -77,61 +81,52 @@ class Waveform:
     """The signals of a run by scope and name."""
 
     def __init__(self) -> None:
-        self.signals: dict[str, dict[str, Signal]] = {}
+        self.signals: dict[tuple[str, str], Signal] = {}
 
     def signal(self, scope: str, name: str, kind: Kind) -> Signal:
         """The signal of a scope, made where it is not there."""
-        return self.signals.setdefault(scope, {}).setdefault(name, Signal(kind))
+        if (scope, name) not in self.signals:
+            self.signals[scope, name] = Signal(kind)
+        return self.signals[scope, name]
 
     @property
     def every(self) -> list[tuple[str, str, Signal]]:
         """Scope, name and signal of each, sorted."""
-        return [
-            (scope, name, own[name]) for scope, own in sorted(self.signals.items()) for name in sorted(own)
-        ]
+        return [(*names, signal) for names, signal in sorted(self.signals.items(), key=itemgetter(0))]
 
 
 def waveform_of(records: Iterable[Record], begin: int = 0, end: int | None = None) -> Waveform:
     """The signals of a run, of records that have a part between ``begin`` and ``end`` (ps; None: the end)."""
     wave = Waveform()
-    works: dict[str, list[tuple[int, int]]] = {}
-    waits: dict[str, list[Span]] = {}
+    spans: list[Span] = []
 
     def watched() -> Iterator[Record]:
         for record in records:
-            if isinstance(record, VisitsRecord) and _within(record.time, record.end, begin, end):
-                _put_visits(wave, record)
+            if _within(*record.between(), begin, end):
+                for name, changes in record.signals().items():
+                    wave.signal(record.source, name, "number").changes += changes
             yield record
 
     for activity in activities(watched()):
         if isinstance(activity, Span):
-            if not _within(activity.begin, activity.end, begin, end):
-                continue
-            if activity.kind == "wait":
-                waits.setdefault(activity.where, []).append(activity)
-            elif activity.kind in ("task", "stage", "message"):
-                works.setdefault(activity.where, []).append((activity.begin, activity.end))
-            _put_span(wave, activity)
-        elif (
-            isinstance(activity, Mark)
-            and not activity.track
-            and _within(activity.time, activity.time, begin, end)
-        ):
-            wave.signal(_MISSION, "event", "name").put(activity.time, activity.name)
-        elif isinstance(activity, Value) and _within(activity.time, activity.time, begin, end):
+            if _within(*activity.times, begin, end):
+                spans.append(activity)
+                _put_span(wave, activity)
+        elif not _within(activity.time, activity.time, begin, end):
+            continue
+        elif isinstance(activity, Value):
             scope, _, name = activity.track.partition(": ")
             wave.signal(scope, name, "real").put(activity.time, activity.value)
-    for where, work in works.items():
-        busy = wave.signal(where, "busy", "bit")
-        busy.put(0, 0)
-        for start, stop in union(work).tolist():
-            busy.put(start, 1)
-            busy.put(stop, 0)
-    for link, waiting in waits.items():
-        queue = wave.signal(link, "waiting", "number")
-        queue.put(0, 0)
-        for time, depth in zip(*(each.tolist() for each in depth_over_time(waiting)), strict=True):
-            queue.put(time, depth)
+        elif not activity.track:
+            wave.signal(_MISSION, "event", "name").put(activity.time, activity.name)
+    for where, work in spans_by_place(spans, *WORKS).items():
+        busy = union(span.times for span in work).tolist()
+        wave.signal(where, "busy", "bit").changes += [
+            (0, 0), *((time, 1 - place) for times in busy for place, time in enumerate(times))
+        ]  # fmt: skip
+    for link, waiting in spans_by_place(spans, "wait").items():
+        depths = zip(*(each.tolist() for each in depth_over_time(waiting)), strict=True)
+        wave.signal(link, "waiting", "number").changes += [(0, 0), *depths]
     return wave
 
 
@@ -160,29 +155,12 @@ def _hold(signal: Signal, span: Span, value: Any, after: Any) -> None:
     signal.put(span.end, after)
 
 
-def _put_visits(wave: Waveform, record: VisitsRecord) -> None:
-    """Each visit takes iterations × (precision + 2) cycles, so its begin follows from those before it."""
-    block = wave.signal(record.source, "block", "number")
-    iterations = wave.signal(record.source, "iterations", "number")
-    before = np.concatenate([[0], np.cumsum(record.iterations, dtype=np.int64)])
-    whole = max(1, int(before[-1]))
-    for place, done in enumerate(before[:-1].tolist()):
-        # Whole numbers: a product of ps and iterations is beyond 64 bits in no array here.
-        begin = record.time + (record.end - record.time) * done // whole
-        block.put(begin, int(record.block[place]))
-        iterations.put(begin, int(record.iterations[place]))
-
-
 def write_waveform(wave: Waveform, path: Path, comment: str = "") -> list[Path]:
     """Write the VCD, the save file of GTKWave (``.gtkw``) and the translate files; returns all of them.
 
     Raises:
         RunError: a file cannot be written.
     """
-    from vcd.writer import VCDWriter
-
-    from codesign.files import write_atomically, written_atomically
-
     # The date of an export would make each file of one run another one.
     with (
         written_atomically(path) as passing,
@@ -216,7 +194,6 @@ def _type_of(signal: Signal) -> tuple[Any, ...]:
 
 def _in_time(variables: list[tuple[Signal, Any]]) -> Iterator[tuple[int, Any, Any]]:
     """The changes of all signals by time."""
-    import heapq
 
     def of(number: int, signal: Signal, variable: Any) -> Iterator[tuple[int, int, Any, Any]]:
         for time, value in signal.settled():
@@ -229,13 +206,13 @@ def _in_time(variables: list[tuple[Signal, Any]]) -> Iterator[tuple[int, Any, An
 
 def _groups(wave: Waveform, path: Path) -> dict[str, list[Shown]]:
     """A group for each scope."""
-    groups: dict[str, list[Shown]] = {}
-    for scope, name, signal in wave.every:
+
+    def shown(scope: str, name: str, signal: Signal) -> Shown:
         file = _translate_path(path, scope, name).name if signal.kind == "name" else ""
         full = f"{_safe(scope)}.{_safe(name)}"
-        shown = Shown(full, signal.bits, "real" if signal.kind == "real" else "dec", file)
-        groups.setdefault(_safe(scope), []).append(shown)
-    return groups
+        return Shown(full, signal.bits, "real" if signal.kind == "real" else "dec", file)
+
+    return map_reduce(wave.every, lambda each: _safe(each[0]), lambda each: shown(*each))
 
 
 def _translate_path(path: Path, scope: str, name: str) -> Path:

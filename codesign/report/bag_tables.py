@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 
 from codesign.bags import BagFacts, latency
 from codesign.errors import printable
-from codesign.records import GoalRecord, PlanRecord, Record
+from codesign.records import Record, Subject
 from codesign.report.table import Cell, Table, left, right
 from codesign.units import counted, format_time
 
@@ -19,10 +19,10 @@ def board_latencies(records: Iterable[Record]) -> list[int | None]:
     latencies: list[int | None] = []
     given = 0
     for record in records:
-        if isinstance(record, GoalRecord):
+        if record.ROLE.about is Subject.GOALS:
             given = record.time
             latencies.append(None)
-        elif isinstance(record, PlanRecord) and latencies and latencies[-1] is None:
+        elif record.ROLE.about is Subject.PLAN and latencies and latencies[-1] is None:
             latencies[-1] = record.time - given
     return latencies
 

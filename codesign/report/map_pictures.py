@@ -4,23 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
+from operator import itemgetter
 from typing import Any
 
 import numpy as np
+from more_itertools import map_reduce
 from numpy.typing import NDArray
 
 from codesign.figures import label
-from codesign.records import (
-    FieldRecord,
-    MapRecord,
-    MissionRecord,
-    ObstacleRecord,
-    PoseRecord,
-    PositionsRecord,
-    Record,
-    StageRecord,
-    TrajectoryRecord,
-)
+from codesign.records import MapRecord, Record, Subject
 from codesign.report.canvas import MARKS, Format, Picture, canvas, drawn, legend, marker_size, style
 from codesign.report.wording import labelled, quantity_text
 from codesign.units import counted, format_time
@@ -69,39 +61,43 @@ def drive_picture(records: Iterable[Record], *, format: Format = "png") -> Pictu
 
     None where no robot reports its place, or there is no map.
     """
-    start: MapRecord | None = None
-    came = np.zeros((0, 0), bool)
-    places: dict[str, list[tuple[int, float, float]]] = {}
-    events: list[MissionRecord] = []
-    for record in records:
-        if isinstance(record, MapRecord):
-            start, came = record, np.zeros(record.free.shape, bool)
-        elif isinstance(record, ObstacleRecord) and record.appeared:
-            here = record.cells - np.array(start.corner if start else (0, 0))
-            came[here[:, 0], here[:, 1]] = True
-        elif isinstance(record, PoseRecord):
-            places.setdefault(record.source, []).append((record.time, record.row, record.column))
-        elif isinstance(record, PositionsRecord):
-            for robot, (row, column) in enumerate(record.positions[:_MOST_LINES].tolist()):
-                places.setdefault(f"{record.source} {robot}", []).append((record.time, row, column))
-        elif isinstance(record, MissionRecord):
-            events.append(record)
-    if start is None or not places:
+    groups = map_reduce(records, lambda record: record.ROLE.about)
+
+    def about(subject: Subject) -> list[Any]:
+        return list(groups.get(subject, ()))
+
+    places = [(pose.source, (pose.time, pose.row, pose.column)) for pose in about(Subject.POSE)]
+    places += [
+        (f"{update.source} {robot}", (update.time, *place))
+        for update in about(Subject.FLEET)
+        for robot, place in enumerate(update.positions[:_MOST_LINES].tolist())
+    ]
+    if not about(Subject.MAP) or not places:
         return None
-    tracks = {source: np.array(track, np.float64) for source, track in places.items()}
+    start: MapRecord = about(Subject.MAP)[-1]
+    came = np.zeros(start.free.shape, bool)
+    for change in about(Subject.CHANGE):
+        if change.appeared:
+            here = change.cells - np.array(start.corner)
+            came[here[:, 0], here[:, 1]] = True
+    tracks = map_reduce(places, itemgetter(0), itemgetter(1), lambda track: np.array(track, np.float64))
     layers = _Layers(start.free, start.goals, came, "obstacle at some time", corner=start.corner)
     layers.lines = [track[:, 1:] for track in tracks.values()]
-    for event in events:
-        track = tracks.get(event.source)
-        if event.event in MARKS and track is not None:
-            row, column = (float(np.interp(event.time, track[:, 0], track[:, axis])) for axis in (1, 2))
-            layers.marks.setdefault(event.event, []).append((row, column))
+    marked = (each for each in about(Subject.EVENT) if each.event in MARKS and each.source in tracks)
+    layers.marks = map_reduce(
+        marked, lambda each: each.event, lambda each: _place(tracks[each.source], each.time)
+    )
     length = sum(float(np.hypot(*np.diff(line, axis=0).T).sum()) for line in layers.lines)
     facts = [f"{counted(len(tracks), 'robot')}, {quantity_text(length, '')} cells driven"]
     facts += [f"{MARKS[event][0]}: {len(where)}" for event, where in layers.marks.items()]
     return _drawn(
         layers, "Where the robots drove" if len(tracks) > 1 else "Where the robot drove", facts, format
     )
+
+
+def _place(track: Points, time: int) -> tuple[float, float]:
+    """Row and column at a time, between the places of a track (time, row, column)."""
+    return float(np.interp(time, track[:, 0], track[:, 1])), float(np.interp(time, track[:, 0], track[:, 2]))
 
 
 def moment_picture(
@@ -219,9 +215,10 @@ def _draw_marks(axes: Any, layers: _Layers) -> None:
 
 def plan_picture(start: MapRecord, records: Sequence[Record], *, format: Format = "png") -> Picture:
     """The map of a plan, with the last field and the paths that the records hold."""
-    stages = [record for record in records if isinstance(record, StageRecord)]
-    paths = [record for record in records if isinstance(record, TrajectoryRecord)]
-    fields = [record for record in records if isinstance(record, FieldRecord)]
+    groups = map_reduce(records, lambda record: record.ROLE.about)
+    stages, paths, fields = (
+        list[Any](groups.get(subject, ())) for subject in (Subject.STAGE, Subject.PATH, Subject.FIELD)
+    )
     potential, shades, title = None, "", "Map"
     if stages:
         potential = stages[-1].potential

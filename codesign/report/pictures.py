@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from typing import Any
 
 from codesign.errors import SpecError
 from codesign.inputs import Workload
-from codesign.records import MapRecord, Record
+from codesign.records import Record, Subject
 from codesign.report.canvas import Format, Picture, with_palette
 from codesign.report.map_pictures import drive_picture, map_picture, plan_picture
 from codesign.report.timelines import bars_of, mission_timeline_picture, timeline_picture
@@ -28,7 +29,7 @@ def run_map_picture(records: Iterable[Record], *, format: Format = "png") -> Pic
     drive = drive_picture(all_records, format=format)
     if drive is not None:
         return drive
-    maps = [record for record in all_records if isinstance(record, MapRecord)]
+    maps: list[Any] = [record for record in all_records if record.ROLE.about is Subject.MAP]
     return plan_picture(maps[-1], all_records, format=format) if maps else None
 
 

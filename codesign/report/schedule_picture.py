@@ -6,7 +6,8 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from codesign.records import Record, StageRecord
+from codesign.activity import spans_of
+from codesign.records import Record
 from codesign.report.canvas import Format, Picture, canvas, drawn, legend, style
 from codesign.report.wording import prefix
 from codesign.units import PICOSECONDS_PER_SECOND, counted, format_count, format_time
@@ -19,25 +20,25 @@ def schedule_picture(records: Iterable[Record], *, format: Format = "png") -> Pi
 
     A line joins the local maxima that the stages left. Of a long mission the first 2,000 stages are drawn.
     """
-    every = [record for record in records if isinstance(record, StageRecord)]
+    every = [span for span in spans_of(records) if span.kind == "stage"]
     stages = every[:_MOST_STAGES]
     if not stages:
         return None
-    size, unit = prefix([stages[-1].time / PICOSECONDS_PER_SECOND], "s")
+    size, unit = prefix([stages[-1].end / PICOSECONDS_PER_SECOND], "s")
     scale = size * PICOSECONDS_PER_SECOND
     begins = np.array([stage.begin for stage in stages]) / scale
-    ends = np.array([stage.time for stage in stages]) / scale
+    ends = np.array([stage.end for stage in stages]) / scale
     with style():
         figure, axes = canvas((8.0, 3.4))
         axes.bar(
-            begins, [stage.precision for stage in stages], ends - begins, align="edge", color="#a6c8e4",
+            begins, [stage.details["precision"] for stage in stages], ends - begins, align="edge", color="#a6c8e4",
             edgecolor="#2166ac", linewidth=0.6, label="stage",
         )  # fmt: skip
         axes.set(xlabel=f"time ({unit})", ylabel="precision (bits)", xlim=(0, ends[-1]))
         beside = axes.twinx()
         beside.spines["right"].set_visible(True)
         beside.plot(
-            ends, [stage.local_maxima for stage in stages], "o-", color="#d1495b", markersize=3.5,
+            ends, [stage.details["local_maxima"] for stage in stages], "o-", color="#d1495b", markersize=3.5,
             linewidth=1.0, clip_on=False, label="local maxima left",
         )  # fmt: skip
         beside.set_yscale("symlog", linthresh=1)
@@ -45,13 +46,13 @@ def schedule_picture(records: Iterable[Record], *, format: Format = "png") -> Pi
         beside.set(ylabel="local maxima", ylim=(0, None))
         legend(figure)
     last = stages[-1]
-    facts = f"{counted(len(stages), 'stage')} of at most {max(stage.precision for stage in stages)} bits"
-    left = f"{format_count(last.local_maxima)} local maxima after the last"
+    facts = f"{counted(len(stages), 'stage')} of at most {max(stage.details['precision'] for stage in stages)} bits"
+    left = f"{format_count(int(last.details['local_maxima']))} local maxima after the last"
     more = f"; {format_count(len(every) - len(stages))} later stages are not drawn" * (
         len(every) > len(stages)
     )
     title = "The stages of the relaxation"
-    alt = f"{facts} over {format_time(last.time)}, {left}"
+    alt = f"{facts} over {format_time(last.end)}, {left}"
     return drawn(figure, format, title, alt, f"{title}: {alt}{more}")
 
 

@@ -5,22 +5,17 @@ from __future__ import annotations
 import itertools
 import re
 from collections.abc import Iterable, Mapping, Sequence
+from itertools import pairwise
+from operator import itemgetter
 from typing import Any
 
 import numpy as np
+from more_itertools import map_reduce
 from numpy.typing import NDArray
 
+from codesign.activity import Span, share_over_time, spans_of, union
 from codesign.figures import label
-from codesign.records import (
-    ENDED,
-    MessageRecord,
-    MissionRecord,
-    PoseRecord,
-    Record,
-    StageRecord,
-    TaskRecord,
-    VisitsRecord,
-)
+from codesign.records import Record, Subject
 from codesign.report.canvas import MARKS, Format, Picture, canvas, drawn, legend, marker_size, style
 from codesign.report.scenario_tables import busy_share
 from codesign.report.wording import prefix, share_text
@@ -43,24 +38,16 @@ Bar = tuple[str, str, int, int]
 
 def bars_of(records: Iterable[Record]) -> list[Bar]:
     """The spans of work that a picture shows, longest first: a thousand slivers would make it heavy."""
-    works = [
-        (record.source, *work)
-        for record in records
-        if not isinstance(record, VisitsRecord) and (work := _work(record)) is not None
+    bars = [
+        (span.where, _BARS[span.kind].format(span.what, label(span.what) + span.tail), *span.times)
+        for span in spans_of(records)
+        if span.kind in _BARS
     ]
-    return sorted(works, key=lambda bar: (bar[2] - bar[3], bar))[:_MOST_BARS]
+    return sorted(bars, key=lambda bar: (bar[2] - bar[3], bar))[:_MOST_BARS]
 
 
-def _work(record: Record) -> tuple[str, int, int] | None:
-    """What ``record.source`` did, from when to when, ps."""
-    if isinstance(record, MessageRecord):
-        return f"message: {record.name}", record.begin, record.end
-    if isinstance(record, TaskRecord):
-        outcome = "" if record.outcome == ENDED else f" ({record.outcome})"
-        return f"{label(record.task)}{outcome}", record.time, record.end
-    if isinstance(record, VisitsRecord):
-        return "visits", record.time, record.end
-    return ("stages", record.begin, record.time) if isinstance(record, StageRecord) else None
+_BARS = {"message": "message: {0}", "task": "{1}", "stage": "stages"}
+"""The words of a bar, by the kind of its span: with the name, and with its words and its outcome."""
 
 
 def timeline_picture(bars: Iterable[Bar], *, format: Format = "png") -> Picture:
@@ -114,31 +101,21 @@ def mission_timeline_picture(records: Iterable[Record], *, format: Format = "png
     The mission is divided into 240 spans. Each shows the share of it in which work was under way, or a robot moved.
     Small shares are drawn darker than in proportion, so that they can be seen.
     """
-    spans: dict[str, list[tuple[int, int]]] = {}
-    events: list[MissionRecord] = []
-    poses: dict[str, PoseRecord] = {}
-    last = 0
-    for record in records:
-        work = _work(record)
-        span = None if work is None else work[1:]
-        if isinstance(record, PoseRecord):
-            before = poses.get(record.source, record)
-            # Between two poses it moved, unless it stood at both.
-            span = (before.time, record.time) if before.speed or record.speed else None
-            poses[record.source] = record
-        elif isinstance(record, MissionRecord):
-            events.append(record)
-            last = max(last, record.time)
-        if span is not None:
-            spans.setdefault(record.source, []).append(span)
-            last = max(last, span[1])
-    if not events or not spans or not last:
+    all_records = list(records)
+    spans = spans_of(all_records)
+    works = [(span.where, span.times) for span in spans if span.kind not in ("wait", "plan")]
+    works += [(name, times) for name, poses in _poses(all_records).items() for times in _moves(poses)]
+    events = [record for record in all_records if record.ROLE.about is Subject.EVENT]
+    if not events or not works:
+        return None
+    last = max(*(event.time for event in events), *(times[1] for _, times in works), 0)
+    if not last:
         return None
     from matplotlib.colors import PowerNorm
 
     size, unit = prefix([last / PICOSECONDS_PER_SECOND], "s")
     scale = size * PICOSECONDS_PER_SECOND
-    rows = _busy_rows(spans, last)
+    rows = _busy_rows(map_reduce(works, itemgetter(0), itemgetter(1)), last)
     sources, shares = list(rows), np.array(list(rows.values()))
     with style():
         picture, axes = canvas((9.0, 1.9 + 0.36 * len(sources)))
@@ -147,7 +124,7 @@ def mission_timeline_picture(records: Iterable[Record], *, format: Format = "png
             extent=(0, last / scale, len(sources) - 0.5, -0.5),
         )  # fmt: skip
         picture.colorbar(shades, ax=axes, pad=0.02, ticks=[0, 0.01, 0.1, 0.5, 1]).set_label("busy share")
-        _draw_events(axes, events, scale)
+        _draw_events(axes, events, [span for span in spans if span.kind == "plan"], scale)
         axes.set_yticks([-1.0, *range(len(sources))], ["plans, events", *sources])
         axes.set(xlabel=f"time ({unit})", xlim=(0, last / scale), ylim=(len(sources) - 0.5, -1.6))
         legend(picture)
@@ -163,11 +140,21 @@ def mission_timeline_picture(records: Iterable[Record], *, format: Format = "png
     )
 
 
+def _poses(records: Iterable[Record]) -> dict[str, list[Any]]:
+    """The poses of each robot."""
+    poses = (record for record in records if record.ROLE.about is Subject.POSE)
+    return map_reduce(poses, lambda record: record.source)
+
+
+def _moves(poses: Sequence[Any]) -> list[tuple[int, int]]:
+    """Between two poses a robot moved, unless it stood at both."""
+    pairs = pairwise([poses[0], *poses])
+    return [(before.time, after.time) for before, after in pairs if before.speed or after.speed]
+
+
 def _busy_rows(spans: Mapping[str, list[tuple[int, int]]], last: int) -> dict[str, NDArray[np.float64]]:
     """The busy shares of each source, by name; many that differ by a number only share a row."""
-    alike: dict[str, list[str]] = {}
-    for source in sorted(spans):
-        alike.setdefault(_NUMBER.sub("", source), []).append(source)
+    alike = map_reduce(sorted(spans), lambda source: _NUMBER.sub("", source))
     rows: dict[str, NDArray[np.float64]] = {}
     for stem, sources in alike.items():
         if len(sources) <= _MOST_ALIKE:
@@ -185,42 +172,19 @@ def _numbered(source: str) -> int:
     return int(ending[0][1:]) if ending else 0
 
 
-def busy_shares(spans: Sequence[tuple[int, int]], end: int, bins: int) -> NDArray[np.float64]:
+def busy_shares(spans: Iterable[tuple[int, int]], end: int, bins: int) -> NDArray[np.float64]:
     """The share of each of ``bins`` equal parts of the time from 0 to ``end`` that the spans (ps) cover.
 
     What overlaps counts once.
     """
-    edges = np.linspace(0.0, float(end), bins + 1)
-    covered = np.zeros(bins + 1)
-    until = 0
-    merged: list[tuple[int, int]] = []
-    for begin, stop in sorted(spans):
-        if stop > max(begin, until):
-            merged.append((max(begin, until), stop))
-            until = stop
-    if merged:
-        # Time covered up to each edge: piecewise linear between the ends of the spans.
-        times = np.array(merged, np.float64).ravel()
-        total = np.concatenate(([0.0], np.cumsum(times[1::2] - times[::2])))
-        at_ends = np.column_stack((total[:-1], total[1:])).ravel()
-        covered = np.interp(edges, times, at_ends)
-    shares: NDArray[np.float64] = np.diff(covered) / (end / bins)
-    return np.clip(shares, 0.0, 1.0)
+    return np.clip(share_over_time(union(spans), 0, end, bins), 0.0, 1.0)
 
 
-def _draw_events(axes: Any, events: Sequence[MissionRecord], scale: float) -> None:
+def _draw_events(axes: Any, events: Sequence[Any], plans: Sequence[Span], scale: float) -> None:
     """Each plan as a bar from when it was asked for to its answer, and each event as a mark, above all rows."""
-    asked: dict[str, int] = {}
-    bars = []
-    marks: dict[str, list[float]] = {}
-    for event in events:
-        if event.event == "plan_requested":
-            asked.setdefault(event.source, event.time)
-        elif event.event in ("plan_ready", "no_way", "ended") and event.source in asked:
-            begin = asked.pop(event.source)
-            bars.append((begin / scale, (event.time - begin) / scale))
-        if event.event in MARKS and event.event != "plan_requested":
-            marks.setdefault(event.event, []).append(event.time / scale)
+    bars = [(plan.begin / scale, (plan.end - plan.begin) / scale) for plan in plans]
+    marked = (each for each in events if each.event in MARKS and each.event != "plan_requested")
+    marks = map_reduce(marked, lambda each: each.event, lambda each: each.time / scale)
     if bars:
         axes.broken_barh(
             bars,

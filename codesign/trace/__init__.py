@@ -8,7 +8,7 @@ those of plug-ins included, so no code is generated. Rejected: JSON. Rerun shows
 space.
 """
 
-from codesign.trace.levels import Level
+from codesign.records import Level
 from codesign.trace.listeners import McapListener, MemoryListener
 from codesign.trace.moment import MOMENT_KINDS, Moment, moment, moment_lines
 from codesign.trace.reader import Channel, Trace, open_trace

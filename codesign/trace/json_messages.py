@@ -14,14 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codesign.errors import TraceError
-from codesign.records import ArrayOf, FieldRecord, MapRecord, Record, StageRecord
+from codesign.records import ArrayOf, Record
 from codesign.trace.arrays import has_shape
 from codesign.trace.messages import checked
 from codesign.trace.schemas import FieldPlan, plan_of
 from codesign.trace.values import MAX_ELEMENTS, parse_json
-
-_GRIDS: dict[type[Record], str] = {MapRecord: "free", StageRecord: "potential", FieldRecord: "values"}
-"""The field of a record that was written as a grid. Potentials and fields may be left out."""
 
 _MAX_INTEGER = 2**63 - 1
 _PYTHON_TYPES: dict[str, tuple[type, ...]] = {
@@ -48,9 +45,9 @@ def decode_json(record_type: type[Record], message: bytes) -> Record:
 
 
 def _field(record_type: type[Record], plan: FieldPlan, data: dict[str, Any]) -> Any:
-    if plan.name == _GRIDS.get(record_type):
+    if plan.name == record_type.ROLE.grid:
         assert plan.array is not None
-        if record_type is not MapRecord and "data" not in data:
+        if record_type.ROLE.spare_grid and "data" not in data:
             return np.zeros((0, 0), plan.array.dtype)
         return _grid(data, np.dtype(plan.array.dtype))
     if plan.name not in data:

@@ -13,16 +13,7 @@ from typing import TYPE_CHECKING, Any, BinaryIO, TypeVar
 
 from codesign.errors import TraceError
 from codesign.files import WholeOrAbsent, is_special, part_of, put
-from codesign.records import (
-    FieldRecord,
-    MapRecord,
-    Record,
-    Recorder,
-    StageRecord,
-    SummaryRecord,
-    VisitsRecord,
-)
-from codesign.trace.levels import BARE, Level, bared, single_visits, unwanted
+from codesign.records import RECORD_TYPES, Level, Record, Recorder, Subject
 from codesign.trace.messages import encoder_of
 from codesign.trace.schemas import descriptor_set, schema_name, topic_of
 from codesign.trace.shown import Encoded
@@ -45,9 +36,6 @@ COMPRESSION = 5
 
 BATCH = 512
 """So many records are kept before they are written, so a killed run loses them too."""
-
-LARGE = (MapRecord, StageRecord, FieldRecord, SummaryRecord)
-"""Records that are written at once, as they may hold a grid."""
 
 RUN = "run"
 RUN_ATTACHMENT = "run.json"
@@ -101,7 +89,9 @@ class McapListener(WholeOrAbsent, Recorder):
             raise TraceError("is no regular file", str(self.path), "name a regular file: a trace needs one")
         from codesign.trace.views import Views
 
-        self._unwanted, self._views = unwanted(level), Views(self._show)
+        self._views, levels = Views(self._show), list(Level)
+        above = levels[levels.index(level) + 1 :]
+        self._unwanted = frozenset(kind for kind in RECORD_TYPES.values() if kind.ROLE.level in above)
         self._file: _File | None = None
         with self._guard():
             self._hold(self._part)
@@ -127,7 +117,7 @@ class McapListener(WholeOrAbsent, Recorder):
         kind = type(record)
         if kind not in self._unwanted:
             self._taken.append(record)
-            if len(self._taken) >= BATCH or kind in LARGE:
+            if len(self._taken) >= BATCH or kind.ROLE.grid or kind.ROLE.about is Subject.RESULT:
                 self._flush()
 
     def _flush(self) -> None:
@@ -138,12 +128,10 @@ class McapListener(WholeOrAbsent, Recorder):
 
     def _put(self, record: Record) -> None:
         """Write one record, then its views. Their times are rounded down to nanoseconds."""
-        if self.level is Level.ITERATIONS:
-            for single in single_visits(record) if isinstance(record, VisitsRecord) else (record,):
-                self._write(single)
-        else:
+        for each in record.singles() if self.level is Level.ITERATIONS else (record,):
             # A mission may plan a thousand times, so its fields are left out here and shown by the views at intervals.
-            self._write(bared(record) if type(record) in BARE and self._views.mission else record)
+            is_bare = self._views.mission and self.level is not Level.ITERATIONS
+            self._write(each.bare() if is_bare else each)
         self._time = record.time
         self._views.of(record)
 

@@ -11,7 +11,7 @@ from operator import attrgetter
 from typing import Any, NoReturn
 
 from codesign.errors import TraceError
-from codesign.records import BeliefRecord, Record, VisitsRecord
+from codesign.records import Record
 from codesign.trace.arrays import array_message, decode_array, decode_packed, packed
 from codesign.trace.schemas import FieldPlan, message_class, plan_of
 from codesign.trace.values import MAX_MESSAGE_BYTES, parse_json
@@ -152,10 +152,9 @@ def checked(record: Record) -> Record:
     """
     if record.time < 0:
         _refuse(type(record), f"time {record.time}")
-    if isinstance(record, VisitsRecord) and record.block.shape != record.iterations.shape:
-        _refuse(type(record), "the numbers of blocks and of iterations differ")
-    if isinstance(record, BeliefRecord) and len(record.cells) != len(record.blocked):
-        _refuse(type(record), "the numbers of cells and of blocked flags differ")
+    alike = record.ROLE.alike
+    if len({len(getattr(record, name)) for name in alike}) > 1:
+        _refuse(type(record), f"the numbers of {' and of '.join(alike.values())} differ")
     return record
 
 

@@ -6,7 +6,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,28 +14,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codesign.errors import TraceError, printable
-from codesign.records import (
-    BeliefRecord,
-    MapRecord,
-    MissionRecord,
-    ObstacleRecord,
-    PoseRecord,
-    PositionsRecord,
-    Record,
-    TrajectoryRecord,
-)
+from codesign.records import MapRecord, MissionRecord, PoseRecord, Record, Subject, kinds_about
 from codesign.trace.floor import BLOCKED, FREE, UNKNOWN
 from codesign.trace.show import WALL, tile_of, walls
 from codesign.units import counted, format_time
 
-MOMENT_KINDS: tuple[type[Record], ...] = (
-    MapRecord,
-    ObstacleRecord,
-    BeliefRecord,
-    TrajectoryRecord,
-    PoseRecord,
-    PositionsRecord,
-    MissionRecord,
+MOMENT_KINDS = kinds_about(
+    Subject.MAP, Subject.CHANGE, Subject.BELIEF, Subject.PATH, Subject.POSE, Subject.FLEET, Subject.EVENT
 )
 """The record classes that a moment is made from."""
 
@@ -77,58 +62,77 @@ def moment(records: Iterable[Record], time: int | None = None, where: str | None
     Raises:
         TraceError: the records have no map, or a change outside of it.
     """
-    start: MapRecord | None = None
-    free, belief = np.zeros((0, 0), np.bool_), np.zeros((0, 0), np.uint8)
-    has_belief = False
-    last, corner = 0, (0, 0)
-    path, pose, robots = None, None, None
-    driven: list[tuple[float, float]] = []
-    events: list[MissionRecord] = []
+    seen = _Seen(where)
     for record in records:
-        if time is not None and record.time > time:
-            continue
-        last = max(last, record.time)
-        if isinstance(record, MapRecord):
-            start, corner = record, record.corner
-            free, belief = record.free.copy(), np.full(record.free.shape, UNKNOWN, np.uint8)
-        elif isinstance(record, ObstacleRecord):
-            _put(free, record.cells - np.array(corner), not record.appeared, where)
-        elif isinstance(record, BeliefRecord):
-            has_belief = True
-            _put(belief, record.cells - np.array(corner), np.where(record.blocked, BLOCKED, FREE), where)
-        elif isinstance(record, TrajectoryRecord):
-            path = record.points
-        elif isinstance(record, PoseRecord):
-            pose = record
-            driven.append((record.row, record.column))
-        elif isinstance(record, PositionsRecord):
-            robots = record.positions
-        elif isinstance(record, MissionRecord):
-            events.append(record)
+        if time is None or record.time <= time:
+            seen.take(record)
+    start = seen.start
     if start is None:
         raise TraceError("no map at that time", where, "name a later time, or a trace of hwsw run --trace")
     return Moment(
-        time=last if time is None else time,
+        time=seen.last if time is None else time,
         start=start.free,
-        free=free,
-        belief=belief if has_belief else None,
+        free=seen.free,
+        belief=seen.belief,
         goals=start.goals,
-        path=path,
-        driven=np.array(driven, np.float64).reshape(-1, 2),
-        pose=pose,
-        robots=robots,
+        path=seen.path,
+        driven=np.array([(pose.row, pose.column) for pose in seen.poses], np.float64).reshape(-1, 2),
+        pose=seen.poses[-1] if seen.poses else None,
+        robots=seen.robots,
         resolution=start.resolution,
-        events=tuple(events),
-        corner=corner,
+        events=tuple(seen.events),
+        corner=start.corner,
     )
 
 
-def _put(grid: NDArray[Any], cells: NDArray[np.integer[Any]], values: Any, where: str | None) -> None:
-    if len(cells) and not ((cells >= 0) & (cells < grid.shape)).all():
-        raise TraceError(
-            "a cell is outside of the map", where, "the file is damaged, or was not written by hwsw"
-        )
-    grid[cells[:, 0], cells[:, 1]] = values
+class _Seen:
+    """What the records up to now say, each by what it is about."""
+
+    def __init__(self, where: str | None) -> None:
+        self._where, self.last = where, 0
+        self.start: MapRecord | None = None
+        self.free = np.zeros((0, 0), np.bool_)
+        self.belief: NDArray[np.uint8] | None = None
+        self.path: NDArray[np.float64] | None = None
+        self.robots: NDArray[np.float64] | None = None
+        self.poses: list[PoseRecord] = []
+        self.events: list[MissionRecord] = []
+        self._takers: dict[Subject, Callable[[Any], None]] = {
+            Subject.MAP: self._map,
+            Subject.CHANGE: self._change,
+            Subject.BELIEF: self._learnt,
+            Subject.PATH: lambda record: setattr(self, "path", record.points),
+            Subject.POSE: self.poses.append,
+            Subject.FLEET: lambda record: setattr(self, "robots", record.positions),
+            Subject.EVENT: self.events.append,
+        }
+
+    def take(self, record: Record) -> None:
+        """Take one record."""
+        self.last = max(self.last, record.time)
+        taker = self._takers.get(record.ROLE.about)
+        if taker is not None:
+            taker(record)
+
+    def _map(self, record: MapRecord) -> None:
+        self.start, self.free = record, record.free.copy()
+        self.belief = None if self.belief is None else np.full(record.free.shape, UNKNOWN, np.uint8)
+
+    def _change(self, record: Any) -> None:
+        self._put(self.free, record.cells, not record.appeared)
+
+    def _learnt(self, record: Any) -> None:
+        if self.belief is None:
+            self.belief = np.full(self.free.shape, UNKNOWN, np.uint8)
+        self._put(self.belief, record.cells, np.where(record.blocked, BLOCKED, FREE))
+
+    def _put(self, grid: NDArray[Any], cells: NDArray[np.integer[Any]], values: Any) -> None:
+        here = cells - np.array(self.start.corner if self.start else (0, 0))
+        if len(here) and not ((here >= 0) & (here < grid.shape)).all():
+            raise TraceError(
+                "a cell is outside of the map", self._where, "the file is damaged, or was not written by hwsw"
+            )
+        grid[here[:, 0], here[:, 1]] = values
 
 
 def moment_lines(seen: Moment, width: int = 72) -> list[str]:

@@ -14,12 +14,12 @@ from typing import Any
 
 from codesign.errors import TraceError, choose_hint, printable
 from codesign.progress import Show, silent
-from codesign.records import Record, SummaryRecord
+from codesign.records import RECORD_TYPES, Record, SummaryRecord
 from codesign.trace.json_messages import decode_json
 from codesign.trace.listeners import FORMAT, RUN
 from codesign.trace.messages import decode
 from codesign.trace.scan import DamagedError, scan
-from codesign.trace.schemas import RECORD_TYPES, agrees, message_class
+from codesign.trace.schemas import agrees, message_class
 from codesign.trace.values import parse_json
 from codesign.units import counted, format_count, format_time
 from codesign.version import __version__
@@ -114,8 +114,7 @@ class Trace:
         """
         self._check_format()
         if self.last_summary is not None:
-            record = self._record(*self.last_summary)
-            return record.result if isinstance(record, SummaryRecord) else None
+            return vars(self._record(*self.last_summary))["result"]
         attachment = self.attachments.get(RESULT_ATTACHMENT)
         if attachment is None:
             return None

@@ -6,7 +6,8 @@ The body of a robot is drawn once, in a frame of its own. ``/tf`` moves the fram
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
+from functools import partial
 
 import numpy as np
 from foxglove import messages as fg
@@ -54,12 +55,12 @@ class Robots:
         self._new = 0
         self._due: dict[str, int] = {}
         self._trail_due: dict[str, int] = {}
-        self._kept: dict[str, PoseRecord | PositionsRecord] = {}
+        self._kept: dict[str, Callable[[], None]] = {}
 
     def posed(self, record: PoseRecord) -> None:
         """Show a robot, where the last place that was shown is old enough."""
         if record.time < self._due.get(record.source, 0):
-            self._kept[record.source] = record
+            self._kept[record.source] = partial(self._posed, record)
         else:
             self._posed(record)
 
@@ -82,7 +83,7 @@ class Robots:
     def placed(self, record: PositionsRecord) -> None:
         """Show a fleet, where the last places that were shown are old enough."""
         if record.time < self._due.get(record.source, 0):
-            self._kept[record.source] = record
+            self._kept[record.source] = partial(self._placed, record)
         else:
             self._placed(record)
 
@@ -110,11 +111,8 @@ class Robots:
 
     def finish(self, time: int) -> None:
         """Show the last positions, and the trails where they have grown."""
-        for record in list(self._kept.values()):
-            if isinstance(record, PoseRecord):
-                self._posed(record)
-            else:
-                self._placed(record)
+        for show in list(self._kept.values()):
+            show()
         if self._new:
             self._trails_of_all(time)
 

@@ -22,23 +22,12 @@ from dataclasses import MISSING, dataclass, fields
 from types import NoneType, UnionType
 from typing import TYPE_CHECKING, Any
 
-from codesign import records
 from codesign.errors import TraceError
 from codesign.records import ArrayOf, Record
 from codesign.trace.arrays import PACKED_TYPES, is_packed
 
 if TYPE_CHECKING:
     from google.protobuf.descriptor_pb2 import FileDescriptorProto
-
-RECORD_TYPES: dict[str, type[Record]] = {
-    name: item
-    for name, item in vars(records).items()
-    if isinstance(item, type) and issubclass(item, Record) and item is not Record
-}
-"""Every class of record by its name: the classes that a reader can decode."""
-
-RUN_LEVEL = (records.MapRecord, records.TrajectoryRecord, records.MissionRecord, records.SummaryRecord)
-"""Records of the run as a whole: their topics do not begin with the source."""
 
 PACKAGE = "codesign"
 ARRAY = "Array"
@@ -92,11 +81,11 @@ class FieldPlan:
 def topic_of(record_type: type[Record], source: str) -> str:
     """The topic of a record: ``/fpga/stage``, or ``/map`` for a record of the run as a whole.
 
-    >>> topic_of(records.StageRecord, "fpga"), topic_of(records.MapRecord, "host")
+    >>> from codesign.records import MapRecord, StageRecord
+    >>> topic_of(StageRecord, "fpga"), topic_of(MapRecord, "host")
     ('/fpga/stage', '/map')
     """
-    kind = record_type.__name__.removesuffix("Record").lower()
-    return f"/{kind}" if issubclass(record_type, RUN_LEVEL) else f"/{source}/{kind}"
+    return f"/{record_type.called()}" if record_type.ROLE.of_run else f"/{source}/{record_type.called()}"
 
 
 def schema_name(record_type: type[Record]) -> str:

@@ -3,40 +3,16 @@
 from __future__ import annotations
 
 import heapq
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, fields
-from typing import Any
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from codesign.errors import TraceError, printable
-from codesign.records import (
-    ENDED,
-    BeliefRecord,
-    CommandRecord,
-    FieldRecord,
-    GoalRecord,
-    MapRecord,
-    MessageRecord,
-    MissionRecord,
-    ObstacleRecord,
-    PlanRecord,
-    PoseRecord,
-    PositionsRecord,
-    Record,
-    RobotRecord,
-    SampleRecord,
-    ScanRecord,
-    StageRecord,
-    SummaryRecord,
-    TaskRecord,
-    TrajectoryRecord,
-    UtilisationRecord,
-    VisitsRecord,
-)
+from codesign.records import Record, Subject, kinds_about
 from codesign.trace.reader import Trace
-from codesign.units import counted, format_count, format_data, format_time
+from codesign.units import format_time
 
 HEADER = ("begin", "duration", "source", "what", "details")
 
@@ -84,198 +60,8 @@ def timeline(
 
 def row_of(record: Record) -> TimelineRow:
     """The line of one record."""
-    describe = _DESCRIPTIONS.get(type(record), _describe_any)
-    begin, end, what, details = describe(record)
-    return TimelineRow(begin, end, printable(record.source, 40), printable(what, 60), details)
-
-
-_Description = tuple[int, int, str, str]
-
-
-def _describe_map(record: MapRecord) -> _Description:
-    rows, columns = record.free.shape
-    scale = "" if record.resolution is None else f", {record.resolution:g} m a cell"
-    free = format_count(int(record.free.sum()))
-    part = f" from {record.corner} on" if any(record.corner) else ""
-    return (
-        record.time,
-        record.time,
-        "map",
-        f"{rows} × {columns} cells{part}, {free} free, {counted(len(record.goals), 'goal')}{scale}",
-    )
-
-
-def _describe_stage(record: StageRecord) -> _Description:
-    costs = ", ".join(
-        counted(count, name)
-        for count, name in (
-            (record.sweeps, "sweep"),
-            (record.visits, "visit"),
-            (record.iterations, "iteration"),
-            (record.cycles, "cycle"),
-        )
-        if count
-    )
-    details = (
-        f"p = {record.precision}: {costs}; {counted(record.local_maxima, 'local maximum', 'local maxima')}"
-    )
-    return record.begin, record.time, f"stage {record.stage}", details
-
-
-def _describe_visits(record: VisitsRecord) -> _Description:
-    details = f"p = {record.precision}: {counted(record.block.size, 'visit')}"
-    if record.block.size:
-        each = record.iterations
-        blocks, total = len(np.unique(record.block)), int(each.sum(dtype=np.int64))
-        details += f" of {counted(blocks, 'block')}, {counted(total, 'iteration')} ({each.min()} to {each.max()} each)"
-    return record.time, record.end, f"visits of stage {record.stage}", details
-
-
-def _describe_message(record: MessageRecord) -> _Description:
-    waited = record.begin - record.time
-    queue = f", waited {format_time(waited)}" if waited else ""
-    ends = f"{printable(record.sender, 40)} to {printable(record.receiver, 40)}"
-    details = f"{ends}, {format_data(record.bits)}{queue}"
-    if record.attempts > 1:
-        details += f", {record.attempts} attempts"
-    if record.damaged:
-        details += ", damage not detected"
-    if record.outcome != "delivered":
-        details += f", {printable(record.outcome, 40)}: {printable(record.reason or 'no reason', 120)}"
-    return record.begin, record.end, f"message {record.name}", details
-
-
-def _describe_task(record: TaskRecord) -> _Description:
-    details = counted(record.cycles, "cycle")
-    if record.outcome != ENDED:
-        details += f", {printable(record.outcome, 40)}"
-    return record.time, record.end, f"task {record.task}", details
-
-
-def _describe_trajectory(record: TrajectoryRecord) -> _Description:
-    if not len(record.points):
-        return record.time, record.time, "trajectory", "empty"
-    with np.errstate(all="ignore"):
-        steps = np.diff(record.points, axis=0)
-        length = float(np.hypot(steps[:, 0], steps[:, 1]).sum())
-    ends = " to ".join(f"({row:.4g}, {column:.4g})" for row, column in record.points[[0, -1]])
-    how = "arrives" if record.arrived else "does not arrive"
-    return record.time, record.time, "trajectory", f"{ends}, {length:.4g} cells long, {how}"
-
-
-def _describe_field(record: FieldRecord) -> _Description:
-    if not record.values.size:
-        return record.time, record.time, f"field {record.name}", "its values are left out in a mission"
-    values = record.values[np.isfinite(record.values)]
-    unit = "" if record.unit in ("", "1") else f" {printable(record.unit, 40)}"
-    span = f", {values.min():.4g} to {values.max():.4g}{unit}" if values.size else ""
-    what = f"field {record.name}"
-    return record.time, record.time, what, f"{format_count(values.size)} cells with a value{span}"
-
-
-def _describe_pose(record: PoseRecord) -> _Description:
-    place = f"row {record.row:.2f}, column {record.column:.2f}"
-    return record.time, record.time, "pose", f"{place}, {record.speed:.3g} m/s"
-
-
-def _describe_robot(record: RobotRecord) -> _Description:
-    rays = counted(record.rays, "ray") if record.rays else "all within a radius"
-    details = (
-        f"radius {record.radius:.4g} m, at most {record.speed:.4g} m/s, sees {record.reach:.4g} m with {rays}"
-    )
-    return record.time, record.time, "robot", details
-
-
-def _describe_goal(record: GoalRecord) -> _Description:
-    cells = ", ".join(f"({row}, {column})" for row, column in record.cells[:3].tolist())
-    more = f" and {len(record.cells) - 3} more" if len(record.cells) > 3 else ""
-    return record.time, record.time, "goal", f"{cells}{more}" if cells else "the robot chooses its goals"
-
-
-def _describe_positions(record: PositionsRecord) -> _Description:
-    return record.time, record.time, f"update {record.update}", counted(len(record.positions), "robot")
-
-
-def _describe_obstacle(record: ObstacleRecord) -> _Description:
-    how = "blocked" if record.appeared else "free again"
-    return record.time, record.time, "obstacle", f"{counted(len(record.cells), 'cell')} {how}"
-
-
-def _describe_belief(record: BeliefRecord) -> _Description:
-    blocked = int(record.blocked.sum())
-    details = f"{counted(len(record.cells), 'cell')} learnt, {format_count(blocked)} blocked"
-    return record.time, record.time, "belief", details
-
-
-def _describe_plan(record: PlanRecord) -> _Description:
-    return record.asked, record.time, f"plan {record.number}", f"last scan at {format_time(record.seen)}"
-
-
-def _describe_command(record: CommandRecord) -> _Description:
-    details = f"plan {record.plan}, seen at {format_time(record.seen)}, to drive {record.end:.4g} cells"
-    return record.composed, record.time, "command", details
-
-
-def _describe_mission(record: MissionRecord) -> _Description:
-    return record.time, record.time, record.event.replace("_", " "), printable(record.text, 200)
-
-
-def _describe_utilisation(record: UtilisationRecord) -> _Description:
-    share = f"{record.busy / record.span:.1%} of {format_time(record.span)}" if record.span > 0 else "no time"
-    return record.time, record.time, "utilisation", f"busy {format_time(record.busy)}, {share}"
-
-
-def _describe_sample(record: SampleRecord) -> _Description:
-    unit = "" if record.unit == "1" else f" {printable(record.unit, 40)}"
-    return record.time, record.time, "sample", f"{printable(record.quantity, 60)} {record.value:.4g}{unit}"
-
-
-def _describe_scan(record: ScanRecord) -> _Description:
-    met = int(np.isfinite(record.ranges).sum())
-    where = f"row {record.row:.2f}, column {record.column:.2f}"
-    return (
-        record.time,
-        record.time,
-        "scan",
-        f"{counted(len(record.ranges), 'ray')} at {where}, {met} met obstacles",
-    )
-
-
-def _describe_summary(record: SummaryRecord) -> _Description:
-    return record.time, record.time, "result", counted(len(record.result), "figure")
-
-
-def _describe_any(record: Any) -> _Description:
-    values = [
-        f"{item.name} {printable(str(getattr(record, item.name)), 40)}"
-        for item in fields(record)
-        if item.name not in ("time", "source") and not isinstance(getattr(record, item.name), np.ndarray)
-    ]
-    return record.time, record.time, type(record).__name__.removesuffix("Record").lower(), ", ".join(values)
-
-
-_DESCRIPTIONS: dict[type[Record], Callable[[Any], _Description]] = {
-    MapRecord: _describe_map,
-    StageRecord: _describe_stage,
-    VisitsRecord: _describe_visits,
-    MessageRecord: _describe_message,
-    TaskRecord: _describe_task,
-    TrajectoryRecord: _describe_trajectory,
-    FieldRecord: _describe_field,
-    PoseRecord: _describe_pose,
-    RobotRecord: _describe_robot,
-    GoalRecord: _describe_goal,
-    PositionsRecord: _describe_positions,
-    ObstacleRecord: _describe_obstacle,
-    BeliefRecord: _describe_belief,
-    PlanRecord: _describe_plan,
-    CommandRecord: _describe_command,
-    MissionRecord: _describe_mission,
-    UtilisationRecord: _describe_utilisation,
-    SummaryRecord: _describe_summary,
-    SampleRecord: _describe_sample,
-    ScanRecord: _describe_scan,
-}
+    what, details = record.described()
+    return TimelineRow(*record.between(), printable(record.source, 40), printable(what, 60), details)
 
 
 def trace_thumbnail(trace: Trace, width: int = 72) -> list[str]:
@@ -287,18 +73,17 @@ def trace_thumbnail(trace: Trace, width: int = 72) -> list[str]:
     free: NDArray[np.bool_] | None = None
     field: NDArray[np.float64] | None = None
     scale = ""
-    for record in trace.records(kinds=(MapRecord, StageRecord, FieldRecord)):
-        if isinstance(record, MapRecord):
-            free = record.free
-        elif isinstance(record, StageRecord):
-            if not record.potential.size:
-                continue
-            field, scale = record.potential, f"{SHADES[0]} lowest to {SHADES[-1]} highest potential"
-        elif isinstance(record, FieldRecord) and record.values.size:
-            field, scale = (
-                _nearness(record.values),
-                f"{SHADES[0]} highest to {SHADES[-1]} lowest {printable(record.name)}",
-            )
+    for record in trace.records(kinds=kinds_about(Subject.MAP, Subject.STAGE, Subject.FIELD)):
+        values = getattr(record, record.ROLE.grid)
+        if record.ROLE.about is Subject.MAP:
+            free = values
+        elif not values.size:
+            continue
+        elif record.ROLE.about is Subject.STAGE:
+            field, scale = values, f"{SHADES[0]} lowest to {SHADES[-1]} highest potential"
+        else:
+            name = printable(vars(record)["name"])
+            field, scale = _nearness(values), f"{SHADES[0]} highest to {SHADES[-1]} lowest {name}"
     if field is None:
         return []
     if free is not None and free.shape != field.shape:

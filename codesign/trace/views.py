@@ -28,16 +28,12 @@ from numpy.typing import NDArray
 
 from codesign.records import (
     BeliefRecord,
-    FieldRecord,
     MapRecord,
     MissionRecord,
     ObstacleRecord,
-    PoseRecord,
-    PositionsRecord,
     Record,
     ScanRecord,
-    StageRecord,
-    SummaryRecord,
+    Subject,
     TrajectoryRecord,
 )
 from codesign.trace import shapes
@@ -89,27 +85,23 @@ class Views:
         self._robots = Robots(show)
         self.mission = False
         """Whether the run is a mission, known from its first event."""
-        self._makers: dict[type[Record], Callable[[Any], None]] = {
-            MapRecord: self._map,
-            ObstacleRecord: self._obstacle,
-            BeliefRecord: self._belief,
-            TrajectoryRecord: self._trajectory,
-            PoseRecord: self._robots.posed,
-            PositionsRecord: self._robots.placed,
-            StageRecord: lambda record: self._field(record, record.potential),
-            FieldRecord: lambda record: self._field(record, record.values),
-            ScanRecord: self._scan,
-            MissionRecord: self._event,
-            SummaryRecord: lambda record: self.finish(record.time),
+        self._makers: dict[Subject, Callable[[Any], None]] = {
+            Subject.MAP: self._map,
+            Subject.CHANGE: self._obstacle,
+            Subject.BELIEF: self._belief,
+            Subject.PATH: self._trajectory,
+            Subject.POSE: self._robots.posed,
+            Subject.FLEET: self._robots.placed,
+            Subject.STAGE: self._field,
+            Subject.FIELD: self._field,
+            Subject.SCAN: self._scan,
+            Subject.EVENT: self._event,
+            Subject.RESULT: lambda record: self.finish(record.time),
         }
-
-    def shows(self, record_type: type[Record]) -> bool:
-        """Whether records of this class have views."""
-        return record_type in self._makers
 
     def of(self, record: Record) -> None:
         """Show the views after ``record``."""
-        maker = self._makers.get(type(record))
+        maker = self._makers.get(record.ROLE.about)
         if self._paths and (maker is not None and record.time != self._path_time):
             self._path()
         if maker is not None:
@@ -208,8 +200,9 @@ class Views:
             return None
         return places
 
-    def _field(self, record: Record, values: NDArray[np.float64]) -> None:
+    def _field(self, record: Record) -> None:
         """Keep the field until its plan is ready. A harmonic plan has a field for each stage."""
+        values: NDArray[np.float64] = getattr(record, record.ROLE.grid)
         if values.shape != self._shape or not values.size:
             return
         topic = f"/{record.source}/plan"

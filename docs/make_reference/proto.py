@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import inspect
 
-from codesign.trace.schemas import ARRAY, PACKAGE, RECORD_TYPES, plan_of
+from codesign.records import RECORD_TYPES
+from codesign.trace.schemas import ARRAY, PACKAGE, plan_of
 
 _HEAD = f"""\
 // The messages of records in the traces of hwsw, made from codesign/records.py by python -m docs.make_reference.

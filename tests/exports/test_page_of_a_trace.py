@@ -16,7 +16,7 @@ from trace_samples import write
 from codesign.cli import main
 from codesign.records import Record, SummaryRecord
 from codesign.report.scrub import SCRUB_KINDS, scrub_of
-from codesign.report.scrub_data import scrub_data
+from codesign.report.scrub_page import scrub_data
 from codesign.trace import open_trace
 
 

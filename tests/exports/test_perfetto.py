@@ -14,10 +14,10 @@ from hypothesis import strategies as st
 from perfetto.protos.perfetto.trace.perfetto_trace_pb2 import Trace, TrackEvent
 from trace_samples import a_mission, a_run, write
 
-from codesign.activity import ACTIVITY_KINDS
 from codesign.cli import main
 from codesign.exports.perfetto import write_perfetto
 from codesign.records import (
+    ACTIVITY_KINDS,
     MessageRecord,
     MissionRecord,
     PoseRecord,

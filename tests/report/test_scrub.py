@@ -30,8 +30,7 @@ from codesign.report.columns import Columns
 from codesign.report.result_page import result_html
 from codesign.report.scrub import scrub_of
 from codesign.report.scrub_cells import Cells, Changes
-from codesign.report.scrub_data import MOST_TICKS, scrub_data, tick_of
-from codesign.report.scrub_page import MOST_EVENTS, robots_table, scrub_part
+from codesign.report.scrub_page import MOST_EVENTS, MOST_TICKS, robots_table, scrub_data, scrub_part, tick_of
 from codesign.trace.moment import moment
 
 

@@ -31,7 +31,6 @@ from codesign.records import (
     VisitsRecord,
 )
 from codesign.trace import McapListener
-from codesign.trace.levels import bared
 
 FREE = np.array([[True, False, True], [True, True, True]])
 
@@ -93,7 +92,7 @@ def a_mission() -> list[Record]:
 def as_told(records: list[Record]) -> list[Record]:
     """The records as a trace keeps them: once a mission has begun, without the fields of its plans."""
     began = next((place for place, one in enumerate(records) if isinstance(one, MissionRecord)), len(records))
-    return [*records[:began], *map(bared, records[began:])]
+    return [*records[:began], *map(Record.bare, records[began:])]
 
 
 def same(first: Record, second: Record) -> bool:

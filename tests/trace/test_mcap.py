@@ -18,6 +18,7 @@ from trace_samples import FREE, PluginRecord, a_mission, a_run, same, write
 
 from codesign.errors import TraceError
 from codesign.records import (
+    RECORD_TYPES,
     FieldRecord,
     MapRecord,
     MessageRecord,
@@ -31,7 +32,7 @@ from codesign.records import (
 from codesign.trace import McapListener, MemoryListener, open_trace
 from codesign.trace.messages import decode, encode
 from codesign.trace.scan import MAX_RECORD_BYTES
-from codesign.trace.schemas import PICOSECONDS, RECORD_TYPES, descriptor_set, message_class, schema_name
+from codesign.trace.schemas import PICOSECONDS, descriptor_set, message_class, schema_name
 from codesign.trace.values import MAX_ELEMENTS, MAX_MESSAGE_BYTES
 
 

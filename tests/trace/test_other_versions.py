@@ -15,10 +15,10 @@ from trace_samples import a_mission, a_run, same
 
 from codesign import __version__
 from codesign.errors import TraceError
-from codesign.records import ArrayOf, Record
+from codesign.records import RECORD_TYPES, ArrayOf, Record
 from codesign.trace import open_trace
 from codesign.trace.messages import encode
-from codesign.trace.schemas import RECORD_TYPES, descriptor_set, plan_of, schema_name
+from codesign.trace.schemas import descriptor_set, plan_of, schema_name
 
 SAMPLES: dict[str, Record] = {type(record).__name__: record for record in [*a_run(), *a_mission()]}
 
@@ -33,7 +33,8 @@ Item = typing.TypeVar("Item")
 class NDArray(typing.Generic[Item]):
     "Of a form that NumPy may give it next: what is within is its own affair."
 numpy.typing.NDArray = NDArray
-from codesign.trace.schemas import RECORD_TYPES, descriptor_set
+from codesign.records import RECORD_TYPES
+from codesign.trace.schemas import descriptor_set
 for name, kind in RECORD_TYPES.items():
     print(name, descriptor_set(kind).hex())
 """

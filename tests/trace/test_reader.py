@@ -18,6 +18,7 @@ from trace_samples import a_mission, a_run, as_told, same, write
 
 from codesign.errors import TraceError
 from codesign.records import (
+    RECORD_TYPES,
     BeliefRecord,
     GoalRecord,
     MapRecord,
@@ -37,7 +38,7 @@ from codesign.records import (
 from codesign.trace import MOMENT_KINDS, moment, open_trace, timeline, trace_thumbnail
 from codesign.trace.json_messages import decode_json
 from codesign.trace.messages import decode, encode
-from codesign.trace.schemas import RECORD_TYPES, message_class
+from codesign.trace.schemas import message_class
 
 times = st.integers(0, 2**62)
 sides = st.integers(1, 6)

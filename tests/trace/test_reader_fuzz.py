@@ -16,14 +16,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from trace_samples import a_mission, a_run
 
-from codesign.activity import ACTIVITY_KINDS
 from codesign.errors import TraceError
 from codesign.exports.gantt import gantt
 from codesign.exports.perfetto import write_perfetto
 from codesign.exports.poses import POSE_KINDS, poses_csv
 from codesign.exports.statistics import latencies_table, shares_table, statistics
 from codesign.exports.waveform import waveform_of, write_waveform
-from codesign.records import Record
+from codesign.records import ACTIVITY_KINDS, RECORD_TYPES, Record
 from codesign.report.render import render_text
 from codesign.trace import (
     MOMENT_KINDS,
@@ -37,7 +36,6 @@ from codesign.trace import (
 from codesign.trace.json_messages import decode_json
 from codesign.trace.messages import decode, encode
 from codesign.trace.scan import scan
-from codesign.trace.schemas import RECORD_TYPES
 
 
 def exercise(trace: Trace) -> None:

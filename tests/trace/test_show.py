@@ -14,9 +14,9 @@ from places import ROOT
 from trace_samples import PluginRecord, a_run, write
 
 from codesign.errors import TraceError, printable
-from codesign.records import MapRecord, MessageRecord, StageRecord, TrajectoryRecord
+from codesign.records import RECORD_TYPES, MapRecord, MessageRecord, StageRecord, TrajectoryRecord
 from codesign.trace import open_trace, thumbnail, timeline, trace_thumbnail
-from codesign.trace.schemas import RECORD_TYPES, schema_name, topic_of
+from codesign.trace.schemas import schema_name, topic_of
 from codesign.trace.show import SHADES, WALL, row_of
 
 TIMELINE = """

@@ -1,0 +1,58 @@
+"""A record is one class: its role and its fields say all that others show of it, and the suite over kinds holds it."""
+
+from __future__ import annotations
+
+import pytest
+from recipes import Recipe
+
+ROLE = """    ROLE = Role(
+        Subject.PATH, Level.MESSAGES, end="end", work="task", lane="{source}: detours", label="detour {number}"
+    )
+"""
+
+RECORD = f'''@dataclass(frozen=True)
+class DetourRecord(Record):
+    """A way around an obstacle, driven from ``time`` to ``end`` (ps): ``points``, n × 2, (row, column) in cells."""
+
+{ROLE}    IN_CELLS = ("points",)
+    TIMES = ("end",)
+
+    end: int
+    number: int
+    points: Points
+    arrived: bool
+
+
+'''
+
+SUITE = (
+    "import pytest\n"
+    "print(pytest.main(['-rA', '-p', 'no:cacheprovider', 'tests/kinds/test_records.py', '-k', 'Detour']))\n"
+)
+
+
+def tree(folder: pytest.TempPathFactory, record: str) -> Recipe:
+    recipe = Recipe(folder.mktemp("tree"), "a record in the trace")
+    recipe.edit("records.py", ("RECORD_TYPES: dict[str, type[Record]]", record))
+    return recipe
+
+
+@pytest.mark.slow
+def test_a_new_record_is_seen_as_every_record_is(tmp_path_factory: pytest.TempPathFactory) -> None:
+    out = tree(tmp_path_factory, RECORD).python("-c", SUITE)
+    assert "passed" in out
+    assert "failed" not in out
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("said", "instead"),
+    [(ROLE, ""), ("Subject.PATH", "Subject.POSE"), ('end="end"', 'end="end", counts=("cells",)')],
+)
+def test_a_record_that_says_too_little_is_found(
+    tmp_path_factory: pytest.TempPathFactory, said: str, instead: str
+) -> None:
+    """The suite can fail: for a class without a role, one drawn as what it lacks, one that tells what it lacks."""
+    assert said in RECORD
+    out = tree(tmp_path_factory, RECORD.replace(said, instead)).python("-c", SUITE)
+    assert "failed" in out
