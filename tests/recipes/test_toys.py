@@ -215,6 +215,56 @@ TOYS = [
         },
     ),
     Toy(
+        "a figure of a plan's quality",
+        "import codesign\n"
+        "result = codesign.simulate('virtex4-pci', 'labyrinth')\n"
+        "from codesign.report import result_tables\n"
+        "print(result.quality.bends, 'bends of paths' in str([table.rows for table in result_tables(result)]))",
+        "5 True",
+        edits={
+            "planners/quality.py": (
+                (
+                    "    optimal_length_mean: Annotated[",
+                    '    bends: Annotated[int | None, Field(title="bends of paths", description="a toy")] = None\n',
+                ),
+            ),
+            "planners/harmonic/plan/quality.py": (("        local_maxima=int(", "        bends=5,\n"),),
+        },
+    ),
+    Toy(
+        "a column in the report",
+        "import codesign\n"
+        "from codesign.inputs.exploration import Exploration\n"
+        "from codesign.report import study_table\n"
+        "explore = Exploration(axes={'fpga.clock': ['100 MHz', '120 MHz']}, objectives=['studs'])\n"
+        "workload = codesign.load_workload('labyrinth').model_copy(update={'explore': explore})\n"
+        "table = study_table(codesign.explore('virtex4-pci', workload, workers=1))\n"
+        "print([column.name for column in table.columns if 'stud' in column.name], len(table.rows))",
+        "['stud count'] 2",
+        edits={
+            "figures.py": (
+                (
+                    '        _count(\n            "wrong_cells"',
+                    '        ResultFigure("studs", "", "a toy", "stud count", value=lambda result: 1.0),\n',
+                ),
+            )
+        },
+    ),
+    Toy(
+        "a tool of hardware",
+        "from codesign.rtl.tools import TOOLS, MissingToolError, command_of\n"
+        "print(command_of('toysim'), MissingToolError('toysim').hint)",
+        "None install it: apt-get install toysim",
+        edits={
+            "rtl/tools.py": (
+                (
+                    '    "iverilog": Tool(',
+                    '    "toysim": Tool(programs=("toysim",), install="apt-get install toysim"),\n',
+                ),
+            )
+        },
+    ),
+    Toy(
         "a key of a platform",
         "from codesign.inputs.components import FpgaComponent\n"
         "print(FpgaComponent.model_fields['colour'].description)\n"
