@@ -28,7 +28,7 @@ class Arbitration(StrEnum):
     BURST = "burst"
 
 
-class Bus(Link, law=BusLaw):
+class Bus(Link):
     """A shared parallel bus, half duplex; see ``BusLaw``.
 
     ``arbitration``: the cycles of a message are the same with either. Bursts need no event each: a message that is

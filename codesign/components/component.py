@@ -13,6 +13,8 @@ from codesign.errors import InputError, RunError
 from codesign.records import Listener, Record, SampleRecord, UtilisationRecord, recorded_by, unwanted_by
 from codesign.units import cycles_by, edge
 
+Environment = simpy.Environment
+
 FASTEST = 10**12
 """Hz: above it two edges would fall on one picosecond."""
 

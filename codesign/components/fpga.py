@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Generator, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 import simpy
@@ -13,13 +13,10 @@ from numpy.typing import NDArray
 
 from codesign.components.block_ram import PORTS, BlockRam
 from codesign.components.component import ClockDomain, Component
+from codesign.components.memory import ExternalMemory
 from codesign.errors import RunError
-from codesign.planners.styles import MemoryStep
+from codesign.planners.styles import MemoryStep, Step
 from codesign.records import BROKEN_OFF, UNFINISHED, Listener, TaskRecord
-
-if TYPE_CHECKING:
-    from codesign.components.memory import ExternalMemory
-    from codesign.planners.styles import Step
 
 T = TypeVar("T")
 

@@ -14,7 +14,7 @@ from codesign.components.component import ClockDomain, Component
 from codesign.components.delivery import ABANDONED, LINK_DOWN, Delivery, DeliveryOutcome
 from codesign.components.link_faults import LinkErrors, Luck, Outages, damage_probability, wrong_bits
 from codesign.errors import InputError, RunError, choose_hint
-from codesign.laws.acts import IdealLaw, Law
+from codesign.laws import Law
 from codesign.records import Listener, MessageRecord
 from codesign.units import edge
 
@@ -62,18 +62,6 @@ class Link(Component):
 
     options: ClassVar[tuple[str, ...]] = ()
     """Keys of the spec that the law does not know, and the component does."""
-
-    _of_laws: ClassVar[dict[type[Law], type[Link]]] = {}
-
-    def __init_subclass__(cls, *, law: type[Law] | None = None, **others: Any) -> None:
-        super().__init_subclass__(**others)
-        if law is not None:
-            Link._of_laws[law] = cls
-
-    @staticmethod
-    def of_law(law: type[Law]) -> type[Link]:
-        """The class of the links of a law."""
-        return Link._of_laws.get(law, Link)
 
     def __init__(
         self,
@@ -398,7 +386,7 @@ class Link(Component):
         return delivery
 
 
-class Ideal(Link, law=IdealLaw):
+class Ideal(Link):
     """A link without delay, for what is not studied and for checks. It counts every message.
 
     It is never busy. Errors and outages behave as on every link. Each sender has a line of its own.

@@ -16,6 +16,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from codesign.components import motion_kernels
 from codesign.components.path import NEAR, Point, Polyline
 from codesign.errors import InputError
 
@@ -290,8 +291,6 @@ def _profile(
     heading: float,
     control_period: int,
 ) -> Motion | None:
-    from codesign.components import motion_kernels
-
     lengths = np.diff(arcs)
     before = np.concatenate((np.array([heading]), headings))[:-1]
     angles = np.abs(np.remainder(headings - before + math.pi, 2.0 * math.pi) - math.pi)

@@ -14,6 +14,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from codesign.components import path_kernels
 from codesign.errors import InputError
 
 Cell = tuple[int, int]
@@ -104,8 +105,6 @@ class Polyline:
     @cached_property
     def crossings(self) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
         """Arc length at which each cell is entered, and the cells: see ``path_kernels.crossings``."""
-        from codesign.components import path_kernels
-
         entry, cells = path_kernels.crossings(self.points, self.arcs)
         return entry, cells
 
@@ -116,8 +115,6 @@ class Polyline:
 
         A cell is open where it has the value ``is_open`` in ``grid``, bool, rows × columns.
         """
-        from codesign.components import path_kernels
-
         cells = self.crossings[1]
         return int(
             path_kernels.first_closed(cells, grid, is_open, first, len(cells) if last is None else last)

@@ -14,6 +14,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from codesign.components import range_kernels, sensor_kernels
 from codesign.components.path import NEAR, Point, cell_of
 from codesign.errors import InputError
 from codesign.figures import Figure, Status
@@ -102,15 +103,11 @@ class RaySensor:
         _check_inside(free, position)
         if self.range_cells == 0.0:
             return NOTHING
-        from codesign.components import sensor_kernels
-
         y, x = position
         return RangeScan(*sensor_kernels.cast(free, y, x, self.range_cells, self.directions))
 
     def ranges(self, free: NDArray[np.bool_], position: Point) -> NDArray[np.float64]:
         """Cells along each ray to the first blocked cell, float64; infinite where it meets none within its length."""
-        from codesign.components import range_kernels
-
         y, x = position
         return range_kernels.ranges(free, y, x, self.range_cells, self.directions)
 
@@ -122,8 +119,6 @@ class RaySensor:
         """
         if self.range_cells == 0.0:
             return NOTHING
-        from codesign.components import sensor_kernels
-
         width = int(BITS_A_RAY.value)
         masks: dict[int, int] = {}
         for bit in wrong:
@@ -147,8 +142,6 @@ class RaySensor:
 
         A ray from p along d enters the cell c at s = max over both axes of (c - sign(d) / 2 - p) / d.
         """
-        from codesign.components import sensor_kernels
-
         direction = self.directions[ray : ray + 1]
         obstacles = sensor_kernels.cast(free, *position, self.range_cells, direction)[1]
         if not len(obstacles):
@@ -160,8 +153,6 @@ class RaySensor:
 
     def _read(self, shape: tuple[int, ...], position: Point, ray: int, word: int) -> RangeScan:
         """The cells that ``word`` shows along a ray."""
-        from codesign.components import sensor_kernels
-
         cells = word / (1000.0 * self.metres)
         met = word != NOTHING_SEEN and cells <= self.range_cells
         reach = cells if met else self.range_cells

@@ -49,7 +49,7 @@ class _SerialChannel(Channel):
         self.end = -1
 
 
-class Serial(Link, law=SerialLaw):
+class Serial(Link):
     """A serial line; see ``SerialLaw``.
 
     - ``fifo_depth``: words of ``data_bits`` bits that wait at every sender, without the one on the wire. (The shift

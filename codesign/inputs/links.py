@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from itertools import pairwise
-from typing import TYPE_CHECKING, Annotated, Any, Literal, Self, Union, get_args
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self, Union, get_args
 
 from pydantic import Field, field_validator, model_validator
 
@@ -62,6 +62,8 @@ class Outage(SpecModel):
 class AnyLink(Hardware):
     """The keys that every link has."""
 
+    simulated: ClassVar[str] = "Link"
+    """The class of ``components`` that carries its messages; the general one where its law is all that is new."""
     if TYPE_CHECKING:
         type: str
 
@@ -104,6 +106,7 @@ class BusLink(AnyLink):
     """A parallel bus: ``width`` bits a clock, after ``setup_cycles`` at the start of each burst."""
 
     law = BusLaw
+    simulated = "Bus"
 
     type: Literal["bus"] = Field(description="A parallel bus, shared by the components that it joins.")
     width: PositiveFigure = Field(description="Bits a word: one word a clock at most.")
@@ -123,6 +126,7 @@ class SerialLink(AnyLink):
     """
 
     law = SerialLaw
+    simulated = "Serial"
 
     type: Literal["serial"] = Field(description="A serial line, framed character by character.")
     baud: PositiveFigure = Field(description="Bits a second on the line, frame included.")
@@ -144,6 +148,7 @@ class IdealLink(AnyLink):
     """A link that takes no time, for links that are not studied, and for checks."""
 
     law = IdealLaw
+    simulated = "Ideal"
 
     type: Literal["ideal"] = Field(description="A link that takes no time.")
 

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import lazy_loader
 import numpy as np
 
 from codesign import maps
@@ -24,6 +25,8 @@ from codesign.scenarios.run import bind
 from codesign.system import catalog, problem_of
 from codesign.system.outcome import fit_system
 from codesign.system.problem_map import grid_of
+
+scipy = lazy_loader.load("scipy")
 
 BOARD, PLANNER = "virtex4-pci", "harmonic"
 """What stands for a board or a planner that is not named."""
@@ -102,9 +105,7 @@ def middle_of_largest(grid: OccupancyGrid) -> Cell:
     Raises:
         InputError: the map has no free cell.
     """
-    from scipy import ndimage
-
-    areas, _ = ndimage.label(grid.free)
+    areas, _ = scipy.ndimage.label(grid.free)
     sizes = np.bincount(areas[grid.free].ravel())
     if not sizes.size:
         raise InputError("the map has no free cell", "--map", "give a map with free cells: see docs/maps.md")

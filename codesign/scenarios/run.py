@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
+import pkgutil
 from collections.abc import Callable, Mapping, Sequence
-from functools import partial
-from typing import TYPE_CHECKING
+from functools import cache, partial
 
+from codesign import components
 from codesign.errors import InputError, choose_hint
 from codesign.inputs import Platform, Workload
+from codesign.maps import OccupancyGrid
 from codesign.memo import Memo
 from codesign.planners.demand import lever_texts
 from codesign.records import Listener, SummaryRecord
 from codesign.results.result import Result
-from codesign.scenarios.drive.scenario import DriveScenario
-from codesign.scenarios.fleet.scenario import FleetScenario
-from codesign.scenarios.plan_once import PlanOnceScenario
 from codesign.scenarios.scenario import Scenario
 from codesign.system.bind import System, bind_to
 from codesign.system.fit import TellLevers
@@ -23,18 +22,23 @@ from codesign.system.ready import ready
 from codesign.system.scenario import LeverProgress, ProgressOfMission
 from codesign.system.trials import Trials
 
-if TYPE_CHECKING:
-    from codesign.maps import OccupancyGrid
-
-SCENARIOS: Mapping[str, Scenario] = {
-    scenario.type: scenario for scenario in (PlanOnceScenario(), DriveScenario(), FleetScenario())
+SCENARIOS: Mapping[str, str] = {
+    "plan_once": "codesign.scenarios.plan_once:PlanOnceScenario",
+    "drive": "codesign.scenarios.drive.scenario:DriveScenario",
+    "fleet": "codesign.scenarios.fleet.scenario:FleetScenario",
 }
-"""Every scenario by its type. Their models are ``inputs.scenario.SCENARIOS``."""
+"""The class of every scenario by its type, loaded when it is first needed. Their models are ``inputs.scenario``'s."""
 
 
 def scenario_of(workload: Workload) -> Scenario:
     """The scenario that a workload names."""
-    return SCENARIOS[workload.scenario.type]
+    return _scenario(workload.scenario.type)
+
+
+@cache
+def _scenario(name: str) -> Scenario:
+    scenario: Scenario = pkgutil.resolve_name(SCENARIOS[name])()
+    return scenario
 
 
 def bind(platform: Platform, workload: Workload, *, grid: OccupancyGrid | None = None) -> System:
@@ -122,15 +126,16 @@ def simulate_system(
     Raises:
         SpecError: see ``ready``. InputError: an unknown granularity.
     """
-    from codesign.components import Granularity
 
-    if granularity not in list(Granularity):
+    if granularity not in list(components.Granularity):
         raise InputError(
             f"granularity {granularity!r} is unknown",
             "granularity",
-            choose_hint(granularity, list(Granularity)),
+            choose_hint(granularity, list(components.Granularity)),
         )
-    prepared = ready(system, listeners, Granularity(granularity), memory=memory, keeping=keeping, tell=tell)
+    prepared = ready(
+        system, listeners, components.Granularity(granularity), memory=memory, keeping=keeping, tell=tell
+    )
     head, machine = head_fields(system) | prepared.held.fields, prepared.machine
     if machine is None:
         return Result(**head, feasible=False, reasons=prepared.held.reasons)
@@ -138,7 +143,7 @@ def simulate_system(
     result = Result(**{**head, "feasible": True, **fields})
     if complete is not None:
         result = complete(result)
-    for component in machine.components:
+    for component in machine.all_components:
         component.report_end()
     if listeners:
         machine.tell(SummaryRecord(machine.now, "run", result.model_dump(mode="json")))

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from pydantic import BaseModel
 
+from codesign import components
 from codesign.errors import CodesignError, Fault
 from codesign.figures import Figure
 from codesign.inputs import Platform, Workload, fault
@@ -26,15 +27,9 @@ from codesign.memo import Same
 from codesign.planners.external_memory import ExternalMemoryLaw
 from codesign.records import Listener
 
-if TYPE_CHECKING:
-    import simpy
-
-    from codesign import components
-    from codesign.components.motion import Kinematics
-
 
 def component_of(
-    environment: simpy.Environment,
+    environment: components.Environment,
     name: str,
     spec: Component,
     by_name: Mapping[str, components.Component],
@@ -52,56 +47,54 @@ def component_of(
 
 
 def _fpga(
-    environment: simpy.Environment,
+    environment: components.Environment,
     name: str,
     spec: FpgaComponent,
     _by_name: Any,
     listeners: Sequence[Listener],
 ) -> components.Component:
-    from codesign.components import ClockDomain, Fpga
 
-    return Fpga(environment, name, ClockDomain(spec.law.whole(spec).rate()), listeners, None)
+    return components.Fpga(
+        environment, name, components.ClockDomain(spec.law.whole(spec).rate()), listeners, None
+    )
 
 
 def _memory(
-    environment: simpy.Environment,
+    environment: components.Environment,
     name: str,
     spec: MemoryComponent,
     _by_name: Any,
     listeners: Sequence[Listener],
 ) -> components.Component:
-    from codesign.components import ExternalMemory
 
-    return ExternalMemory(environment, name, memory_law(name, spec), listeners)
+    return components.ExternalMemory(environment, name, memory_law(name, spec), listeners)
 
 
 def _display(
-    environment: simpy.Environment,
+    environment: components.Environment,
     name: str,
     spec: DisplayComponent,
     by_name: Mapping[str, components.Component],
     listeners: Sequence[Listener],
 ) -> components.Component:
-    from codesign.components import ExternalMemory
 
     beside = by_name[spec.beside]
-    memory = beside if isinstance(beside, ExternalMemory) else None
+    memory = beside if isinstance(beside, components.ExternalMemory) else None
     return display_of(environment, name, spec, memory, None, listeners)
 
 
 def _processor(
-    environment: simpy.Environment,
+    environment: components.Environment,
     name: str,
     spec: ProcessorComponent,
     _by_name: Any,
     listeners: Sequence[Listener],
 ) -> components.Component:
     """The processor that ``spec`` declares."""
-    from codesign.components import ClockDomain, Processor
 
     costs = {kernel: int(cost.value) for kernel, cost in spec.costs.items()}
-    clock = ClockDomain(int(spec.clock.value))
-    return Processor(environment, name, clock, costs, listeners, cores=spec.cores)
+    clock = components.ClockDomain(int(spec.clock.value))
+    return components.Processor(environment, name, clock, costs, listeners, cores=spec.cores)
 
 
 _BUILD: Mapping[type[AnyComponent], Callable[..., components.Component]] = {
@@ -128,7 +121,7 @@ def memory_law(name: str, spec: MemoryComponent) -> ExternalMemoryLaw:
 
 
 def display_of(
-    environment: simpy.Environment,
+    environment: components.Environment,
     name: str,
     spec: DisplayComponent,
     memory: Any,
@@ -140,11 +133,9 @@ def display_of(
     ``memory`` is what it reads from, None a copy of its own; ``window``: rows and columns of the picture there, of
     which it shows what the screen has room for, None all that is seen.
     """
-    from codesign.components import ClockDomain, VgaDisplay
-    from codesign.components.scan import Scan
 
     columns, rows = int(spec.columns.value), int(spec.rows.value)
-    scan = Scan(
+    scan = components.Scan(
         columns=columns,
         rows=rows,
         window=None if window is None else (min(rows, window[0]), min(columns, window[1])),
@@ -152,17 +143,16 @@ def display_of(
         total_rows=int(spec.total_rows.value),
         pixels_a_word=int(spec.pixels_a_word.value),
     )
-    clock = ClockDomain(int(spec.pixel_clock.value))
-    return VgaDisplay(environment, name, clock, scan, memory=memory, listeners=listeners)
+    clock = components.ClockDomain(int(spec.pixel_clock.value))
+    return components.VgaDisplay(environment, name, clock, scan, memory=memory, listeners=listeners)
 
 
 def link_of(
-    environment: simpy.Environment, name: str, spec: AnyLink, listeners: Sequence[Listener]
+    environment: components.Environment, name: str, spec: AnyLink, listeners: Sequence[Listener]
 ) -> components.Link:
     """The link that ``spec`` declares."""
-    from codesign.components import Link
 
-    kind = Link.of_law(spec.law)
+    kind: type[components.Link] = getattr(components, spec.simulated)
     declared = {key: getattr(spec, key) for key in kind.options}
     options: dict[str, Any] = {
         key: int(value.value) if isinstance(value, Figure) else value for key, value in declared.items()
@@ -180,38 +170,36 @@ def link_of(
 
 
 def _errors(spec: AnyLink) -> components.LinkErrors | None:
-    from codesign.components import LinkErrors
 
     if spec.errors is None:
         return None
     declared = spec.errors.model_dump(exclude={"late"})
     late = spec.errors.late
-    return LinkErrors(
+    return components.LinkErrors(
         **declared, late_share=late.share if late else 0.0, late_delay=late.delay if late else 0
     )
 
 
-def kinematics_of(spec: RobotComponent) -> Kinematics:
+def kinematics_of(spec: RobotComponent) -> components.Kinematics:
     """How the robot moves, in metres and seconds."""
-    from codesign.components.motion import DifferentialDrive, OmnidirectionalDrive, PointDrive
 
     declared = {key: float(value.value) for key, value in spec.kinematics if isinstance(value, Figure)}
     drives: dict[str, type[Any]] = {
-        "point": PointDrive,
-        "omnidirectional": OmnidirectionalDrive,
-        "differential": DifferentialDrive,
+        "point": components.PointDrive,
+        "omnidirectional": components.OmnidirectionalDrive,
+        "differential": components.DifferentialDrive,
     }
-    drive: Kinematics = drives[spec.kinematics.type](**declared)
+    drive: components.Kinematics = drives[spec.kinematics.type](**declared)
     return drive
 
 
 def sensor_of(spec: Sensor, resolution: float) -> Any:
     """The sensor that ``spec`` declares, its range in cells of ``resolution`` metres."""
-    from codesign.components.sensor import RadiusSensor as Radius
-    from codesign.components.sensor import RaySensor as Rays
 
     reach = float(spec.range.value) / resolution
-    return Rays(reach, spec.beams, resolution) if spec.beams else Radius(reach)
+    return (
+        components.RaySensor(reach, spec.beams, resolution) if spec.beams else components.RadiusSensor(reach)
+    )
 
 
 def refused(
@@ -241,11 +229,10 @@ def platform_faults(platform: Platform) -> tuple[Fault, ...]:
 
 @lru_cache(maxsize=64)
 def _faults_of(key: Same[Platform]) -> tuple[Fault, ...]:
-    import simpy
 
     platform = key.it
 
-    environment = simpy.Environment()
+    environment = components.Environment()
     displays = platform.of(DisplayComponent)
     built: dict[str, components.Component] = {}
     faults: list[Fault] = []

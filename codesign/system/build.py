@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Generator, Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from codesign import components
 from codesign.errors import CodesignError, SpecError
 from codesign.inputs.components import (
     DisplayComponent,
@@ -21,9 +22,6 @@ from codesign.system.energy import joules
 from codesign.system.messages import Content, LostMessageError, Messages, Routes
 from codesign.system.planner_code import planner_steps
 
-if TYPE_CHECKING:
-    from codesign.components import BlockRam, ClockDomain, Component, Granularity
-
 CONTROL, PLANNING, SIDE = 0, 10, 20
 """Priorities on a shared component, the most urgent lowest: the control loop goes before planning, and both before
 the tasks that nothing waits for, also where all ask in the same picosecond (``components.arbiter``)."""
@@ -37,19 +35,18 @@ class Machine:
     - ``planning_component``: the component that the planner (``System.planner``) runs on.
     """
 
-    def __init__(self, system: System, listeners: Sequence[Listener], granularity: Granularity) -> None:
+    def __init__(
+        self, system: System, listeners: Sequence[Listener], granularity: components.Granularity
+    ) -> None:
         """Build all but the robot.
 
         Raises:
             SpecError: a component refuses what planner and map ask of it, such as a display every cycle of a memory.
         """
-        import simpy
-
-        from codesign.components.arbiter import Turns
 
         self.system = system
         self.granularity = granularity
-        self.environment = simpy.Environment()
+        self.environment = components.Environment()
         self._listeners = tuple(listeners)
         self._unwanted = unwanted_by(self._listeners)
         self.by_name: dict[str, Any] = {}
@@ -67,7 +64,9 @@ class Machine:
         }
         self.messages = Messages(system.placement.places, Routes(system.platform), self.links)
         self.planning_component = self.by_name[system.component]
-        self._turns = {name: Turns(self.environment, name) for name in system.platform.of(FpgaComponent)}
+        self._turns = {
+            name: components.Turns(self.environment, name) for name in system.platform.of(FpgaComponent)
+        }
         self._spent: dict[str, int] = {}
 
     @property
@@ -111,7 +110,7 @@ class Machine:
         return any(memory is not None and memory.claims is not None for memory in memories)
 
     @property
-    def components(self) -> tuple[Component, ...]:
+    def all_components(self) -> tuple[components.Component, ...]:
         """Components and links, in the order of the platform file, and the block RAMs of the planner."""
         ram = None if self.system.part is None else self.planning_component.block_ram
         ordered = [self.by_name[name] for name in self.system.platform.components if name in self.by_name]
@@ -327,13 +326,14 @@ class Machine:
         yield from self.carry(answer, ledger, priority=priority)
 
     def _component(self, name: str) -> Any:
-        from codesign.components import ClockDomain, Fpga
 
         system, platform = self.system, self.system.platform
         fpga, display = platform.of(FpgaComponent).get(name), platform.of(DisplayComponent).get(name)
         if fpga is not None and name == system.component:
-            clock = ClockDomain(fpga.law.whole(fpga).rate())
-            return Fpga(self.environment, name, clock, self._listeners, self._block_ram(name, clock))
+            clock = components.ClockDomain(fpga.law.whole(fpga).rate())
+            return components.Fpga(
+                self.environment, name, clock, self._listeners, self._block_ram(name, clock)
+            )
         if display is not None:
             return self._display(name, display)
         component = component_of(
@@ -345,24 +345,22 @@ class Machine:
 
     def _display(self, name: str, spec: DisplayComponent) -> Any:
         """A display; one beside an FPGA reads a pixel a cell from its block RAM, where it has one."""
-        from codesign.components import Fpga
 
         beside, problem = self.by_name[spec.beside], self.system.problem
-        if not isinstance(beside, Fpga):
+        if not isinstance(beside, components.Fpga):
             return component_of(self.environment, name, spec, self.by_name, self._listeners)
         window = problem.rows, problem.columns
         return display_of(self.environment, name, spec, beside.block_ram, window, self._listeners)
 
-    def _block_ram(self, name: str, clock: ClockDomain) -> BlockRam | None:
+    def _block_ram(self, name: str, clock: components.ClockDomain) -> components.BlockRam | None:
         """One block RAM for all of the design, which are driven alike, with what each holds."""
-        from codesign.components import BlockRam, choose_shape
 
         system = self.system
         memory = system.architecture.memory(system.job)
         if memory is None or system.part is None:
             return None
-        depth, width = choose_shape(system.part.block_ram_shapes, memory.width)
-        ram = BlockRam(
+        depth, width = components.choose_shape(system.part.block_ram_shapes, memory.width)
+        ram = components.BlockRam(
             self.environment, f"{name}.block_ram", clock, depth=depth, width=width, listeners=self._listeners
         )
         for content, words in memory.words.items():
@@ -370,7 +368,7 @@ class Machine:
         return ram
 
 
-def build(system: System, listeners: Sequence[Listener], granularity: Granularity) -> Machine:
+def build(system: System, listeners: Sequence[Listener], granularity: components.Granularity) -> Machine:
     """The components of ``system``, at time 0."""
     return Machine(system, listeners, granularity)
 

@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import Any, Protocol
 
+from codesign import components
 from codesign.figures import Figure, Status
 from codesign.inputs.components import FpgaComponent, MemoryComponent, ProcessorComponent
 from codesign.results.result import Energy, Power
 from codesign.system.bind import System
 from codesign.units import PICOSECONDS_PER_SECOND
-
-if TYPE_CHECKING:
-    from codesign.components import Component
 
 
 class Spender(Protocol):
@@ -57,7 +55,9 @@ def idle_boards(system: System) -> tuple[str, ...]:
     return tuple(name for name in system.platform.of(FpgaComponent) if name not in used)
 
 
-def energy(machine: Spender, boards: Mapping[str, Power], others: Sequence[Component] = ()) -> Energy:
+def energy(
+    machine: Spender, boards: Mapping[str, Power], others: Sequence[components.Component] = ()
+) -> Energy:
     """The energy of a run; see ``joules``. ``boards``: the power of each FPGA; see ``board_powers``."""
     drawn = joules(machine, {name: watts_of(power) for name, power in boards.items()}, others)
     return energy_of(machine.system, drawn)
@@ -74,7 +74,7 @@ def watts_of(power: Power) -> tuple[float, float]:
 
 
 def joules(
-    machine: Spender, boards: Mapping[str, tuple[Any, Any]], others: Sequence[Component] = ()
+    machine: Spender, boards: Mapping[str, tuple[Any, Any]], others: Sequence[components.Component] = ()
 ) -> dict[str, Any]:
     """Static power over the whole time and dynamic power over the busy time; all others by their own figures.
 

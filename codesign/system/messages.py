@@ -6,15 +6,15 @@ from collections import Counter
 from collections.abc import Generator, Mapping
 from functools import cache
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol
 
+import lazy_loader
+
+from codesign import components
 from codesign.errors import CodesignError
 from codesign.inputs import Platform
 from codesign.planners.task_graph import Flow
 from codesign.results.ledger import RETRIES, Ledger, Spent
-
-if TYPE_CHECKING:
-    from codesign.components import Link
 
 Wrong = tuple[int, ...]
 """Bits of a message that arrived wrong, from 0, in order."""
@@ -39,6 +39,9 @@ class Hop(NamedTuple):
     receiver: str
 
 
+networkx = lazy_loader.load("networkx")
+
+
 class Routes:
     """The routes between the components of a platform, over as few links as possible.
 
@@ -46,8 +49,6 @@ class Routes:
     """
 
     def __init__(self, platform: Platform) -> None:
-        import networkx
-
         self._graph = networkx.MultiGraph()
         self._graph.add_nodes_from(platform.components)
         for name, component in platform.components.items():
@@ -61,13 +62,9 @@ class Routes:
 
     def joined(self, origin: str, target: str) -> bool:
         """Whether any route leads from one component to the other."""
-        import networkx
-
         return bool(networkx.has_path(self._graph, origin, target))
 
     def _between(self, origin: str, target: str) -> tuple[Hop, ...]:
-        import networkx
-
         hops = pairwise(networkx.shortest_path(self._graph, origin, target))
         return tuple(Hop(self._links(a, b), a, b) for a, b in hops)
 
@@ -83,7 +80,9 @@ class Messages:
     unnoticed damage did no harm: see ``ignored``.
     """
 
-    def __init__(self, places: Mapping[str, str], routes: Routes, links: Mapping[str, Link]) -> None:
+    def __init__(
+        self, places: Mapping[str, str], routes: Routes, links: Mapping[str, components.Link]
+    ) -> None:
         self.places, self.routes, self.links = places, routes, links
         self.harmed: Counter[tuple[str, str]] = Counter()
 
@@ -118,7 +117,7 @@ class Messages:
                 self.harmed[link.name, flow.name] += 1
         return content
 
-    def fastest(self, hop: Hop, bits: int) -> Link:
+    def fastest(self, hop: Hop, bits: int) -> components.Link:
         """Of links side by side the one that takes a message of ``bits`` bits the quickest; of equals the first."""
         name = min(hop.links, key=lambda each: (self.links[each].duration(bits), each))
         return self.links[name]

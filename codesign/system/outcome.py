@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from codesign import components
 from codesign.figures import Figure
 from codesign.inputs.components import DisplayComponent, FpgaComponent, ProcessorComponent
 from codesign.memo import Memo
@@ -23,9 +24,6 @@ from codesign.system.energy import board_powers, energy, idle_boards
 from codesign.system.fit import TellLevers, fit, fit_notes
 from codesign.system.problem_map import length_error
 from codesign.units import PICOSECONDS_PER_SECOND
-
-if TYPE_CHECKING:
-    from codesign.components import Component, VgaDisplay
 
 
 def head_fields(system: System) -> dict[str, Any]:
@@ -156,7 +154,7 @@ def quality_of(system: System, answer: Answer, memo: Memo | None) -> Any:
 
 
 def use_fields(
-    machine: Machine, boards: Mapping[str, Power], others: Sequence[Component] = ()
+    machine: Machine, boards: Mapping[str, Power], others: Sequence[components.Component] = ()
 ) -> dict[str, Any]:
     """Energy, utilisation, links and displays up to now. ``boards``, ``others``: see ``energy``."""
     return {
@@ -164,7 +162,7 @@ def use_fields(
         "utilisation": {
             # A run may take no time, as on a host with costs of 0: then no component is busy.
             component.name: component.busy / max(machine.now, 1)
-            for component in machine.components
+            for component in machine.all_components
         },
         "links": {
             name: link_use(link, machine.now, machine.messages.ignored(name))
@@ -176,7 +174,7 @@ def use_fields(
     }
 
 
-def display_use(display: VgaDisplay) -> DisplayUse:
+def display_use(display: components.VgaDisplay) -> DisplayUse:
     """The account of a display up to now."""
     return DisplayUse(frames=display.frames, starved_words=display.starved, port_share=display.port_share)
 

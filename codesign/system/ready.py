@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
+from codesign import components
 from codesign.errors import CodesignError, SpecError
 from codesign.inputs import fault
 from codesign.planners.demand import lever_texts
@@ -16,9 +16,6 @@ from codesign.system.build import Machine, build
 from codesign.system.fit import TellLevers
 from codesign.system.memory import refusal
 from codesign.system.outcome import SystemFit, fit_system
-
-if TYPE_CHECKING:
-    from codesign.components import Granularity
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,7 +33,7 @@ class Ready:
 def ready(
     system: System,
     listeners: Sequence[Listener] = (),
-    granularity: Granularity | None = None,
+    granularity: components.Granularity | None = None,
     *,
     memory: int | None = None,
     keeping: bool = False,
@@ -53,7 +50,6 @@ def ready(
     Raises:
         SpecError: a law, a component or the memory of this computer refuses the design point; at its place in a file.
     """
-    from codesign.components import Granularity
 
     task = system.planner.planning_task
     mapped = system.workload.mapping[task]
@@ -68,4 +64,4 @@ def ready(
     too_much = refusal(system, memory, listening=bool(listeners), keeping=keeping)
     if too_much is not None:
         raise SpecError([fault(system.workload, ("mapping", task), *too_much)])
-    return Ready(held, build(system, listeners, granularity or Granularity.RUN_AHEAD))
+    return Ready(held, build(system, listeners, granularity or components.Granularity.RUN_AHEAD))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import pkgutil
+
 import pytest
 
 from codesign import inputs, load_platform, load_workload
@@ -16,13 +18,14 @@ def test_each_model_has_a_room_and_each_room_a_model() -> None:
 
 @pytest.mark.parametrize("name", SCENARIOS)
 def test_a_scenario_has_the_type_that_it_is_registered_by(name: str) -> None:
-    assert isinstance(SCENARIOS[name], Scenario)
-    assert SCENARIOS[name].type == name
+    kind = pkgutil.resolve_name(SCENARIOS[name])
+    assert issubclass(kind, Scenario)
+    assert kind.type == name
 
 
 def test_a_system_holds_the_scenario_of_its_workload() -> None:
     platform, workload = load_platform("nexys2-serial"), load_workload("robots-4-fleet")
-    assert bind(platform, workload).scenario is scenario_of(workload) is SCENARIOS["fleet"]
+    assert bind(platform, workload).scenario is scenario_of(workload)
 
 
 def test_a_style_of_one_robot_cannot_fly_a_fleet(monkeypatch: pytest.MonkeyPatch) -> None:

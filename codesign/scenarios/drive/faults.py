@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from bisect import bisect_left
 from itertools import pairwise
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,11 +18,10 @@ from codesign.models import Task
 from codesign.planners.interface import Planner, Problem
 from codesign.planners.job import Job
 from codesign.scenarios.drive.tasks import drive_of, drive_on, resolution_of, robot_name, robot_of, robots_of
+from codesign.scenarios.drive.world.inflation import Inflation
+from codesign.scenarios.drive.world.obstacles import Moving, places_of
 from codesign.system.assemble import kinematics_of, refused, sensor_of
 from codesign.system.change import policy_faults
-
-if TYPE_CHECKING:
-    from codesign.scenarios.drive.world.obstacles import Moving
 
 _SCENARIO = ("scenario",)
 _OBSTACLES = (*_SCENARIO, "obstacles")
@@ -174,8 +172,6 @@ def _random(workload: Workload, scenario: Drive, problem: Problem) -> list[Fault
     random = scenario.obstacles.random
     if random is None:
         return []
-    from codesign.scenarios.drive.world.obstacles import places_of
-
     free = problem.free & ~covered(problem.free.shape, scenario.hidden)
     keep = kept_clear(problem, scenario)
     # An obstacle that has a place has one in every smaller size.
@@ -214,8 +210,6 @@ def moving_of(scenario: Drive, index: int, resolution: float) -> Moving:
     Raises:
         InputError: its speed is out of bounds.
     """
-    from codesign.scenarios.drive.world.obstacles import Moving
-
     moving = scenario.obstacles.moving[index]
     return Moving(moving.size, moving.route, moving.speed / resolution, moving.begin)
 
@@ -253,8 +247,6 @@ def _pace(platform: Platform, name: str, spec: RobotComponent, resolution: float
 
 def _start(platform: Platform, workload: Workload, problem: Problem) -> list[Fault]:
     """A robot that is too large for the map, or for the place where it starts."""
-    from codesign.scenarios.drive.world.inflation import Inflation
-
     name, spec = robot_of(platform, workload)
     start, resolution = problem.starts[0], resolution_of(workload, problem)
     obstacles = ~problem.free | covered(problem.free.shape, drive_on(workload, problem).hidden)

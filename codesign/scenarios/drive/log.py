@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
 
 from codesign.records import MissionRecord
 from codesign.results.ledger import Ledger
 from codesign.results.mission import LIVELOCK
 from codesign.scenarios.drive.request import ClosedRequest, Fate, PlanRequest, livelock_text
+from codesign.scenarios.drive.scene import Scene
 from codesign.system.chain import Answer
-
-if TYPE_CHECKING:
-    from codesign.scenarios.drive.scene import Scene
 
 
 @dataclass

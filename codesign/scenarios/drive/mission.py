@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Generator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from codesign.errors import RunError
 from codesign.memo import Memo
@@ -15,12 +15,9 @@ from codesign.scenarios.drive.progress import EVENTS_OF_A_TURN
 from codesign.scenarios.drive.replanner import Replanner
 from codesign.scenarios.drive.request import livelock_text
 from codesign.scenarios.drive.scene import Scene
+from codesign.system.build import Machine
 from codesign.system.scenario import MissionProgress, ProgressOfMission
 from codesign.units import PICOSECONDS_PER_SECOND
-
-if TYPE_CHECKING:
-    from codesign.system.build import Machine
-
 
 _STEPS_BETWEEN_CALLS = 256
 """Steps of the simulation between two calls of ``progress``."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Generator
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from codesign.components.command import Command
 from codesign.components.path import authority
@@ -21,14 +21,11 @@ from codesign.scenarios.drive.request import Sight
 from codesign.scenarios.drive.scene import Look, Scene
 from codesign.scenarios.drive.tasks import FOLLOWING, MOVE, OCCUPANCY, SEEN, SENSE
 from codesign.scenarios.drive.world.belief import Update
-from codesign.system.build import CONTROL, SIDE
+from codesign.system.build import CONTROL, SIDE, Machine
 from codesign.system.messages import Content, LostMessageError
 from codesign.system.place import DISPLAY, RENDER_KERNEL
 from codesign.system.sent_map import CHANGE_BITS
 from codesign.units import PICOSECONDS_PER_SECOND
-
-if TYPE_CHECKING:
-    from codesign.system.build import Machine
 
 SPARE_CELLS = 2.0
 """Cells of the path beyond those that the robot drives until an answer is overdue and it stands: assumed."""

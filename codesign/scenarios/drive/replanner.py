@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Generator
 from contextlib import suppress
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import simpy
 
@@ -22,14 +22,12 @@ from codesign.scenarios.drive.log import Log
 from codesign.scenarios.drive.request import Fate, PlanRequest, Sight
 from codesign.scenarios.drive.scene import Look, Scene
 from codesign.scenarios.records import tell_field
+from codesign.system.build import Machine
 from codesign.system.chain import Answer, MisreadMapError, plan_chain
 from codesign.system.messages import LostMessageError
 from codesign.system.planner_code import planner_code
 from codesign.system.sent_map import SentMap
 from codesign.units import format_time
-
-if TYPE_CHECKING:
-    from codesign.system.build import Machine
 
 
 class Replanner:

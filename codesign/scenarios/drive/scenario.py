@@ -13,7 +13,10 @@ from codesign.planners.interface import Planner
 from codesign.planners.task_graph import Flow
 from codesign.results.result import Power, Result
 from codesign.scenarios.drive.faults import drive_faults, faults_of_robot
+from codesign.scenarios.drive.levers import with_levers
+from codesign.scenarios.drive.mission import drive
 from codesign.scenarios.drive.progress import outlook
+from codesign.scenarios.drive.summary import result_fields
 from codesign.scenarios.drive.tasks import KERNELS, MOVE, SENSE, drive_flows, drive_of, robot_of
 from codesign.scenarios.scenario import Scenario
 from codesign.system.bind import System
@@ -65,9 +68,6 @@ class DriveScenario(Scenario):
         progress: ProgressOfMission | None,
     ) -> dict[str, Any]:
         """The figures of the first plan, and of the mission."""
-        from codesign.scenarios.drive.mission import drive
-        from codesign.scenarios.drive.summary import result_fields
-
         return result_fields(machine, drive(machine, memo, progress), boards, memo)
 
     def outlook(self, workload: Workload) -> str | None:
@@ -82,6 +82,4 @@ class DriveScenario(Scenario):
         progress: LeverProgress | None,
     ) -> Result:
         """See ``levers.with_levers``."""
-        from codesign.scenarios.drive.levers import with_levers
-
         return with_levers(result, system, run, progress)

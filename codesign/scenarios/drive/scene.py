@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Generator
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,11 +31,9 @@ from codesign.scenarios.drive.world.obstacles import Appearing, Moving, random_a
 from codesign.scenarios.drive.world.true_map import World
 from codesign.scenarios.records import tell_map
 from codesign.system.assemble import kinematics_of, sensor_of
+from codesign.system.build import Machine
 from codesign.system.messages import Wrong
 from codesign.units import PICOSECONDS_PER_SECOND
-
-if TYPE_CHECKING:
-    from codesign.system.build import Machine
 
 Cell = tuple[int, int]
 

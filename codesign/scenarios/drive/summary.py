@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -31,13 +31,11 @@ from codesign.scenarios.drive.request import broken_off_text
 from codesign.scenarios.drive.scene import Scene
 from codesign.scenarios.drive.tasks import drive_of
 from codesign.scenarios.drive.world.inflation import Inflation
+from codesign.system.build import Machine
 from codesign.system.chain import Answer
 from codesign.system.energy import energy
 from codesign.system.outcome import plan_fields, quality_of, use_fields
 from codesign.units import PICOSECONDS_PER_SECOND
-
-if TYPE_CHECKING:
-    from codesign.system.build import Machine
 
 WAITING_MATTERS = 0.05
 """Share of a mission that a robot stands waiting, above which the bottleneck is what it waits for. Assumed."""

@@ -4,20 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Generator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from codesign import components
 from codesign.inputs.scenario import Fleet
 from codesign.planners.interface import LOAD
 from codesign.planners.styles import FleetUpdates
 from codesign.results.fleet import PACEMAKERS, FleetFigures, Pacemaker, spread
 from codesign.scenarios.fleet.frames import FrameSender, frame_receiver
 from codesign.scenarios.fleet.trace import FleetTrace
+from codesign.system.build import Machine
 from codesign.system.messages import LostMessageError
 from codesign.units import PICOSECONDS_PER_SECOND, counted
-
-if TYPE_CHECKING:
-    from codesign.components import Fpga
-    from codesign.system.build import Machine
 
 ARRIVED = "all robots stand at their targets"
 
@@ -32,7 +30,7 @@ class Flight:
 
     plan: Any
     figures: FleetFigures
-    fpgas: tuple[Fpga, ...]
+    fpgas: tuple[components.Fpga, ...]
     loaded: int
     ends: tuple[int, ...]
     events: int
@@ -50,7 +48,6 @@ class _FleetRun:
     """A run under way. ``begins``, ``decided``, ``ends``: of each update, ps."""
 
     def __init__(self, machine: Machine) -> None:
-        from codesign.components import Fpga
 
         system = machine.system
         scenario = system.workload.scenario
@@ -62,10 +59,10 @@ class _FleetRun:
         self.work: FleetUpdates = work
         self.trace = FleetTrace(machine, work)
         own = machine.planning_component
-        self.fpgas: tuple[Fpga, ...] = (
+        self.fpgas: tuple[components.Fpga, ...] = (
             own,
             *(
-                Fpga(self.environment, f"{own.name}.robot_{number}", own.clock)
+                components.Fpga(self.environment, f"{own.name}.robot_{number}", own.clock)
                 for number in range(1, len(work.cycles))
             ),
         )

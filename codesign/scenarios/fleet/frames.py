@@ -4,16 +4,13 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Generator, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from codesign.inputs.scenario import Fleet
 from codesign.planners.interface import COMMAND
 from codesign.results.fleet import Frames, spread
-from codesign.system.build import SIDE
+from codesign.system.build import SIDE, Machine
 from codesign.system.place import DISPLAY, RENDER_KERNEL
-
-if TYPE_CHECKING:
-    from codesign.system.build import Machine
 
 
 def frame_receiver(scenario: Fleet, places: Mapping[str, str], component: str) -> str | None:

@@ -15,6 +15,7 @@ from codesign.planners.interface import COMMAND, Planner
 from codesign.planners.task_graph import Flow
 from codesign.results.ledger import Ledger
 from codesign.results.result import Power
+from codesign.scenarios.fleet.flight import fly
 from codesign.scenarios.fleet.frames import frame_receiver
 from codesign.scenarios.scenario import Scenario
 from codesign.system.build import Machine
@@ -62,8 +63,6 @@ class FleetScenario(Scenario):
         _progress: ProgressOfMission | None,
     ) -> dict[str, Any]:
         """The figures of the plan that the fleet carried out, and of the fleet."""
-        from codesign.scenarios.fleet.flight import fly
-
         flight = fly(machine)
         ended = flight.ends[-1] if flight.ends else flight.loaded
         answer = Answer(machine.system.problem, flight.plan, flight.loaded, ended, ended, Ledger())

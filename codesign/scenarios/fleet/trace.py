@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from codesign import components
 from codesign.planners.styles import FleetUpdates
 from codesign.records import MissionRecord, PositionsRecord, TaskRecord, TrajectoryRecord
 from codesign.scenarios.records import tell_map
+from codesign.system.build import Machine
 from codesign.units import format_time
-
-if TYPE_CHECKING:
-    from codesign.components import Fpga
-    from codesign.system.build import Machine
 
 TASK_OF_EACH = 8
 """Up to so many robots each have a ``TaskRecord`` an update; of more, only the one that the others wait for."""
@@ -57,7 +55,7 @@ class FleetTrace:
             self._tell("goal_reached", f"robot {robot} has arrived")
         self._arrived = arrived.copy()
 
-    def decided(self, begin: int, fpgas: tuple[Fpga, ...], missed: bool) -> None:
+    def decided(self, begin: int, fpgas: tuple[components.Fpga, ...], missed: bool) -> None:
         """The update that began at ``begin`` (ps) has been decided by all."""
         if not self._machine.listening:
             return

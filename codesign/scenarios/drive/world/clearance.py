@@ -7,6 +7,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from codesign.scenarios.drive.world import clearance_kernels
+
 STEP = 0.1
 """Cells between two looks for the mean. The distance changes by no more than what is driven, so the mean is within
 a quarter of this."""
@@ -34,8 +36,6 @@ class Clearance:
 
     def stand(self, free: NDArray[np.bool_], position: tuple[float, float]) -> None:
         """The robot is at ``position`` (row, column) in a world that is ``free`` (bool, rows × columns) from now on."""
-        from codesign.scenarios.drive.world import clearance_kernels
-
         here = float(clearance_kernels.at_point(free, *position))
         self._first = here if self._first is None else self._first
         self.least = min(self.least, here)
@@ -44,8 +44,6 @@ class Clearance:
         """The robot drove along ``points``, float64 n × 2, in a world that was ``free`` all the time."""
         if len(points) < 2:
             return
-        from codesign.scenarios.drive.world import clearance_kernels
-
         self.least, integral = clearance_kernels.along_path(free, points, self.least, STEP)
         self._integral += integral
         self._driven += float(np.hypot(*np.diff(points, axis=0).T).sum())

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codesign.errors import InputError
+from codesign.scenarios.drive.world import inflation_kernels
 
 _ROUNDING = 1e-9
 
@@ -55,8 +56,6 @@ class Inflation:
             self.blocked[appeared[:, 0], appeared[:, 1]] = True
             self.blocked[gone[:, 0], gone[:, 1]] = False
             return
-        from codesign.scenarios.drive.world import inflation_kernels
-
         inflation_kernels.stamp(self._covers, self.blocked, appeared, self.footprint, 1)
         inflation_kernels.stamp(self._covers, self.blocked, gone, self.footprint, -1)
 
