@@ -14,9 +14,11 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import reduce
 from itertools import chain
+from operator import itemgetter
 from typing import Any, NamedTuple
 
 import numpy as np
+from more_itertools import map_reduce
 from numpy.typing import NDArray
 
 from codesign.figures import Figure
@@ -273,12 +275,9 @@ def _folded(plan: Sum, values: Mapping[str, float]) -> Sum:
 
 def _ends(plan: Sum, values: Mapping[str, float], inputs: Mapping[str, Input]) -> dict[str, float]:
     """The end of its interval for each input that moves all monomials towards the same side."""
-    directions: dict[str, set[bool]] = {}
-    for each in plan:
-        for name, power in each.powers.items():
-            directions.setdefault(name, set()).add((power > 0) == (each.amount > 0))
-        for name in each.by:
-            directions.setdefault(name, set()).add(each.amount < 0)
+    moves = [(name, (power > 0) == (each.amount > 0)) for each in plan for name, power in each.powers.items()]
+    moves += [(name, each.amount < 0) for each in plan for name in each.by]
+    directions = map_reduce(moves, itemgetter(0), itemgetter(1), set)
     return {
         name: inputs[name].high if sides == {True} else inputs[name].low
         for name, sides in directions.items()
