@@ -21,7 +21,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from enum import Enum, StrEnum
 from itertools import pairwise
-from typing import Annotated, Any, ClassVar, Protocol, Self
+from typing import Annotated, Any, ClassVar, Protocol, Self, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -750,11 +750,29 @@ def kinds_about(*subjects: Subject) -> tuple[type[Record], ...]:
     return tuple(kind for kind in RECORD_TYPES.values() if kind.ROLE.about in subjects)
 
 
+R = TypeVar("R", bound=Record)
+
+
 class Listener(Protocol):
     """Receives every record of a run, in the order of emission."""
 
     def __call__(self, record: Record) -> None:
         """Take one record."""
+
+
+class MemoryListener:
+    """Keeps the records of a run in the order of emission, in ``records``."""
+
+    def __init__(self) -> None:
+        self.records: list[Record] = []
+
+    def __call__(self, record: Record) -> None:
+        """Keep one record."""
+        self.records.append(record)
+
+    def of(self, record_type: type[R]) -> list[R]:
+        """The records of one class, in the order of emission."""
+        return [record for record in self.records if isinstance(record, record_type)]
 
 
 class Recorder(ABC):

@@ -103,9 +103,9 @@ def run(
     from codesign.exploration.constraints import with_constraints
     from codesign.inputs.constraint import needs_of
     from codesign.progress import doing, plans_shown
+    from codesign.records import MemoryListener
     from codesign.scenarios import outlook
     from codesign.system import point_of
-    from codesign.trace import MemoryListener
 
     debug_step("modules loaded")
     values = settings_of(settings)

@@ -201,9 +201,9 @@ def _answers(platform: str, file: Path, facts: BagFacts, show: Show) -> list[int
     from codesign.bags import settings_of
     from codesign.cli.options import settings_of as values_of
     from codesign.progress import doing
+    from codesign.records import MemoryListener
     from codesign.report.bag_tables import board_latencies
     from codesign.system import point_of
-    from codesign.trace import MemoryListener
 
     doing(show, "running the workload")
     loaded = codesign.load_platform(platform)

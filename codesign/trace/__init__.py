@@ -8,8 +8,8 @@ those of plug-ins included, so no code is generated. Rejected: JSON. Rerun shows
 space.
 """
 
-from codesign.records import Level
-from codesign.trace.listeners import McapListener, MemoryListener
+from codesign.records import Level, MemoryListener
+from codesign.trace.listeners import McapListener
 from codesign.trace.moment import MOMENT_KINDS, Moment, moment, moment_lines
 from codesign.trace.reader import Channel, Trace, open_trace
 from codesign.trace.show import HEADER, TimelineRow, thumbnail, timeline, trace_thumbnail

@@ -1,4 +1,4 @@
-"""Listeners that keep the records of a run: in memory, or in an MCAP file.
+"""The listener that keeps the records of a run in an MCAP file, with views of them for Foxglove and Rerun.
 
 The file is complete or absent, and the same records give the same bytes.
 """
@@ -9,20 +9,19 @@ import json
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, BinaryIO, TypeVar
+from typing import Any, BinaryIO
+
+import foxglove
+from foxglove import Channel, Context, Schema, channels
+from foxglove.mcap import MCAPCompression, MCAPWriteOptions, MCAPWriter
 
 from codesign.errors import TraceError
 from codesign.files import WholeOrAbsent, is_special, part_of, put
 from codesign.records import RECORD_TYPES, Level, Record, Recorder, Subject
 from codesign.trace.messages import encoder_of
+from codesign.trace.robots import Encoded
 from codesign.trace.schemas import descriptor_set, schema_name, topic_of
-from codesign.trace.shown import Encoded
-
-if TYPE_CHECKING:
-    from foxglove import Context
-    from foxglove.mcap import MCAPWriter
-
-R = TypeVar("R", bound=Record)
+from codesign.trace.views import Views
 
 LIBRARY = "hwsw-codesign"
 FORMAT = "2"
@@ -39,21 +38,6 @@ BATCH = 512
 
 RUN = "run"
 RUN_ATTACHMENT = "run.json"
-
-
-class MemoryListener:
-    """Keeps the records of a run in the order of emission, in ``records``."""
-
-    def __init__(self) -> None:
-        self.records: list[Record] = []
-
-    def __call__(self, record: Record) -> None:
-        """Keep one record."""
-        self.records.append(record)
-
-    def of(self, record_type: type[R]) -> list[R]:
-        """The records of one class, in the order of emission."""
-        return [record for record in self.records if isinstance(record, record_type)]
 
 
 class McapListener(WholeOrAbsent, Recorder):
@@ -87,8 +71,6 @@ class McapListener(WholeOrAbsent, Recorder):
             raise TraceError("is a folder", str(self.path), "name a file in it")
         if is_special(self.path):
             raise TraceError("is no regular file", str(self.path), "name a regular file: a trace needs one")
-        from codesign.trace.views import Views
-
         self._views, levels = Views(self._show), list(Level)
         above = levels[levels.index(level) + 1 :]
         self._unwanted = frozenset(kind for kind in RECORD_TYPES.values() if kind.ROLE.level in above)
@@ -234,9 +216,6 @@ class _File:
 
 def _writer(file: _File) -> tuple[Context, MCAPWriter]:
     """A writer of whole chunks: the header of a chunk is never written before its content."""
-    import foxglove
-    from foxglove.mcap import MCAPCompression, MCAPWriteOptions
-
     context = foxglove.Context()
     options = MCAPWriteOptions(
         compression=MCAPCompression.Zstd,
@@ -250,8 +229,6 @@ def _writer(file: _File) -> tuple[Context, MCAPWriter]:
 
 
 def _record_channel(kind: type[Record], source: str, context: Context) -> Any:
-    from foxglove import Channel, Schema
-
     return Channel(
         topic_of(kind, source),
         message_encoding="protobuf",
@@ -262,8 +239,6 @@ def _record_channel(kind: type[Record], source: str, context: Context) -> Any:
 
 
 def _view_channel(message: Any, topic: str, context: Context) -> Any:
-    from foxglove import Channel, channels
-
     if isinstance(message, Encoded):
         schema = message.kind.get_schema()
         return Channel(topic, message_encoding="protobuf", schema=schema, context=context).base

@@ -10,6 +10,8 @@ from collections.abc import Callable
 from operator import attrgetter
 from typing import Any, NoReturn
 
+from google.protobuf.message import DecodeError
+
 from codesign.errors import TraceError
 from codesign.records import Record
 from codesign.trace.arrays import array_message, decode_array, decode_packed, packed
@@ -125,8 +127,6 @@ def decode(record_type: type[Record], message: bytes, nanoseconds: int) -> Recor
     Raises:
         TraceError: the message is no ``record_type``.
     """
-    from google.protobuf.message import DecodeError
-
     if len(message) > MAX_MESSAGE_BYTES:
         _refuse(record_type, f"{len(message)} bytes")
     parsed = message_class(record_type)()

@@ -12,6 +12,8 @@ from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Any
 
+from mcap import records as mcap
+
 from codesign.errors import TraceError, choose_hint, printable
 from codesign.progress import Show, silent
 from codesign.records import RECORD_TYPES, Record, SummaryRecord
@@ -289,15 +291,12 @@ def _count(trace: Trace, channel: Channel, message: Any) -> None:
 
 def _attach(trace: Trace, item: Any) -> int:
     """Keep a header, attachment or metadata record. Returns its bytes."""
-    from mcap.records import Attachment as McapAttachment
-    from mcap.records import Header, Metadata
-
-    if isinstance(item, Header):
+    if isinstance(item, mcap.Header):
         trace.library = item.library
-    elif isinstance(item, McapAttachment):
+    elif isinstance(item, mcap.Attachment):
         trace.attachments[item.name] = Attachment(item.media_type, item.data)
         return len(item.data) + len(item.name)
-    elif isinstance(item, Metadata):
+    elif isinstance(item, mcap.Metadata):
         trace.metadata[item.name] = item.metadata
         if item.name == RUN:
             trace.library = item.metadata.get("library", trace.library)
@@ -315,19 +314,17 @@ class _Channels:
 
     def message(self, item: Any) -> tuple[Channel, Any] | None:
         """A message with its channel, None for all other records. Schemas and channels are registered."""
-        from mcap.records import Channel as McapChannel
-        from mcap.records import Message, Schema
-
-        if isinstance(item, Message):
+        if isinstance(item, mcap.Message):
             if item.channel_id not in self.by_id:
                 raise DamagedError(f"a message of channel {item.channel_id}, which is not declared")
             return self.by_id[item.channel_id], item
-        if isinstance(item, Schema):
+        if isinstance(item, mcap.Schema):
             self._schemas[item.id], self.forms[item.name] = item.name, item.data
-        elif isinstance(item, McapChannel):
+        elif isinstance(item, mcap.Channel):
             if item.schema_id not in self._schemas or len(self.by_id) > MAX_NAMED:
                 raise DamagedError(f"a channel of schema {item.schema_id}, which is not declared")
             names = item.metadata.get("record", ""), item.metadata.get("source", "")
             schema = self._schemas[item.schema_id]
-            self.by_id.setdefault(item.id, Channel(item.topic, schema, *names, 0, item.message_encoding))
+            channel = Channel(item.topic, schema, *names, 0, item.message_encoding)
+            self.by_id[item.id] = self.by_id.get(item.id, channel)
         return None

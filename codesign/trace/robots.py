@@ -6,8 +6,10 @@ The body of a robot is drawn once, in a frame of its own. ``/tf`` moves the fram
 from __future__ import annotations
 
 import math
+import struct
 from collections.abc import Callable, Iterable, Sequence
 from functools import partial
+from typing import Any, NamedTuple
 
 import numpy as np
 from foxglove import messages as fg
@@ -16,8 +18,6 @@ from numpy.typing import NDArray
 from codesign.records import PoseRecord, PositionsRecord
 from codesign.trace import shapes
 from codesign.trace.floor import Floor
-from codesign.trace.shown import Encoded, Show
-from codesign.trace.transforms import Transforms
 from codesign.units import PICOSECONDS_PER_SECOND
 
 SHOWN_EACH, FLEET_SHOWN_EACH = PICOSECONDS_PER_SECOND // 5, PICOSECONDS_PER_SECOND * 2 // 5
@@ -35,6 +35,24 @@ TRAILS_A_LENGTH = 2
 
 _CIRCLE = np.array([(math.cos(part * math.pi / 12), math.sin(part * math.pi / 12)) for part in range(24)])
 _BEAK = np.column_stack([np.linspace(0.0, 1.0, 6), np.zeros(6)])
+
+
+_VARINT = 5
+"""Bytes of a number of a time. A varint may be longer than needed, so that the next number keeps its place."""
+
+_PLACE_AND_TURN = struct.Struct("<BBBdBd BBBdBd")
+"""A vector of x and y, and a quaternion of z and w, each number behind its field. What is left out is 0."""
+
+
+class Encoded(NamedTuple):
+    """A message that is encoded already, and its class in Foxglove's SDK."""
+
+    kind: Any
+    data: bytes
+
+
+Show = Callable[[str, Any, int], None]
+"""Takes a topic, a message of Foxglove's SDK or an ``Encoded`` one, and its time, ps."""
 
 
 class Robots:
@@ -167,9 +185,8 @@ class Robots:
         if time < self._trail_due.get(source, 0):
             return False
         self._trail_due[source] = time + TRAIL_EACH
-        trail = self._trails.setdefault(source, [])
-        if trail and len(trail[-1]) != len(places):
-            trail.clear()
+        before = self._trails.get(source, [])
+        trail = self._trails[source] = before if before and len(before[-1]) == len(places) else []
         trail.append(places)
         self._new += 1
         length = max(min(TRAIL, TRAIL_OF_ALL // max(len(places), 1)), 2)
@@ -186,3 +203,46 @@ class Robots:
         self._show("/trails", shapes.scene("trails", time, lines=lines), time)
         points = np.concatenate(trails) if trails else np.zeros((0, 2))
         self._show("/trails/points", shapes.cloud(points, shapes.TRAIL, time, 0.005), time)
+
+
+class Transforms:
+    """From frame ``map`` to each of ``frames``, in their order: ``foxglove.FrameTransforms`` as bytes.
+
+    Only the numbers in a template of the message change. A run has thousands of messages, and building an object for
+    each number would take most of their time.
+    """
+
+    def __init__(self, frames: Sequence[str]) -> None:
+        self.frames = tuple(frames)
+        stamp = 2 + 2 * (1 + _VARINT)
+        self._parts = []
+        for frame in frames:
+            names = _text(2, shapes.MAP_FRAME) + _text(3, frame)
+            size = stamp + len(names) + _PLACE_AND_TURN.size
+            self._parts.append((b"\x0a" + _varint(size), names))
+
+    def message(self, time: int, poses: Iterable[Sequence[float]]) -> bytes:
+        """The message at ``time``, ps. ``poses``: of each frame x and y in metres, and the angle in radians."""
+        seconds, rest = divmod(time, 10**12)
+        numbers = b"\x08" + _varint(seconds, _VARINT) + b"\x10" + _varint(rest // 1000, _VARINT)
+        stamp, grain, content = b"\x0a" + bytes([len(numbers)]) + numbers, shapes.GRAIN, []
+        for (head, names), (right, up, angle) in zip(self._parts, poses, strict=True):
+            x, y = round(right * grain) / grain, round(up * grain) / grain
+            z, w = round(math.sin(angle / 2) * grain) / grain, round(math.cos(angle / 2) * grain) / grain
+            place = _PLACE_AND_TURN.pack(0x22, 18, 9, x, 0x11, y, 0x2A, 18, 0x19, z, 0x21, w)
+            content += [head, stamp, names, place]
+        return b"".join(content)
+
+
+def _varint(number: int, size: int = 0) -> bytes:
+    """A number as protobuf has it, in at least ``size`` bytes."""
+    parts: list[int] = []
+    while number >= 0x80 or len(parts) + 1 < size:
+        parts.append(number & 0x7F | 0x80)
+        number >>= 7
+    return bytes([*parts, number])
+
+
+def _text(field: int, text: str) -> bytes:
+    content = text.encode()
+    return bytes([field << 3 | 2]) + _varint(len(content)) + content

@@ -13,6 +13,12 @@ from io import BytesIO
 from pathlib import Path
 from typing import Any, BinaryIO
 
+import lz4.frame  # type: ignore[import-untyped]
+import zstandard
+from mcap import records
+from mcap.data_stream import ReadDataStream
+from mcap.exceptions import McapError
+
 from codesign.errors import TraceError
 from codesign.progress import Show, silent, tracked
 
@@ -60,7 +66,6 @@ def scan(path: Path, show: Show = silent) -> Iterator[Any]:
 
 def _data(stream: BinaryIO, size: int, show: Show) -> Iterator[Any]:
     """Everything after the magic bytes."""
-    parsers = _parsers()
     data_crc = zlib.crc32(_MAGIC)
     summary_crc: int | None = None
     frames = tracked(
@@ -79,9 +84,9 @@ def _data(stream: BinaryIO, size: int, show: Show) -> Iterator[Any]:
             data_crc = zlib.crc32(body, zlib.crc32(head, data_crc))
             if opcode == _CHUNK:
                 for inner, _, content in _frames(BytesIO(_unpacked(body))):
-                    yield from _parsed(parsers, inner, content)
+                    yield from _parsed(inner, content)
             else:
-                yield from _parsed(parsers, opcode, body)
+                yield from _parsed(opcode, body)
     raise DamagedError("the file is cut short")
 
 
@@ -99,30 +104,23 @@ def _frames(stream: BinaryIO) -> Iterator[tuple[int, bytes, bytes]]:
         yield opcode, head, body
 
 
-def _parsers() -> dict[int, Callable[[Any], Any]]:
-    from mcap import records
-
-    return {
-        0x01: records.Header.read,
-        0x03: records.Schema.read,
-        0x04: records.Channel.read,
-        _ATTACHMENT: records.Attachment.read,
-        0x0C: records.Metadata.read,
-    }
+_PARSERS: dict[int, Callable[[Any], Any]] = {
+    0x01: records.Header.read,
+    0x03: records.Schema.read,
+    0x04: records.Channel.read,
+    _ATTACHMENT: records.Attachment.read,
+    0x0C: records.Metadata.read,
+}
 
 
-def _parsed(parsers: dict[int, Callable[[Any], Any]], opcode: int, body: bytes) -> Iterator[Any]:
+def _parsed(opcode: int, body: bytes) -> Iterator[Any]:
     """The record of a body, if ``scan`` returns records of its kind."""
-    from mcap.data_stream import ReadDataStream
-    from mcap.exceptions import McapError
-    from mcap.records import Message
-
     stream = ReadDataStream(BytesIO(body))
     try:
         if opcode == _MESSAGE:
-            item = Message.read(stream, len(body))
-        elif opcode in parsers:
-            item = parsers[opcode](stream)
+            item = records.Message.read(stream, len(body))
+        elif opcode in _PARSERS:
+            item = _PARSERS[opcode](stream)
         else:
             return
     except (McapError, struct.error, ValueError, OverflowError) as fault:
@@ -136,12 +134,8 @@ def _parsed(parsers: dict[int, Callable[[Any], Any]], opcode: int, body: bytes) 
 
 def _unpacked(body: bytes) -> bytes:
     """The bytes of a chunk, checked against its size and checksum."""
-    from mcap.data_stream import ReadDataStream
-    from mcap.exceptions import McapError
-    from mcap.records import Chunk
-
     try:
-        chunk = Chunk.read(ReadDataStream(BytesIO(body)))
+        chunk = records.Chunk.read(ReadDataStream(BytesIO(body)))
     except (McapError, struct.error, ValueError, OverflowError) as fault:
         raise DamagedError(f"a chunk that cannot be parsed: {fault}") from fault
     if chunk.uncompressed_size > MAX_RECORD_BYTES:
@@ -158,8 +152,6 @@ def _decompressed(compression: str, data: bytes, size: int) -> bytes:
     if compression == "":
         return data
     if compression == "zstd":
-        import zstandard
-
         window = zstandard.ZstdDecompressor(max_window_size=MAX_RECORD_BYTES)
         try:
             with window.stream_reader(data) as reader:
@@ -167,8 +159,6 @@ def _decompressed(compression: str, data: bytes, size: int) -> bytes:
         except zstandard.ZstdError as fault:
             raise DamagedError(f"a chunk that cannot be decompressed: {fault}") from fault
     if compression == "lz4":
-        import lz4.frame  # type: ignore[import-untyped]
-
         try:
             return bytes(lz4.frame.LZ4FrameDecompressor().decompress(data, max_length=size + 1))
         except RuntimeError as fault:

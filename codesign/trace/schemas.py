@@ -20,14 +20,21 @@ from __future__ import annotations
 import typing
 from dataclasses import MISSING, dataclass, fields
 from types import NoneType, UnionType
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+from google.protobuf.descriptor_pb2 import (
+    DescriptorProto,
+    FieldDescriptorProto,
+    FileDescriptorProto,
+    FileDescriptorSet,
+)
+from google.protobuf.descriptor_pool import DescriptorPool
+from google.protobuf.message import DecodeError
+from google.protobuf.message_factory import GetMessageClass
 
 from codesign.errors import TraceError
 from codesign.records import ArrayOf, Record
 from codesign.trace.arrays import PACKED_TYPES, is_packed
-
-if TYPE_CHECKING:
-    from google.protobuf.descriptor_pb2 import FileDescriptorProto
 
 PACKAGE = "codesign"
 ARRAY = "Array"
@@ -137,8 +144,6 @@ def _field_plan(
 
 def descriptor_set(record_type: type[Record]) -> bytes:
     """The ``FileDescriptorSet`` of a record's message: all that a decoder needs."""
-    from google.protobuf.descriptor_pb2 import FileDescriptorSet
-
     return bytes(FileDescriptorSet(file=_files(record_type)).SerializeToString(deterministic=True))
 
 
@@ -148,8 +153,6 @@ def agrees(record_type: type[Record], written: bytes) -> bool:
     They are if each field of the class has its name and type there, or is absent and has a default. So a later version
     may add fields, and nothing else.
     """
-    from google.protobuf.descriptor_pb2 import FileDescriptorSet
-    from google.protobuf.message import DecodeError
 
     def fields_of(files: Any) -> dict[int, tuple[Any, ...]]:
         messages = (each for file in files for each in file.message_type if each.name == record_type.__name__)
@@ -169,8 +172,6 @@ def agrees(record_type: type[Record], written: bytes) -> bool:
 
 
 def _files(record_type: type[Record]) -> list[FileDescriptorProto]:
-    from google.protobuf.descriptor_pb2 import DescriptorProto, FieldDescriptorProto, FileDescriptorProto
-
     def file(name: str, message: DescriptorProto, *needed: str) -> FileDescriptorProto:
         path = f"{PACKAGE}/{name}.proto"
         return FileDescriptorProto(
@@ -205,9 +206,6 @@ def _files(record_type: type[Record]) -> list[FileDescriptorProto]:
 
 def message_class(record_type: type[Record]) -> Any:
     """The class of a record's messages. Each has a pool of its own, as classes of plug-ins may share a name."""
-    from google.protobuf.descriptor_pool import DescriptorPool
-    from google.protobuf.message_factory import GetMessageClass
-
     if record_type not in _CLASSES:
         pool = DescriptorPool()
         for file in _files(record_type):

@@ -38,8 +38,7 @@ from codesign.records import (
 )
 from codesign.trace import shapes
 from codesign.trace.floor import BLOCKED, FREE, UNKNOWN, Floor, floor_of
-from codesign.trace.robots import Robots
-from codesign.trace.shown import Show
+from codesign.trace.robots import Robots, Show
 from codesign.units import PICOSECONDS_PER_SECOND
 
 SHORTEST_INTERVAL = PICOSECONDS_PER_SECOND
