@@ -14,6 +14,7 @@ from codesign.bags.recording import RecordedGoal, RecordedMap, Recording
 from codesign.bags.topics import Topics
 from codesign.bags.transforms import Edge, Floats, Poses, chain, known_times, poses, root_of
 from codesign.errors import InputError, printable
+from codesign.maps.reach import nearest_free
 
 Cell = tuple[int, int]
 
@@ -267,8 +268,6 @@ class _Drawer:
 
     def _cell(self, x: float, y: float, what: str) -> Cell:
         """The free cell of a place, or the nearest to it."""
-        from codesign.maps.reach import nearest_free
-
         row, column = self._map.frame.cell(x, y)
         rows, columns = self._free.shape
         if not (0 <= row < rows and 0 <= column < columns):

@@ -8,7 +8,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
-from codesign.bags.library import check_installed, typestore
+from codesign.bags.library import load, typestore
 from codesign.errors import InputError, RunError
 from codesign.files import WholeOrAbsent, landing, part_of, put
 
@@ -22,7 +22,7 @@ def check_new(folder: Path, option: str) -> None:
     Raises:
         InputError: it cannot. RunError: the library is missing.
     """
-    check_installed()
+    load("rosbag2")
     where = f"{option} {folder}"
     try:
         target = landing(folder)
@@ -50,9 +50,7 @@ class BagFolder(WholeOrAbsent):
     """
 
     def __init__(self, path: Path) -> None:
-        check_installed()
-        from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
-
+        library = load("rosbag2")
         super().__init__(path)
         self._open: dict[str, Any] = {}
         self._writer: Any = None
@@ -62,9 +60,11 @@ class BagFolder(WholeOrAbsent):
             part.mkdir()
             # The library names the file of messages after the folder.
             self._part = part / self._target.name
-            self._writer = Writer(self._part, version=VERSION, storage_plugin=StoragePlugin.MCAP)
+            self._writer = library.Writer(
+                self._part, version=VERSION, storage_plugin=library.StoragePlugin.MCAP
+            )
             # The chunks of the file, which every reader of MCAP unpacks.
-            self._writer.set_compression(CompressionMode.STORAGE, CompressionFormat.ZSTD)
+            self._writer.set_compression(library.CompressionMode.STORAGE, library.CompressionFormat.ZSTD)
             self._writer.open()
 
     def write(self, topic: str, time: int, message: Any, latched: bool = False) -> None:
@@ -106,11 +106,10 @@ class BagFolder(WholeOrAbsent):
 
 
 def _qos(latched: bool) -> Any:
-    from rosbags.interfaces import Qos, QosDurability, QosHistory, QosLiveliness, QosReliability, QosTime
-
-    durability = QosDurability.TRANSIENT_LOCAL if latched else QosDurability.VOLATILE
-    forever = QosTime(0, 0)
-    return Qos(
-        QosHistory.KEEP_LAST, 1 if latched else 10, QosReliability.RELIABLE, durability, forever, forever,
-        QosLiveliness.AUTOMATIC, forever, False,
+    ros = load("interfaces")
+    durability = getattr(ros.QosDurability, "TRANSIENT_LOCAL" if latched else "VOLATILE")
+    forever = ros.QosTime(0, 0)
+    return ros.Qos(
+        ros.QosHistory.KEEP_LAST, 1 if latched else 10, ros.QosReliability.RELIABLE, durability, forever, forever,
+        ros.QosLiveliness.AUTOMATIC, forever, False,
     )  # fmt: skip

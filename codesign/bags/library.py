@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from functools import cache
-from typing import TYPE_CHECKING, Any
+from importlib import import_module
+from typing import Any
+
+from lz4.frame import LZ4FrameDecompressor  # type: ignore[import-untyped]
 
 from codesign.errors import RunError
-
-if TYPE_CHECKING:
-    from rosbags.typesys.store import Typestore
 
 INSTALL = "pip install 'hwsw-codesign[ros2]'"
 
@@ -24,26 +24,24 @@ TWIST_STAMPED = "geometry_msgs/msg/TwistStamped"
 LOG = "rcl_interfaces/msg/Log"
 
 
-def check_installed() -> None:
-    """Check that the library can be imported.
+def load(name: str) -> Any:
+    """A module of the library.
 
     Raises:
-        RunError: it cannot.
+        RunError: it cannot be imported.
     """
     try:
-        import rosbags.rosbag2  # noqa: F401
+        return import_module(f"rosbags.{name}")
     except ImportError as missing:
         what = f"ROS 2 bags need the package rosbags, which cannot be imported: {missing}"
         raise RunError(what, hint=INSTALL) from None
 
 
 @cache
-def typestore() -> Typestore:
+def typestore() -> Any:
     """The message types of ROS 2 Jazzy. Those that are used here are the same in every release of ROS 2."""
-    check_installed()
-    from rosbags.typesys import Stores, get_typestore
-
-    return get_typestore(Stores.ROS2_JAZZY)
+    types = load("typesys")
+    return types.get_typestore(types.Stores.ROS2_JAZZY)
 
 
 class Types:
@@ -81,14 +79,12 @@ def bound_decompression() -> None:
 
     A small file could otherwise fill the memory.
     """
-    from lz4.frame import LZ4FrameDecompressor  # type: ignore[import-untyped]
-    from rosbags.rosbag2 import storage_mcap as storage
-    from rosbags.rosbag2.errors import ReaderError
+    storage, too_large = load("rosbag2.storage_mcap"), load("rosbag2.errors").ReaderError
 
     def bounded(make: Any) -> Any:
         def unpack(data: bytes, size: int) -> bytes:
             if size > MAX_CHUNK_BYTES:
-                raise ReaderError(f"a chunk of {size:,} bytes, more than {MAX_CHUNK_BYTES:,}")
+                raise too_large(f"a chunk of {size:,} bytes, more than {MAX_CHUNK_BYTES:,}")
             unpacked: bytes = make().decompress(data, max_length=size + 1)
             return unpacked
 

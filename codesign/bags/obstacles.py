@@ -19,9 +19,12 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from operator import itemgetter
 
 import numpy as np
+from more_itertools import map_reduce
 from numpy.typing import NDArray
+from scipy import ndimage
 
 from codesign.bags.recording import RecordedMap, Scans
 from codesign.bags.transforms import Floats, Poses
@@ -114,8 +117,6 @@ def _weight(each: Appeared, end: float) -> float:
 
 def _away_from_obstacles(plan: RecordedMap, margin: float) -> NDArray[np.bool_]:
     """The free cells without an obstacle of the map within the margin."""
-    from scipy import ndimage
-
     occupied, free = plan.cells > 0, plan.cells == 0
     reach = margin / plan.frame.resolution
     if reach < 1.0 or not occupied.any():
@@ -215,7 +216,7 @@ def _spans(
     hits: NDArray[np.int32], opened: NDArray[np.bool_], rule: Rule
 ) -> dict[tuple[int, int | None], list[int]]:
     """The cells (their numbers) of each span of slots, counted from the begin; None: to the end."""
-    spans: dict[tuple[int, int | None], list[int]] = {}
+    closed: list[tuple[tuple[int, int | None], int]] = []
     count = hits.shape[1]
     began, latest = np.full(count, -1), np.zeros(count, np.int64)
     stay = None if rule.stay is None else max(1, math.ceil(rule.stay / rule.slot))
@@ -228,7 +229,7 @@ def _spans(
                 slot if stay is None else min(len(hits) if slot is None else slot, int(latest[cell]) + stay)
             )
             if total[cell] >= rule.least and (last is None or last > began[cell]):
-                spans.setdefault((int(began[cell]), last), []).append(cell)
+                closed.append(((int(began[cell]), last), cell))
 
     for index in range(len(hits)):
         slot = max(index - 1, 0)
@@ -244,7 +245,7 @@ def _spans(
         total[gone] = 0
         shown_open |= opened[index]
     close(np.flatnonzero(began >= 0), None)
-    return spans
+    return map_reduce(closed, itemgetter(0), itemgetter(1))
 
 
 def _rectangles(cells: NDArray[np.int64], columns: int) -> Iterator[tuple[int, int, int, int]]:

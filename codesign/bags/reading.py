@@ -46,13 +46,11 @@ def read_bag(path: Path, topics: Topics, last_map: bool = True, show: Show = sil
     Raises:
         InputError: it is no such bag, it is damaged, or it has no map. RunError: the library is missing.
     """
-    library.check_installed()
+    ros = library.load("rosbag2")
     _check_kind(path)
     with _guarded(path, lambda: "cannot be read", _REINDEX):
-        from rosbags.rosbag2 import Reader
-
         library.bound_decompression()
-        reader: Any = Reader(path)
+        reader: Any = ros.Reader(path)
         reader.open()
     try:
         return _Gatherer(path, topics, last_map, show).gather(reader)

@@ -16,6 +16,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from operator import itemgetter
+
+from more_itertools import map_reduce
 
 from codesign.bags import library
 from codesign.errors import InputError, nearest, printable
@@ -129,12 +132,13 @@ def _named(wanted: Topics, role: str, present: Mapping[str, str], where: str) ->
 
 def _robot(wanted: Topics, present: Mapping[str, str], where: str) -> tuple[str, list[str]]:
     """The namespace of the robot, and those of other robots."""
-    spaces: dict[str, set[str]] = {}
+    telling: list[tuple[str, str]] = []
     for role in _TELLING:
         for topic, kind in present.items():
             space, last = topic.rsplit("/", 1) if "/" in topic else ("", topic)
             if last == ROLES[role].usual and kind in ROLES[role].types:
-                spaces.setdefault(space, set()).add(role)
+                telling.append((space, role))
+    spaces = map_reduce(telling, itemgetter(0), itemgetter(1), set)
     if wanted.namespace is not None:
         robot = "/" + wanted.namespace.strip("/")
         robot = "" if robot == "/" else robot

@@ -5,8 +5,10 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from operator import itemgetter
 
 import numpy as np
+from more_itertools import map_reduce
 from numpy.typing import NDArray
 
 from codesign.bags.recording import Series
@@ -40,10 +42,8 @@ def chain(edges: Iterable[Edge], outer: str, inner: str) -> list[Edge] | None:
     >>> chain([("world", "map"), ("world", "odom"), ("odom", "base")], "map", "base")
     [('map', 'world'), ('world', 'odom'), ('odom', 'base')]
     """
-    beside: dict[str, list[str]] = {}
-    for parent, child in edges:
-        beside.setdefault(parent, []).append(child)
-        beside.setdefault(child, []).append(parent)
+    both = (step for parent, child in edges for step in ((parent, child), (child, parent)))
+    beside = map_reduce(both, itemgetter(0), itemgetter(1))
     before, waiting = {outer: outer}, deque([outer])
     while waiting and inner not in before:
         here = waiting.popleft()
