@@ -17,8 +17,12 @@ from pathlib import Path
 from statistics import median, quantiles
 from typing import Any
 
+import numpy as np
+
+from codesign import maps
 from codesign.errors import InputError
 from codesign.figures import Figure, Status
+from codesign.planners.breadth_first.plan import search
 from codesign.planners.plug_in import Probe
 from codesign.progress import Show, silent, tracked
 from codesign.system import catalog
@@ -87,8 +91,6 @@ def _occupancy() -> Probe:
 
     The robot covers 5 cells. A unit is one seen cell, for any number of rays through it.
     """
-    import numpy as np
-
     from codesign.calibrate import kernels
 
     free, points, directions = _mission_map()
@@ -112,8 +114,6 @@ def _occupancy() -> Probe:
 
 def _following() -> Probe:
     """Commands along a path through rooms, cell by cell. Each searches the whole path, and checks 10 cells ahead."""
-    import numpy as np
-
     from codesign.calibrate import kernels
 
     free, points, _ = _mission_map()
@@ -123,11 +123,6 @@ def _following() -> Probe:
 
 def _mission_map() -> tuple[Any, Any, Any]:
     """Rooms of 64 × 96 cells, a path through them as float64 n × 2, and the unit vectors of 180 rays."""
-    import numpy as np
-
-    from codesign import maps
-    from codesign.planners.breadth_first.plan import search
-
     free = maps.rooms(64, 96, room=(15, 15), door=4, wall=1, seed=1).free
     (top, left), *_, (bottom, right) = np.argwhere(free).tolist()
     path = search(free, (top, left), (bottom, right)).path.astype(np.float64)

@@ -6,6 +6,7 @@ the same way.
 
 from __future__ import annotations
 
+import hashlib
 from abc import ABC, abstractmethod
 from collections.abc import Hashable, Mapping
 from dataclasses import dataclass, replace
@@ -108,16 +109,12 @@ class Problem:
     @cached_property
     def digest(self) -> str:
         """SHA-256 over map, goals and starts: equal problems have equal digests, in every process."""
-        import hashlib
-
         text = f"{self.map_digest}{self.starts}{self.task}{self.change}"
         return hashlib.sha256(text.encode()).hexdigest()
 
     @cached_property
     def map_digest(self) -> str:
         """SHA-256 over map and goals: all that a plan depends on where it serves every start."""
-        import hashlib
-
         text = f"{self.free.shape}{self.goals}{self.resolution}"
         return hashlib.sha256(text.encode() + np.packbits(self.free).tobytes()).hexdigest()
 

@@ -9,6 +9,7 @@ from typing import Any, TypedDict
 import numpy as np
 from numpy.typing import NDArray
 
+from codesign.maps.reach import clearance, distance_octile, reachable
 from codesign.memo import Memo
 from codesign.planners.interface import Cell, Problem
 
@@ -65,15 +66,11 @@ def judge_paths(problem: Problem, paths: Iterable[tuple[Cell, NDArray[Any] | Non
 
 def _lengths_and_room(problem: Problem) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Of each cell, the length of the shortest path to a goal, and the distance to the nearest obstacle."""
-    from codesign.maps.reach import clearance, distance_octile
-
     return distance_octile(problem.free, problem.goals), clearance(problem.free)
 
 
 def by_sides(problem: Problem) -> NDArray[np.bool_]:
     """``Planner.reachable`` of planners that move across the sides of cells, or diagonally without cutting a corner."""
-    from codesign.maps.reach import reachable
-
     key = "by sides", problem.map_digest
     return _of_maps.get(key, lambda: reachable(problem.free, problem.goals)).copy()
 

@@ -9,6 +9,8 @@ from functools import cache
 from importlib.resources import files
 from typing import Any
 
+import jinja2
+
 from codesign.planners.circuits import Circuit, Expected, Pins
 from codesign.rtl.bounds import bound_of
 from codesign.rtl.design import range_of, top_name
@@ -22,8 +24,6 @@ _CYCLE_DIGITS = 12
 @cache
 def template(name: str) -> Any:
     """A template of this package."""
-    import jinja2
-
     environment = jinja2.Environment(
         undefined=jinja2.StrictUndefined, keep_trailing_newline=True, autoescape=False
     )

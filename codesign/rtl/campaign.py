@@ -13,6 +13,7 @@ from codesign.interrupts import end_children
 from codesign.planners.circuits import CircuitStyle
 from codesign.planners.job import Job
 from codesign.rtl.runs import Progress, silent
+from codesign.rtl.tools import MissingToolError
 from codesign.rtl.verify import MOST_DEVIATION, Verified, verify
 
 
@@ -133,8 +134,6 @@ def _checked(
 
 
 def _check(asked: Asked, backend: str, within: Progress) -> Checked:
-    from codesign.rtl.tools import MissingToolError
-
     style = asked.style
     names = (style.planner, style.style, style.task, asked.name)
     try:

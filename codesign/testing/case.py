@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from codesign import maps
 from codesign.inputs import load_part
 from codesign.part import Part
 from codesign.planners.demand import Demand
@@ -233,8 +234,6 @@ def of(style: Architecture | TaskStyle) -> str:
 
 def _rooms() -> Problem:
     """Six rooms on 24 × 32 cells, one goal and some dozen starts that lead to it."""
-    from codesign import maps
-
     grid = maps.generate("rooms", rows=24, columns=32, room=(11, 15), door=3, seed=5)
     cells = np.argwhere(maps.reachable(grid.free, [(2, 2)]))
     starts = tuple((int(row), int(column)) for row, column in cells[3::40])

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any, ClassVar
 
 from codesign.planners.plug_in import PlugIn
+from codesign.system import catalog
 from codesign.testing import circuits, members, paths, styles
 from codesign.testing import planner as planners
 from codesign.testing.case import Case, Rule
@@ -41,8 +42,6 @@ def cases_of(plug_in: PlugIn) -> tuple[Case, ...]:
         raise ValueError("samples.parameters is empty: give at least one set, as in Samples(parameters=[{}])")
     planner = plug_in.planner
     if planner is None:
-        from codesign.system import catalog
-
         owners = sorted({style.planner for style in (*plug_in.styles, *plug_in.task_styles)})
         if not owners:
             raise ValueError("the plug-in holds neither a planner nor a style")
@@ -110,7 +109,6 @@ class PlugInContract:
         """Give ``test_contract`` its rules and cases: pytest calls this by its name."""
         if "contract_rule" not in metafunc.fixturenames:
             return
-        from codesign.system import catalog
 
         plug_ins = catalog.plug_ins() if self.plug_ins is None else self.plug_ins
         pairs = [

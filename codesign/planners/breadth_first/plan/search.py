@@ -15,6 +15,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from codesign.maps.grid import as_free
+from codesign.maps.reach import check_cells
 from codesign.planners.breadth_first.plan.reference import Cell
 
 
@@ -111,17 +113,12 @@ def search_nearest(free: NDArray[np.bool_], start: Cell, goals: Iterable[Cell]) 
     Raises:
         MapError: see ``search``; also where there is no goal.
     """
-    from codesign.maps.grid import as_free
-    from codesign.maps.reach import check_cells
-
     check_cells(as_free(free, "free"), goals := tuple(goals), where="goal")
     return _search(free, start, goals)
 
 
 def _search(free: NDArray[np.bool_], start: Cell, goals: tuple[Cell, ...]) -> BreadthFirstPlan:
     """The search until one of ``goals`` is popped; without goals until the queue is empty, from the goal ``start``."""
-    from codesign.maps.grid import as_free
-    from codesign.maps.reach import check_cells
     from codesign.planners.breadth_first.plan import kernels
 
     free = as_free(free, "free")

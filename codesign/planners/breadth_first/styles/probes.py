@@ -5,6 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 
+import numpy as np
+
+from codesign import maps
+from codesign.planners.breadth_first.plan import search
+from codesign.planners.breadth_first.plan.search import search_everywhere
 from codesign.planners.breadth_first.styles.software import wall_cells
 from codesign.planners.map_flood import CELL_KERNEL, MAP_KERNEL, WALL_KERNEL
 from codesign.planners.plug_in import Probe
@@ -14,10 +19,6 @@ _SIDE = 500
 
 def _prepare() -> object:
     """All that a search does besides popping cells: its start is walled in."""
-    import numpy as np
-
-    from codesign.planners.breadth_first.plan import search
-
     free = np.zeros((_SIDE, _SIDE), np.bool_)
     free[0, 0] = True
     return search(free, (0, 0), (0, 0))
@@ -25,10 +26,6 @@ def _prepare() -> object:
 
 def _open(side: int) -> Callable[[], object]:
     """A search that pops every cell of a square without obstacles."""
-    import numpy as np
-
-    from codesign.planners.breadth_first.plan import search
-
     free = np.ones((side, side), np.bool_)
     return lambda: search(free, (0, 0), (side - 1, side - 1))
 
@@ -40,9 +37,6 @@ def _breadth_first() -> Probe:
 
 def _wall() -> Probe:
     """A search over small rooms, less one that pops as many cells without obstacles. A quarter lie beside a wall."""
-    from codesign import maps
-    from codesign.planners.breadth_first.plan.search import search_everywhere
-
     free = maps.rooms(_SIDE, _SIDE, room=(15, 15), door=2, wall=1, seed=1).free
     plan = search_everywhere(free, (8, 8))
     return Probe(

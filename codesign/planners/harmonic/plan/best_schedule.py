@@ -20,6 +20,8 @@ from typing import TYPE_CHECKING, Protocol
 
 from codesign.errors import InputError
 from codesign.memo import Memo
+from codesign.planners.harmonic.plan.parameters import Stop
+from codesign.planners.harmonic.plan.stage_costs import SimulatedStages, iteration_cycles
 
 if TYPE_CHECKING:
     from codesign.planners.harmonic.plan.parameters import RelaxParameters
@@ -229,9 +231,6 @@ def optimise_schedule(
     Raises:
         InputError: termination is not sound, stages are promoted early, or a precision is below 1.
     """
-    from codesign.planners.harmonic.plan.parameters import Stop
-    from codesign.planners.harmonic.plan.stage_costs import SimulatedStages, iteration_cycles
-
     refusal = parameters.no_search
     if refusal is not None:
         raise InputError(*refusal)

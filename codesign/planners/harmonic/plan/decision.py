@@ -25,6 +25,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codesign.errors import InputError, choose_hint
+from codesign.maps.grid import as_free
+from codesign.maps.reach import check_cells, reachable
 from codesign.planners.harmonic.plan.fixed_point import Field
 
 
@@ -91,16 +93,12 @@ def local_maxima(
     field: Field, free: NDArray[np.bool_], goals: Sequence[tuple[int, int]]
 ) -> NDArray[np.bool_]:
     """Bool rows × columns: reachable free cells, goals left out, with no strictly greater neighbour (4.1)."""
-    from codesign.maps.reach import reachable
-
     cells = reachable(free, goals) & ~goal_mask(free, goals)
     return cells & (best_neighbours(field, free) < 0)
 
 
 def goal_mask(free: NDArray[np.bool_], goals: Sequence[tuple[int, int]]) -> NDArray[np.bool_]:
     """Bool rows × columns, true on the goals. Raises MapError for a goal that is no free cell of the map."""
-    from codesign.maps.reach import check_cells
-
     mask = np.zeros(free.shape, np.bool_)
     mask[tuple(check_cells(free, goals).T)] = True
     return mask
@@ -108,8 +106,6 @@ def goal_mask(free: NDArray[np.bool_], goals: Sequence[tuple[int, int]]) -> NDAr
 
 def check_field(field: Field, free: NDArray[np.bool_]) -> None:
     """Refuse a map that is no bool rows × columns (MapError) and a field of another shape (InputError)."""
-    from codesign.maps.grid import as_free
-
     as_free(free, "free")
     if field.shape != free.shape:
         raise InputError(f"a field of {field.shape} values for a map of {free.shape} cells", "field")

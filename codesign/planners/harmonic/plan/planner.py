@@ -14,6 +14,7 @@ from codesign.errors import InputError
 from codesign.models import TaskParameters
 from codesign.planners.harmonic.plan.arguments import MAX_BLOCKS
 from codesign.planners.harmonic.plan.fixed_point import Field, limbs_needed
+from codesign.planners.harmonic.plan.layout import plane_bytes
 from codesign.planners.harmonic.plan.parameters import (
     MAX_PRECISION,
     DecideParameters,
@@ -25,7 +26,9 @@ from codesign.planners.harmonic.plan.parameters import (
     Termination,
 )
 from codesign.planners.harmonic.plan.pockets import fill_work, sent_map
+from codesign.planners.harmonic.plan.quality import quality
 from codesign.planners.harmonic.plan.relax import HarmonicPlan, relax
+from codesign.planners.harmonic.plan.trajectory import Ascent
 from codesign.planners.interface import LOWER_BOUND, Cell, LoadParameters, MapWork, Planner, Policy, Problem
 from codesign.planners.job import Job
 from codesign.planners.paths import by_sides, cell_of
@@ -182,7 +185,6 @@ class Harmonic(Planner):
         Measured within a fifth on maps of 2^16 to 2^22 cells at 15 to 1023 bits, in blocks of 64 × 64 or as one.
         """
         problem, parameters = job.problem, job.parameters
-        from codesign.planners.harmonic.plan.layout import plane_bytes
 
         cells, precision = problem.free.size, parameters.precisions[-1]
         block = parameters.block_shape(*problem.shape)
@@ -199,8 +201,6 @@ class Harmonic(Planner):
 
     def quality(self, problem: Problem, plan: HarmonicPlan) -> Quality:
         """The quality of paths up the field."""
-        from codesign.planners.harmonic.plan.quality import quality
-
         return quality(problem, plan.field, from_below=plan.from_below)
 
     def identity(self, plan: HarmonicPlan) -> str:
@@ -239,8 +239,6 @@ class Harmonic(Planner):
 
 def _ascent(problem: Problem, plan: HarmonicPlan) -> Ascent:
     """The ascent of the field of a plan, made once for all positions."""
-    from codesign.planners.harmonic.plan.trajectory import Ascent
-
     entry = _ascents.get(plan)
     if entry is None or entry[0] != problem.map_digest:
         entry = _ascents[plan] = problem.map_digest, Ascent(plan.field, problem.free, problem.goals)

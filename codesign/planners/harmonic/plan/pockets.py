@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from codesign.maps.reach import reachable
 from codesign.planners.harmonic.plan.parameters import Pockets, RelaxParameters
 from codesign.planners.interface import MapWork, Problem
 from codesign.planners.map_flood import CELL_KERNEL, MAP_KERNEL, WALL_KERNEL, beside_walls
@@ -20,7 +21,6 @@ def sent_map(problem: Problem, parameters: RelaxParameters) -> NDArray[np.bool_]
     """
     if parameters.pockets is Pockets.KEPT:
         return problem.free
-    from codesign.maps.reach import reachable
 
     return reachable(problem.free, problem.goals)
 

@@ -24,9 +24,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codesign.errors import InputError
+from codesign.maps.reach import reachable
 from codesign.planners.harmonic.plan.decision import goal_mask
 from codesign.planners.harmonic.plan.fixed_point import Field
 from codesign.planners.harmonic.plan.parameters import MAX_PRECISION
+from codesign.planners.harmonic.plan.relax import relax
 from codesign.planners.harmonic.plan.warm_start import FieldBounds
 
 WHOLE_MAP_ITERATIONS = 1 << 16
@@ -119,8 +121,6 @@ def converged_field(
         precision: bits.
         bounds: of the same map and goals, for several precisions of one map; None: computed here.
     """
-    from codesign.planners.harmonic.plan.relax import relax
-
     start = (bounds or FieldBounds(free, goals)).lower(precision)
     rows, columns = free.shape
     return relax(
@@ -136,8 +136,6 @@ def converged_field(
 
 class _Search:
     def __init__(self, free: NDArray[np.bool_], goals: Sequence[tuple[int, int]]) -> None:
-        from codesign.maps.reach import reachable
-
         self.free, self.goals = free, goals
         self.bounds = FieldBounds(free, goals)
         self.cells = reachable(free, goals) & ~goal_mask(free, goals)

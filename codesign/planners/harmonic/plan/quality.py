@@ -6,6 +6,8 @@ from codesign.errors import InputError
 from codesign.memo import Memo
 from codesign.planners.harmonic.plan.decision import Rule
 from codesign.planners.harmonic.plan.fixed_point import Field
+from codesign.planners.harmonic.plan.precision import converged_field
+from codesign.planners.harmonic.plan.relax import stage_cost
 from codesign.planners.harmonic.plan.trajectory import DEFAULT_STEP, Ascent
 from codesign.planners.interface import Problem
 from codesign.planners.paths import by_sides, judge_arrival, judge_paths
@@ -67,9 +69,6 @@ def wrong_cells(problem: Problem, field: Field, *, from_below: bool = True) -> i
 
 def _least_fixed_point(problem: Problem, field: Field, from_below: bool) -> Field:
     """Raises InputError: a run that began above, on a map that is too large for bounds."""
-    from codesign.planners.harmonic.plan.precision import converged_field
-    from codesign.planners.harmonic.plan.relax import stage_cost
-
     if not from_below:
         return converged_field(problem.free, problem.goals, field.precision)
     _, settled = stage_cost(

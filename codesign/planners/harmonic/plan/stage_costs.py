@@ -27,8 +27,10 @@ from typing import TYPE_CHECKING
 
 from codesign.memo import Memo
 from codesign.planners.harmonic.plan.arguments import check_arguments
+from codesign.planners.harmonic.plan.decay import Decay
 from codesign.planners.harmonic.plan.pockets import sent_map
 from codesign.planners.harmonic.plan.stages import StageEnd, Visits
+from codesign.planners.harmonic.plan.warm_start import FieldBounds
 
 if TYPE_CHECKING:
     from codesign.planners.harmonic.plan import Field
@@ -92,8 +94,6 @@ class SimulatedStages:
         """The decay of one block; None where it says nothing, or would take too long."""
         if self._blocks > 1 or self._free.size > MAX_CELLS:
             return None
-        from codesign.planners.harmonic.plan.decay import Decay
-        from codesign.planners.harmonic.plan.warm_start import FieldBounds
 
         bounds = FieldBounds(self._free, self._goals)
         return Decay(bounds) if len(bounds.cells) else None

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codesign.errors import InputError
+from codesign.maps.reach import reachable
 from codesign.planners.harmonic.plan.decision import (
     Rule,
     best_neighbours,
@@ -162,8 +163,6 @@ def share_reaching_goal(field: Field, free: NDArray[np.bool_], goals: Sequence[t
     The share is 1.0 if and only if there is no local maximum: values rise strictly along an ascent, so it ends at a
     goal or at a local maximum. Time grows as cells × log cells.
     """
-    from codesign.maps.reach import reachable
-
     check_field(field, free)
     goal = goal_mask(free, goals)
     cells = reachable(free, goals) & ~goal

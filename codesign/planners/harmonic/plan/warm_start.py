@@ -29,6 +29,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codesign.errors import InputError
+from codesign.maps.reach import reachable
 from codesign.planners.harmonic.plan.decision import goal_mask
 from codesign.planners.harmonic.plan.fixed_point import Field, LowerBound
 from codesign.planners.harmonic.plan.parameters import MAX_PRECISION
@@ -57,8 +58,6 @@ class FieldBounds:
     """
 
     def __init__(self, free: NDArray[np.bool_], goals: Sequence[tuple[int, int]]) -> None:
-        from codesign.maps.reach import reachable
-
         self._goal = goal_mask(free, goals)
         self._cells = np.flatnonzero(reachable(free, goals) & ~self._goal)
         self._shape = free.shape

@@ -4,6 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
+from codesign import maps
+from codesign.planners.harmonic.plan import relax
+from codesign.planners.harmonic.plan.decision import directions
+from codesign.planners.harmonic.plan.warm_start import warm_start
 from codesign.planners.plug_in import Probe
 
 
@@ -12,7 +16,6 @@ def _harmonic() -> Probe:
 
     Its values fill 2.1 MB. On smaller maps, which the caches hold, an iteration is faster, and on larger ones slower.
     """
-    from codesign import maps
     from codesign.planners.harmonic.styles.node_kernels import relax_nodes
 
     free = maps.maze(360, 360, corridor=6, seed=1).free
@@ -25,10 +28,6 @@ def _harmonic() -> Probe:
 
 def _harmonic_decision() -> Probe:
     """Directions at all free cells of a map of rooms, at 62 bits."""
-    from codesign import maps
-    from codesign.planners.harmonic.plan import relax
-    from codesign.planners.harmonic.plan.decision import directions
-
     free = maps.rooms(128, 128, room=(40, 40), door=8, wall=2, seed=4).free
     field = relax(
         free, [(64, 64)], block=free.shape, iterations=64, schedule=(62,), record_visits=False
@@ -38,9 +37,6 @@ def _harmonic_decision() -> Probe:
 
 def _sparse_solve() -> Probe:
     """A start nowhere above the field at 63 bits: factors, refinement, certificate."""
-    from codesign import maps
-    from codesign.planners.harmonic.plan.warm_start import warm_start
-
     free = maps.rooms(128, 128, room=(40, 40), door=8, wall=2, seed=4).free
     return Probe(int(free.sum()), lambda: warm_start(free, [(64, 64)], 63))
 

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codesign.errors import InputError
+from codesign.maps.reach import reachable
 from codesign.memo import Memo
 from codesign.planners.harmonic.plan.fixed_point import Field, LowerBound
 from codesign.planners.harmonic.plan.parameters import RelaxParameters, Stop
@@ -104,8 +105,6 @@ def relax_steps(job: Job[Problem, RelaxParameters], costs: Costs) -> Generator[S
 
     From ``job.start`` the stages are those that ``remaining_precisions`` leaves.
     """
-    from codesign.maps.reach import reachable
-
     run = _Run(job.problem, job.parameters, job.start)
     if not job.does(DETECT):
         steps = _each_visit(run, costs, detect=True)

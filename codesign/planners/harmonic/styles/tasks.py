@@ -24,6 +24,7 @@ from codesign.planners.harmonic.plan.fixed_point import LowerBound, limbs_needed
 from codesign.planners.harmonic.plan.parameters import RelaxParameters
 from codesign.planners.harmonic.plan.planner import PLANNER
 from codesign.planners.harmonic.plan.relax import HarmonicPlan
+from codesign.planners.harmonic.plan.warm_start import warm_start
 from codesign.planners.harmonic.styles import geometry, resources, timing
 from codesign.planners.host import HostTask, one_step
 from codesign.planners.interface import Problem
@@ -123,8 +124,6 @@ class SparseSolve(HostTask):
 
     def outcome(self, job: Job[Problem, RelaxParameters]) -> tuple[int, LowerBound]:
         """The bound."""
-        from codesign.planners.harmonic.plan.warm_start import warm_start
-
         problem, precision = job.problem, job.parameters.precisions[-1]
         # The same map is bound for many designs, and once for each plan of a drive.
         bound = _bounds.get(

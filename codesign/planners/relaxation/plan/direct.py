@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from codesign.maps.reach import reachable
+
 MAX_DIRECT_CELLS = 1 << 20
 """Cells of the largest accepted map: the factors of a million unknowns hold about a gigabyte."""
 
@@ -20,8 +22,6 @@ def solve_direct(
     """
     from scipy import sparse
     from scipy.sparse.linalg import splu
-
-    from codesign.maps.reach import reachable
 
     cells = [(int(row), int(column)) for row, column in goals]
     unknown = np.pad(reachable(free, cells), 1)

@@ -22,6 +22,7 @@ from codesign.planners.relaxation.plan.parameters import (
     RelaxParameters,
     SearchParameters,
 )
+from codesign.planners.relaxation.plan.quality import quality
 from codesign.planners.relaxation.plan.search import Search
 from codesign.planners.relaxation.plan.solve import Solution, refusal, solve
 from codesign.planners.task_graph import Flow
@@ -129,8 +130,6 @@ class Relaxation(Planner):
 
     def quality(self, problem: Problem, plan: Plan) -> Quality:
         """The quality of the paths down the potential."""
-        from codesign.planners.relaxation.plan.quality import quality
-
         return quality(problem, search_of(problem, plan), plan.solution)
 
     def identity(self, plan: Plan) -> str:

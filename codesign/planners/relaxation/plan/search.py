@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codesign.errors import InputError, outside_map
+from codesign.maps.reach import check_cells, reachable
 
 STEPS = ((-1, 0), (0, 1), (1, 0), (0, -1), (-1, 1), (1, 1), (1, -1), (-1, -1))
 """North, east, south, west, then the diagonals. The first of equal neighbours in this order is taken."""
@@ -72,8 +73,6 @@ class Search:
         neighbours: int = 8,
         upwards: bool = False,
     ) -> None:
-        from codesign.maps.reach import check_cells, reachable
-
         cells = check_cells(free, goals)
         if potential.shape != free.shape or potential.dtype != np.float64:
             what = f"a potential of {potential.dtype} {potential.shape} for a map of {free.shape}"

@@ -22,6 +22,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codesign.errors import InputError, choose_hint
+from codesign.maps.reach import check_cells, reachable
+from codesign.planners.relaxation.plan.direct import MAX_DIRECT_CELLS, solve_direct
 from codesign.planners.relaxation.plan.parameters import (
     DEFAULT_BOUNDARY,
     DEFAULT_MAX_ITERATIONS,
@@ -111,8 +113,6 @@ def solve(
         MapError: the map or a goal cannot be used. InputError: another argument cannot be used, or the map does not
             suit the method (half sweeps: goals of both colours; direct: too many cells).
     """
-    from codesign.maps.reach import check_cells, reachable
-
     cells = check_cells(free, goals)
     # The inputs of Algorithm 1: ω and r (equations 12 and 13), boundary values (equation 2), ε.
     chosen = check_method(method)
@@ -124,8 +124,6 @@ def solve(
     if (reason := refusal(chosen, free.shape, pairs)) is not None:
         raise InputError(reason, "method", "choose another method")
     if chosen is Method.DIRECT:
-        from codesign.planners.relaxation.plan.direct import solve_direct
-
         potential, unknowns, factors = solve_direct(free, cells, *edge.values)
         return Solution(potential, chosen, edge, None, None, 0, 0.0, End.CONVERGED, unknowns, factors=factors)
     # Obstacles separate some cells from every goal. The run does not check these cells for a descent.
@@ -156,8 +154,6 @@ def _relaxed(run: Run, method: Method, settled: tuple[float | None, float | None
 
 def refusal(method: Method, shape: tuple[int, ...], goals: Sequence[tuple[int, int]]) -> str | None:
     """The reason why ``method`` cannot be used on such a map, or None."""
-    from codesign.planners.relaxation.plan.direct import MAX_DIRECT_CELLS
-
     if method is Method.DIRECT and math.prod(shape) > MAX_DIRECT_CELLS:
         size = " × ".join(str(side) for side in shape)
         return f"{size} cells are more than the {MAX_DIRECT_CELLS:,} that the direct solver takes"

@@ -5,7 +5,16 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any
 
+import numpy as np
+
+from codesign import maps
+from codesign.planners.interface import Problem
+from codesign.planners.job import Job
 from codesign.planners.plug_in import Probe
+from codesign.planners.relaxation.plan import PUBLISHED_TOLERANCE, Solution, solve
+from codesign.planners.relaxation.plan.parameters import Method, RelaxParameters
+from codesign.planners.relaxation.plan.planner import PLANNER, search_of
+from codesign.planners.relaxation.plan.run import CHECK_EVERY
 from codesign.planners.relaxation.styles.costs import (
     CHECK_KERNEL,
     DIAGONAL_KERNEL,
@@ -24,22 +33,16 @@ _ROWS, _COLUMNS = 270, 330
 
 def _rooms() -> Any:
     """Rooms of that size."""
-    from codesign import maps
-
     return maps.rooms(_ROWS, _COLUMNS, room=(64, 80), door=12, wall=3, seed=1).free
 
 
 def _thin() -> Any:
     """A map of two rows with as many diagonals."""
-    import numpy as np
-
     return np.ones((2, _ROWS + _COLUMNS - 2), np.bool_)
 
 
 def _sweeps(free: Any, count: int) -> Callable[[], object]:
     """Sweeps of SOR, to a tolerance, so that no check for cells without a descent is timed."""
-    from codesign.planners.relaxation.plan import PUBLISHED_TOLERANCE, solve
-
     return lambda: solve(
         free,
         [(1, 1)],
@@ -67,9 +70,6 @@ def _diagonal() -> Probe:
 
 def _check() -> Probe:
     """Checks after every tenth iteration, over rooms that take more iterations than these."""
-    from codesign.planners.relaxation.plan import PUBLISHED_TOLERANCE, solve
-    from codesign.planners.relaxation.plan.run import CHECK_EVERY
-
     rooms = _rooms()
 
     def run(tolerance: float | None) -> Callable[[], object]:
@@ -81,11 +81,6 @@ def _check() -> Probe:
 
 def _map() -> Probe:
     """An iteration over rooms, and the search prepared."""
-    from codesign.planners.interface import Problem
-    from codesign.planners.job import Job
-    from codesign.planners.relaxation.plan.parameters import Method, RelaxParameters
-    from codesign.planners.relaxation.plan.planner import PLANNER, search_of
-
     problem = Problem(_rooms(), ((10, 10),), ())
     parameters = RelaxParameters(method=Method.GS, tolerance=1e-15, max_iterations=1)
     job = Job(problem, parameters)
@@ -94,9 +89,6 @@ def _map() -> Probe:
 
 def _relaxation_direct() -> Probe:
     """A direct solution over rooms of a quarter of that area, shared out over the units of its law."""
-    from codesign import maps
-    from codesign.planners.relaxation.plan import Solution, solve
-
     free = maps.rooms(135, 165, room=(32, 40), door=6, wall=2, seed=1).free
 
     def run() -> Solution:

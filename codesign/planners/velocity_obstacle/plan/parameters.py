@@ -6,6 +6,7 @@ import math
 from enum import StrEnum
 from typing import Annotated, Self
 
+import numpy as np
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from codesign.errors import InputError
@@ -263,8 +264,6 @@ class RobotsSpec(SpecModel):
         Raises:
             InputError: robots that start in collision, outside, or find no place.
         """
-        import numpy as np
-
         if self.positions is not None and self.targets is not None:
             places = np.array(self.positions), np.array(self.targets)
             return RobotsProblem(*places, self.radius, self.speed, self.acceleration, self.arena)

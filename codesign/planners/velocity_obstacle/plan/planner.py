@@ -19,6 +19,7 @@ from codesign.planners.velocity_obstacle.plan.avoidance import Avoidance
 from codesign.planners.velocity_obstacle.plan.faults import fault_of
 from codesign.planners.velocity_obstacle.plan.parameters import AvoidParameters, RobotsWorkload
 from codesign.planners.velocity_obstacle.plan.problem import RobotsProblem
+from codesign.planners.velocity_obstacle.plan.quality import arrival_updates, quality
 from codesign.planners.velocity_obstacle.plan.reference import BRAKE
 
 STATE_BYTES = 120
@@ -69,8 +70,6 @@ class VelocityObstacle(Planner):
 
     def quality(self, problem: RobotsProblem, plan: Avoidance) -> RobotsQuality:
         """Collisions, arrivals and detours of the run."""
-        from codesign.planners.velocity_obstacle.plan.quality import quality
-
         return quality(problem, plan)
 
     def identity(self, plan: Avoidance) -> str:
@@ -101,8 +100,6 @@ class VelocityObstacle(Planner):
 
         Cells are counted from their middle as everywhere: (x, y) of a robot is (column + 0.5, row + 0.5).
         """
-        from codesign.planners.velocity_obstacle.plan.quality import arrival_updates
-
         assert 0 <= start < problem.count
         return plan.cells[:, start, ::-1] - 0.5, arrival_updates(plan)[start] is not None
 

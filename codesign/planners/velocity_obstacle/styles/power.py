@@ -13,6 +13,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
 
+import numpy as np
+
 from codesign.figures import Figure, Status
 from codesign.part import Part
 from codesign.planners.velocity_obstacle.published import CLOCK, PAPER, PART, TABLE_III, Style
@@ -54,8 +56,6 @@ def rows(robots: tuple[int, ...]) -> list[tuple[Style, int, int]]:
 @cache
 def fit_power(form: str) -> PowerFit:
     """The least-squares fit of one form to the rows with 2 and 4 robots."""
-    import numpy as np
-
     grow, styles = FORMS[form], list(Style)
     data = rows(FITTED_ROBOTS)
     matrix = np.array([[1.0, *(grow(n) * (style is other) for other in styles)] for style, n, _ in data])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -54,8 +55,6 @@ class WavefrontPlan:
     @cached_property
     def digest(self) -> str:
         """SHA-256 over everything that a path depends on."""
-        import hashlib
-
         delays, steps = self.wave_map.neighbours.delays, self.wave_map.neighbours.beside.shape
         hasher = hashlib.sha256(f"{self.potentials.shape}{delays.tolist()}{steps}".encode())
         for values in (self.potentials, self.obstacle_potentials, self.wave_map.extra):

@@ -9,12 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codesign.errors import MapError
+from codesign.maps.reach import reachable
 from codesign.models import Task, TaskParameters
 from codesign.planners.interface import Cell, LoadParameters, Planner, Problem
 from codesign.planners.job import Job
 from codesign.planners.paths import cell_of, from_position
 from codesign.planners.quality import Quality
 from codesign.planners.task_graph import Flow
+from codesign.planners.wavefront.plan.grid import check_cells
 from codesign.planners.wavefront.plan.parameters import (
     MAX_TILES,
     Course,
@@ -30,6 +32,7 @@ from codesign.planners.wavefront.plan.plan import (
     sizing_stops,
     waits,
 )
+from codesign.planners.wavefront.plan.quality import quality, reaching
 from codesign.planners.wavefront.plan.wave import longest_distance, register_bits
 
 CELL_BITS = 2
@@ -89,7 +92,6 @@ class Wavefront(Planner):
     def reachable(self, job: Job[Problem, PropagateParameters]) -> NDArray[np.bool_]:
         """The wave passes between two obstacles that touch at a corner where it may cut corners."""
         problem = job.problem
-        from codesign.maps.reach import reachable
 
         return reachable(problem.free, problem.goals, corner_cutting=job.parameters.corner_cutting)
 
@@ -140,8 +142,6 @@ class Wavefront(Planner):
 
     def quality(self, problem: Problem, plan: WavefrontPlan) -> Quality:
         """The quality of the paths."""
-        from codesign.planners.wavefront.plan.quality import quality
-
         return quality(problem, plan)
 
     def identity(self, plan: WavefrontPlan) -> str:
@@ -169,9 +169,6 @@ class Wavefront(Planner):
         Raises:
             MapError: a start outside of the map or on an obstacle.
         """
-        from codesign.planners.wavefront.plan.grid import check_cells
-        from codesign.planners.wavefront.plan.quality import reaching
-
         check_cells([start], problem.free, "start")
         potentials, tracker = reaching(problem, plan, (start,))
         if potentials[start] < 0:

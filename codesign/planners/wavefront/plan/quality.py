@@ -7,6 +7,7 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import NDArray
 
+from codesign.maps.reach import reachable
 from codesign.planners.interface import Cell, Problem
 from codesign.planners.paths import judge_arrival, judge_paths
 from codesign.planners.quality import Quality
@@ -27,8 +28,6 @@ def quality(problem: Problem, plan: WavefrontPlan) -> Quality:
     octile. A path that cuts corners can be shorter than the shortest path that does not, so ratios below 1 occur. The
     mean clearance weighs every step by its length.
     """
-    from codesign.maps.reach import reachable
-
     cells = reachable(problem.free, problem.goals, corner_cutting=plan.wave_map.neighbours.corner_cutting)
     cells[tuple(np.array(problem.goals).T)] = False
     planned = int((cells & (plan.potentials >= 0)).sum())

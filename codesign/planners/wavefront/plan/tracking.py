@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codesign.errors import InputError, MapError
-from codesign.planners.wavefront.plan.grid import WaveMap, check_map
+from codesign.planners.wavefront.plan.grid import WaveMap, check_cells, check_map
 
 WHOLE_PATH = 2**31 - 1
 
@@ -75,7 +75,6 @@ class Tracker:
 
     def follow(self, start: Sequence[int], steps: int | None = None) -> NDArray[np.int64]:
         """The path from ``start``; see ``track``."""
-        from codesign.planners.wavefront.plan.grid import check_cells
         from codesign.planners.wavefront.plan.kernels import follow
 
         cell = check_cells([start], self._map.free, "start")

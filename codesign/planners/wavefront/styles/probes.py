@@ -4,7 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
+import numpy as np
+
+from codesign import maps
 from codesign.planners.plug_in import Probe
+from codesign.planners.wavefront.plan import propagate
 from codesign.planners.wavefront.styles.software import MAP_KERNEL, TIME_KERNEL
 
 _SIDE = 256
@@ -14,27 +18,16 @@ _LAST = 4 * _SIDE
 
 def _prepare() -> object:
     """A square without obstacles prepared for a wave, which ends at once."""
-    import numpy as np
-
-    from codesign.planners.wavefront.plan import propagate
-
     return propagate(np.ones((_SIDE, _SIDE), np.bool_), [(0, 0)], limit=0)
 
 
 def _times() -> object:
     """A wave along a corridor of one cell, until that time."""
-    import numpy as np
-
-    from codesign.planners.wavefront.plan import propagate
-
     return propagate(np.ones((1, _LAST), np.bool_), [(0, 0)], limit=_LAST)
 
 
 def _wavefront() -> Probe:
     """The nodes of a wave over small rooms; its preparation and its times are left out."""
-    from codesign import maps
-    from codesign.planners.wavefront.plan import propagate
-
     free = maps.rooms(_SIDE, _SIDE, room=(15, 15), door=2, wall=1, seed=1).free
     reached = int((propagate(free, [(8, 8)], limit=_LAST) >= 0).sum())
     return Probe(reached, lambda: propagate(free, [(8, 8)], limit=_LAST), lambda: (_prepare(), _times()))
@@ -47,10 +40,6 @@ def _map() -> Probe:
 
 def _time() -> Probe:
     """The times alone, from one corridor to a longer one."""
-    import numpy as np
-
-    from codesign.planners.wavefront.plan import propagate
-
     long = np.ones((1, 20 * _LAST), np.bool_)
     return Probe(19 * _LAST, lambda: propagate(long, [(0, 0)], limit=20 * _LAST), _times)
 
