@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from bisect import bisect_left
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, TypeVar
 
-from codesign.figures import Figure, Status
+from codesign.figures import Figure, Status, label
 from codesign.part import Part
+
+CandidateT = TypeVar("CandidateT")
 
 
 @dataclass(frozen=True)
@@ -126,6 +129,23 @@ def packed(lines: Sequence[Line]) -> Line:
     source = f"{SLICE_PACKING} × half of the LUT or flip-flops"
     ends = -(-low // 2), -(-round(SLICE_PACKING * high) // 2)
     return Line.item(lines[0].name, "slices", slices, Status.ASSUMED, source, ends)
+
+
+def largest(candidates: Sequence[CandidateT], fits: Callable[[CandidateT], bool]) -> CandidateT | None:
+    """The last of the candidates that fits, by bisection; None where not even the first does.
+
+    Candidates stand in the order of their demand: behind one that does not fit, none fits.
+
+    >>> largest(range(1, 100), lambda side: side * side <= 50), largest([8, 9], lambda side: side < 8)
+    (7, None)
+    """
+    count = bisect_left(candidates, True, key=lambda each: not fits(each))
+    return candidates[count - 1] if count else None
+
+
+def part_lever(resource: str, need: int) -> Lever:
+    """A part with enough of a resource."""
+    return Lever("part", f"take one with at least {need:,} {label(resource)}")
 
 
 def short_resources(items: Iterable[Line], part: Part) -> dict[str, int]:

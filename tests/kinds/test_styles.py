@@ -12,8 +12,12 @@ import pytest
 from codesign.fidelity.designs import variables_of
 from codesign.figures import Status
 from codesign.inputs.part_file import load_part
+from codesign.planners.breadth_first.plan.parameters import Address, SearchParameters
+from codesign.planners.breadth_first.styles.resources import block_ram_total
 from codesign.planners.circuits import CircuitStyle
 from codesign.planners.counted import CountedLaws, _tables
+from codesign.planners.harmonic.styles.levers import fits
+from codesign.planners.harmonic.styles.resources import Machine, totals
 from codesign.system import catalog
 
 PART = load_part("LFE5U-85F-8")
@@ -147,3 +151,22 @@ def test_a_style_has_a_circuit_or_assumes_its_logic(planner: str, style: str, ta
     logic = [line for line in lines if line.resource in ("lut4", "flip_flops", "slices")]
     assert logic
     assert {line.figure.status for line in logic} == {Status.ASSUMED}
+
+
+@pytest.mark.parametrize("name", ["GW1NR-9-6", "XC3S500E-4", "LFE5U-85F-8"])
+@pytest.mark.parametrize("address", list(Address))
+def test_demand_never_falls_along_what_is_bisected(name: str, address: Address) -> None:
+    """The premise of ``largest``: behind a candidate that does not fit, none fits."""
+    part = load_part(name)
+    parameters, machine = SearchParameters(address=address), Machine(24, 36, 63)
+    maps = [block_ram_total(side, side, parameters, part) for side in range(1, 300)]
+    queues = [
+        block_ram_total(200, 200, parameters.model_copy(update={"queue_words": 1 << bits}), part)
+        for bits in range(4, 17)
+    ]
+    blocks = [fits(replace(machine, rows=rows, columns=rows * 3 // 2), part) for rows in range(1, 60)]
+    lasts = [totals(replace(machine, last=last), part.family)["slices"] for last in range(1, 63)]
+    assert maps == sorted(maps)
+    assert queues == sorted(queues)
+    assert lasts == sorted(lasts)
+    assert blocks == sorted(blocks, reverse=True)

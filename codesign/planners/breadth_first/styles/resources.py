@@ -8,8 +8,6 @@ fitted to some sizes and held against others (``planners/breadth_first/measured/
 
 from __future__ import annotations
 
-from bisect import bisect_right
-
 from codesign.figures import Status
 from codesign.part import Part
 from codesign.planners.breadth_first import published
@@ -22,7 +20,7 @@ from codesign.planners.breadth_first.plan.parameters import (
 )
 from codesign.planners.breadth_first.styles import timing
 from codesign.planners.counted import CountedLaws
-from codesign.planners.demand import Lever, Line, packed
+from codesign.planners.demand import Lever, Line, largest, packed, part_lever
 from codesign.planners.external_memory import ExternalMemoryLaw
 from codesign.planners.interface import Problem
 
@@ -162,7 +160,7 @@ def largest_side(parameters: SearchParameters, part: Part) -> int:
     """Side of the largest square map that fits the block RAMs of the part; 0: not even one cell."""
     budget = part.resources["block_rams"].value
     sides = range(1, LARGEST_SIDE + 1)
-    return bisect_right(sides, budget, key=lambda side: block_ram_total(side, side, parameters, part))
+    return largest(sides, lambda side: block_ram_total(side, side, parameters, part) <= budget) or 0
 
 
 def levers(problem: Problem, parameters: SearchParameters, part: Part) -> dict[str, tuple[Lever, ...]]:
@@ -196,7 +194,7 @@ def levers(problem: Problem, parameters: SearchParameters, part: Part) -> dict[s
     advice.append(
         Lever("problem.map", f"at most {side} × {side} cells fit {part.name} with these parameters")
     )
-    advice.append(Lever("part", f"take one with at least {need:,} block RAMs"))
+    advice.append(part_lever("block_rams", need))
     return {"block_rams": tuple(advice)}
 
 
@@ -204,11 +202,12 @@ def _largest_queue(shape: tuple[int, int], parameters: SearchParameters, part: P
     """Words of the largest circular queue, a power of two, that fits with the other memories; 0: none."""
     if parameters.memory is not MemoryPlace.BLOCK_RAM:
         return 0
-    for bits in range(address_bits(*shape, parameters.address) - 1, 3, -1):
-        changed = parameters.model_copy(update={"queue_words": 1 << bits})
-        if block_ram_total(*shape, changed, part) <= budget:
-            return 1 << bits
-    return 0
+
+    def fits(words: int) -> bool:
+        changed = parameters.model_copy(update={"queue_words": words})
+        return block_ram_total(*shape, changed, part) <= budget
+
+    return largest([1 << bits for bits in range(4, address_bits(*shape, parameters.address))], fits) or 0
 
 
 def bounds(problem: Problem, parameters: SearchParameters, queue_depth: int | None) -> tuple[Line, ...]:

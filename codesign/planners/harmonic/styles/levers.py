@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from bisect import bisect_right
 from dataclasses import replace
 from typing import Any
 
 from codesign.figures import Status, label
 from codesign.part import Part
-from codesign.planners.demand import Lever, Line
+from codesign.planners.demand import Lever, Line, largest, part_lever
 from codesign.planners.harmonic.styles.geometry import RAM_WIDTH
 from codesign.planners.harmonic.styles.resources import (
     Machine,
@@ -41,16 +40,10 @@ def _short(machine: Machine, part: Part) -> list[str]:
 def largest_block(machine: Machine, part: Part) -> Shape | None:
     """The largest block of about the same proportions, up to that of ``machine``, that fits the part with borders.
 
-    None: not even one node. Demand never falls as a block grows, so bisection is exact.
+    None: not even one node. Demand never falls as a block grows.
     """
-    low, high = 0, machine.rows
-    while low < high:
-        middle = (low + high + 1) // 2
-        if fits(_with_block(machine, _scaled(machine.block, middle)), part):
-            low = middle
-        else:
-            high = middle - 1
-    return _scaled(machine.block, low) if low else None
+    blocks = [_scaled(machine.block, rows) for rows in range(1, machine.rows + 1)]
+    return largest(blocks, lambda block: fits(_with_block(machine, block), part))
 
 
 def _with_block(machine: Machine, block: Shape) -> Machine:
@@ -72,11 +65,11 @@ def resource_levers(
     for kind in (kind for kind in part.resources if kind in short):
         levers, limit = [shared], part.resources[kind].value
         if kind == "slices" and machine.decision and machine.of_paper(part.family):
-            lasts = range(1, machine.last)
-            last = bisect_right(
-                lasts, limit, key=lambda last: totals(replace(machine, last=last), part.family)["slices"]
+            last = largest(
+                range(1, machine.last),
+                lambda last, limit=limit: totals(replace(machine, last=last), part.family)["slices"] <= limit,
             )
-            if last:
+            if last is not None:
                 levers.append(
                     Lever(
                         "relax.schedule",
@@ -87,7 +80,7 @@ def resource_levers(
         if machine.decision and without[kind] <= limit:
             spared = f"{need[kind] - without[kind]:,} {label(kind)} of the decision module are spared"
             levers.append(Lever("decide.component", f"another component: {spared}"))
-        levers.append(Lever("part", f"take one with at least {need[kind]:,} {label(kind)}"))
+        levers.append(part_lever(kind, need[kind]))
         by_kind[kind] = tuple(levers)
     return by_kind
 
@@ -146,25 +139,25 @@ def _larger_block(
     """The smallest larger block with words that fit, or else the precision of the largest block of the part."""
     block, precision = machine.block, machine.last
     covering = max(map_shape[0], -(-map_shape[1] * block[0] // block[1]))
-    largest = largest_block(_with_block(machine, _scaled(block, covering)), part)
-    if largest is None:
+    widest = largest_block(_with_block(machine, _scaled(block, covering)), part)
+    if widest is None:
         return ()
-    for rows in range(block[0] + 1, largest[0] + 1):
+    for rows in range(block[0] + 1, widest[0] + 1):
         shape = _clipped(_scaled(block, rows), map_shape)
         blocks = block_count(map_shape, shape)
         if words(blocks, precision, machine.digit_bits) <= depth:
             advice = f"{shape[0]} × {shape[1]} makes {_counted(blocks)}, and fits {part.name}"
             return (Lever("relax.block", advice, _block_changes(shape, precisions, precision)),)
-    largest = _clipped(largest, map_shape)
-    blocks = block_count(map_shape, largest)
+    widest = _clipped(widest, map_shape)
+    blocks = block_count(map_shape, widest)
     last = largest_precision(blocks, depth, machine.digit_bits)
     if last < 1 or blocks >= block_count(map_shape, block):
         return ()
     advice = (
-        f"{largest[0]} × {largest[1]}, the largest in these proportions that fits {part.name},"
+        f"{widest[0]} × {widest[1]}, the largest in these proportions that fits {part.name},"
         f" makes {_counted(blocks)}: precision up to {last}"
     )
-    return (Lever("relax.block", advice, _block_changes(largest, precisions, last)),)
+    return (Lever("relax.block", advice, _block_changes(widest, precisions, last)),)
 
 
 def _ending(precisions: Precisions, last: int) -> list[int]:

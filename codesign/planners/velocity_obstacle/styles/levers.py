@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from codesign.figures import Status, label
+from codesign.figures import Status
 from codesign.part import Part
-from codesign.planners.demand import Lever, Line, short_resources, sum_by_resource
+from codesign.planners.demand import Lever, Line, part_lever, short_resources, sum_by_resource
 from codesign.planners.velocity_obstacle.plan.parameters import AvoidParameters
 from codesign.planners.velocity_obstacle.published import PAPER, Style
 from codesign.planners.velocity_obstacle.styles import resources
@@ -47,10 +47,7 @@ def resource_levers(
     most = _most_robots(style, robots, parameters, part)
     if most is not None:
         shared.append(Lever("problem.robots", f"at most {most} fit {part.name} in style {style}"))
-    return {
-        kind: (*shared, Lever("part", f"take one with at least {need:,} {label(kind)}"))
-        for kind, need in missing.items()
-    }
+    return {kind: (*shared, part_lever(kind, need)) for kind, need in missing.items()}
 
 
 def array_bound(parameters: AvoidParameters, part: Part) -> Line:

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
-from codesign.figures import Status, label
+from codesign.figures import Status
 from codesign.part import Part
-from codesign.planners.demand import Lever, Line, short_resources
+from codesign.planners.demand import Lever, Line, part_lever, short_resources
 
 Shape = tuple[int, int]
 ItemsOf = Callable[[Shape], tuple[Line, ...]]
@@ -62,10 +62,7 @@ def resource_levers(items: tuple[Line, ...], part: Part, other: Alternatives) ->
         asked, enough = other.spare_bits
         axis, text = "propagate.register_bits", f"{enough} are enough, {asked} are asked for"
         shared.append(Lever(axis, text, axes={axis: enough}))
-    return {
-        kind: (*shared, Lever("part", f"take one with at least {need:,} {label(kind)}"))
-        for kind, need in short.items()
-    }
+    return {kind: (*shared, part_lever(kind, need)) for kind, need in short.items()}
 
 
 def register_bound(needed: int, given: int, largest: int) -> Line:
