@@ -7,6 +7,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import chain
 
+from more_itertools import map_reduce
+
 from codesign.figures import Figure, Status
 from codesign.inputs.calibration_file import LEAST_FACTOR, FittedTerm, Sample, inverse_sizes, leverage
 
@@ -180,10 +182,7 @@ def _ratios(samples: Iterable[Sample]) -> dict[str, float]:
 
 
 def _by_design(samples: Iterable[Sample]) -> Mapping[str, list[Sample]]:
-    designs: dict[str, list[Sample]] = {}
-    for sample in samples:
-        designs.setdefault(sample.design, []).append(sample)
-    return designs
+    return map_reduce(samples, lambda sample: sample.design)
 
 
 def _log_ratio(sample: Sample) -> float:

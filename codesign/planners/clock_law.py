@@ -40,6 +40,7 @@ from dataclasses import dataclass, replace
 from functools import cache, partial
 
 import numpy as np
+from more_itertools import map_reduce
 
 from codesign.figures import Figure, Status
 from codesign.part import Part
@@ -184,11 +185,12 @@ def _columns(placements: Sequence[Placement]) -> tuple[tuple[str, ...], ...]:
 
 def _grows(placements: Sequence[Placement], pipeline: str, family: str = "") -> bool:
     """Whether the pipeline was placed in two sizes at least, on the family or on any one."""
-    sizes: dict[str, set[float]] = {}
-    for each in placements:
-        if each.registers.pipeline == pipeline and family in ("", each.row.family):
-            sizes.setdefault(each.row.family, set()).add(each.registers.size)
-    return any(len(of_family) > 1 for of_family in sizes.values())
+    placed = {
+        (each.row.family, each.registers.size)
+        for each in placements
+        if each.registers.pipeline == pipeline and family in ("", each.row.family)
+    }
+    return len(placed) > len({of_family for of_family, _ in placed})
 
 
 def _terms(
@@ -374,10 +376,11 @@ def _reached(registers: Registers, placements: tuple[Placement, ...]) -> str:
     law, text = clock_law(placements), ""
     if law is None:
         return text
-    placed: dict[tuple[str, str], list[float]] = {}
-    for each in placements:
-        if each.registers.pipeline == registers.pipeline:
-            placed.setdefault((each.row.part, each.row.family), []).append(each.registers.size)
+    placed = map_reduce(
+        (each for each in placements if each.registers.pipeline == registers.pipeline),
+        lambda each: (each.row.part, each.row.family),
+        lambda each: each.registers.size,
+    )
     for (part, family), sizes in sorted(placed.items()):
         near = replace(registers, size=min(max(registers.size, min(sizes)), max(sizes)))
         own, other = (

@@ -12,8 +12,7 @@ from typing import Any
 import jinja2
 
 from codesign.planners.circuits import Circuit, Expected, Pins
-from codesign.rtl.bounds import bound_of
-from codesign.rtl.design import range_of, top_name
+from codesign.rtl.design import bound_of, range_of, top_name
 
 BENCH = "hwsw_bench"
 """The module of the bench."""

@@ -15,9 +15,8 @@ from codesign.files import scratch
 from codesign.planners.circuits import Circuit, Expected, Pins
 from codesign.rtl import tools
 from codesign.rtl.bench import BENCH, bench_files
-from codesign.rtl.bounds import work_of
 from codesign.rtl.cache import digest_of, kept
-from codesign.rtl.design import sources_of, write_design
+from codesign.rtl.design import sources_of, work_of, write_design
 from codesign.rtl.gates import write_gates
 from codesign.rtl.runs import HINT, Progress, Run, Waves, events_of, phases_of, pins_of, silent
 

@@ -8,6 +8,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from more_itertools import map_reduce
+
 from codesign.errors import CodesignError
 from codesign.interrupts import end_children
 from codesign.planners.circuits import CircuitStyle
@@ -107,9 +109,7 @@ def verify_all(
     drawn = 0 if differing is None and cycles is not None else differing
     if waves is not None and drawn is not None:
         verify(asked[drawn].style, asked[drawn].job(), backend, waves, cycles=cycles)
-    groups: dict[tuple[str, str, str], list[Checked]] = {}
-    for checked in in_order:
-        groups.setdefault((checked.planner, checked.style, checked.task), []).append(checked)
+    groups = map_reduce(in_order, lambda checked: (checked.planner, checked.style, checked.task))
     return tuple(StyleChecked(*names, tuple(points)) for names, points in groups.items())
 
 

@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
 
-from codesign.planners.circuits import Bits, Circuit
+from codesign.planners.circuits import Bits, Circuit, Expected
 from codesign.rtl.cache import digest_of
 
 DIGITS = 12
@@ -113,3 +113,14 @@ def write_design(circuit: Circuit, folder: Path) -> None:
         (folder / name).write_text(text, encoding="utf-8")
     for name, image in circuit.images.items():
         (folder / name).write_text(image.hex_text(), encoding="utf-8")
+
+
+def bound_of(expected: Expected) -> int:
+    """The most cycles that a run may take: far more than expected, so that the difference can be seen."""
+    cycles, last = sum(expected.cycles.values()), expected.events.cycle.max(initial=0)
+    return max(cycles, int(last)) * 9 // 8 + 256
+
+
+def work_of(circuit: Circuit, expected: Expected) -> int:
+    """Elements of the circuit times the cycles of its run: the time of a simulation grows with it."""
+    return circuit.elements * sum(expected.cycles.values())

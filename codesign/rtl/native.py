@@ -14,9 +14,8 @@ from codesign.errors import RunError
 from codesign.files import scratch
 from codesign.planners.circuits import Circuit, Expected
 from codesign.rtl import tools
-from codesign.rtl.bounds import bound_of
 from codesign.rtl.cache import digest_of, kept
-from codesign.rtl.design import digest_of_circuit, sources_of, top_name, write_design
+from codesign.rtl.design import bound_of, digest_of_circuit, sources_of, top_name, write_design
 from codesign.rtl.runs import HINT, Progress, Run, Waves, events_of, phases_of, pins_of, silent, stream_chunks
 
 _PINS_KIND = 16

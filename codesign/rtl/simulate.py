@@ -12,7 +12,7 @@ from codesign.errors import InputError, RunError, choose_hint
 from codesign.planners.circuits import Circuit, Expected
 from codesign.rtl import tools
 from codesign.rtl.bench_runs import icarus, verilator
-from codesign.rtl.bounds import work_of
+from codesign.rtl.design import work_of
 from codesign.rtl.native import cxxrtl
 from codesign.rtl.runs import Progress, Run, Waves, silent
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from codesign.planners.circuits import Circuit, CircuitStyle, Events, Expected, Pins
 from codesign.planners.job import Job
-from codesign.rtl.bounds import bound_of
+from codesign.rtl.design import bound_of
 from codesign.rtl.runs import Progress, Run, Waves, silent
 from codesign.rtl.simulate import simulate
 from codesign.rtl.wave_view import write_view

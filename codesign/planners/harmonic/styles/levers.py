@@ -65,10 +65,7 @@ def resource_levers(
     for kind in (kind for kind in part.resources if kind in short):
         levers, limit = [shared], part.resources[kind].value
         if kind == "slices" and machine.decision and machine.of_paper(part.family):
-            last = largest(
-                range(1, machine.last),
-                lambda last, limit=limit: totals(replace(machine, last=last), part.family)["slices"] <= limit,
-            )
+            last = _last_within(machine, part, limit)
             if last is not None:
                 levers.append(
                     Lever(
@@ -83,6 +80,15 @@ def resource_levers(
         levers.append(part_lever(kind, need[kind]))
         by_kind[kind] = tuple(levers)
     return by_kind
+
+
+def _last_within(machine: Machine, part: Part, slices: float) -> int | None:
+    """The last precision below that of the machine that so many slices hold."""
+
+    def fits(last: int) -> bool:
+        return totals(replace(machine, last=last), part.family)["slices"] <= slices
+
+    return largest(range(1, machine.last), fits)
 
 
 def word_depth_bound(
