@@ -1,28 +1,27 @@
 """What the papers published, beside the laws and the Verilog of this package, figure by figure.
 
-Only figures that the Verilog has too stand here; ``hwsw reproduce`` compares all rows of the papers with the model.
+Only rows of the papers that the Verilog has too stand here: those of a ``rows.yaml`` with a ``circuit``. It names a
+measure of this module. ``hwsw reproduce`` compares all rows with the model.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from statistics import fmean
+from typing import Any
 
 from codesign.fidelity.designs import circuit_of, clocks, job_of, resources, words_of
 from codesign.fidelity.points import TOTAL, Point
 from codesign.inputs.part_file import load_part
-from codesign.planners.breadth_first import published as breadth_first
-from codesign.planners.harmonic import published as harmonic
+from codesign.planners.breadth_first.paper.measures import PAPER as BREADTH_FIRST
+from codesign.planners.harmonic.paper.measures import PAPER as HARMONIC
+from codesign.planners.papers import Case, Entry, Paper, filled, printed
 from codesign.planners.power_law import REPORTS
-from codesign.planners.reproduction import Row
-from codesign.planners.velocity_obstacle import published as velocity_obstacle
-from codesign.planners.velocity_obstacle.paper.tables import table_rows
-from codesign.planners.wavefront import published as wavefront
+from codesign.planners.velocity_obstacle.paper.measures import PAPER as VELOCITY_OBSTACLE
+from codesign.planners.wavefront.paper.measures import PAPER as WAVEFRONT
 
-PRECISION = harmonic.WHOLE_DESIGN_PRECISION
-"""Bits that the slices of the published decision are taken at."""
-
+PAPERS = HARMONIC, BREADTH_FIRST, WAVEFRONT, VELOCITY_OBSTACLE
 REPORTED, COUNTED_A_SLICE = "XC7Z020-1", 2
 """The part of the public reports of power, and how many slices laws count in one of it."""
 
@@ -52,14 +51,65 @@ class Claim:
         return None if value is None or not self.published else value / self.published - 1
 
 
+@dataclass(frozen=True)
+class Counted:
+    """What laws and circuits have of a row, and from what. ``published``: where the figure is not printed as such."""
+
+    law: float | None
+    circuit: float | None
+    how: str
+    published: float | None = None
+
+
+Measure = Callable[[Sequence[Point], Case], Counted | None]
+MEASURES: dict[str, Measure] = {}
+"""What a row of a paper may name as the measure of its ``circuit``, by name."""
+
+
+def measure(function: Measure) -> Measure:
+    """Let rows name a function. It is called with all points, and with the numbers of the row; None: it has none."""
+    MEASURES[function.__name__] = function
+    return function
+
+
 def claims(points: Sequence[Point]) -> tuple[Claim, ...]:
-    """Every figure that papers and Verilog both have."""
+    """Every figure that papers and Verilog both have, and the public reports of power."""
+    of_papers = [claim for paper in PAPERS for claim in _of_paper(paper, points)]
     return (
-        *_of_harmonic(points),
-        *_of_clocks(points),
-        *_of_elements(),
-        *_of_velocity_obstacles(points),
-        *_of_power(),
+        *(claim for claim in of_papers if claim.unit != "W"),
+        *_of_reports(),
+        *(claim for claim in of_papers if claim.unit == "W"),
+    )
+
+
+def _of_paper(paper: Paper, points: Sequence[Point]) -> Iterator[Claim]:
+    for part in paper.sheet.parts:
+        entries = [entry for entry in part.entries if entry.circuit is not None]
+        for case in paper.cases(part, None) if entries else ():
+            for entry in entries:
+                claim = _of_row(paper, entry, case, points)
+                if claim is not None:
+                    yield claim
+
+
+def _of_row(paper: Paper, entry: Entry, case: Mapping[str, Any], points: Sequence[Point]) -> Claim | None:
+    assert entry.circuit is not None, "chosen by it"
+    values = {**paper.figures, **case, **entry.of}
+    row = None if entry.measure is None else paper.row(entry, case, None)
+    counted = MEASURES[entry.circuit.measure](points, Case(**values, row=row))
+    if counted is None:
+        return None
+    place = entry.circuit.place or f"{paper.printed.cited}, {filled(entry.place, values)}"
+    listed = printed(entry.published, entry.circuit.over, values)
+    return Claim(
+        name=filled(entry.circuit.name, values),
+        place=place,
+        quantity=filled(entry.circuit.what or entry.what, values),
+        unit=entry.circuit.unit or entry.unit or "1",
+        published=listed if counted.published is None else counted.published,
+        law=counted.law,
+        circuit=counted.circuit,
+        how=counted.how,
     )
 
 
@@ -67,124 +117,95 @@ def _chosen(points: Sequence[Point], **wanted: str) -> list[Point]:
     return [point for point in points if all(vars(point)[name] == value for name, value in wanted.items())]
 
 
-def _of_harmonic(points: Sequence[Point]) -> Iterator[Claim]:
-    """A node and the control, by the plain pipeline of the publication, on Virtex-II."""
-    plain = [
-        point
-        for point in _chosen(points, planner="harmonic", family="xc2v")
-        if not point.variables.get("PIPELINE")
-    ]
-    node = harmonic.NODE
-    for name, quantity, listed in (
-        ("flip-flops", "flip_flops", node.flip_flops),
-        ("LUT", "lut4", node.lut4),
-    ):
-        rows = _chosen(plain, line="nodes", quantity=quantity)
-        if rows:
-            nodes = [row.variables["ROWS"] * row.variables["COLUMNS"] for row in rows]
-            law = fmean(row.predicted.value / count for row, count in zip(rows, nodes, strict=True))
-            counted = fmean(row.measured / count for row, count in zip(rows, nodes, strict=True))
-            how = f"mean of {len(rows)} arrays, Yosys for Virtex-II"
-            place = f"{harmonic.PAPER}, {node.table}"
-            yield Claim(f"harmonic {name} a node", place, f"{name} a node", "1", listed, law, counted, how)
-    slices = harmonic.DECISION_SLICES_A_BIT * PRECISION + harmonic.DECISION_SLICES
-    for name, line, listed in (
-        ("decision", "decision", slices),
-        ("control", "control", harmonic.CONTROL_SLICES),
-    ):
-        rows = _chosen(plain, line=line, quantity="lut4")
-        if rows:
-            most = max(rows, key=lambda row: row.measured)
-            how = f"half of {most.measured:,.0f} LUT, {most.design}"
-            place = f"{harmonic.PAPER}, section 5.4"
-            half = most.predicted.value / 2
-            yield Claim(
-                f"harmonic {name}", place, f"slices of the {name}", "1", listed, half, most.measured / 2, how
-            )
+def _plain(points: Sequence[Point], line: str, quantity: str) -> list[Point]:
+    """A line of the harmonic circuit by the plain pipeline of the publication, on Virtex-II."""
+    chosen = _chosen(points, planner="harmonic", family="xc2v", line=line, quantity=quantity)
+    return [point for point in chosen if not point.variables.get("PIPELINE")]
 
 
-def _of_clocks(points: Sequence[Point]) -> Iterator[Claim]:
-    """Published clocks beside the fastest placement of the same style, on whatever part."""
-    block = harmonic.BLOCK
-    for planner, style, place, listed in (
-        ("harmonic", "bit_serial", f"{harmonic.PAPER}, {block.table}, {block.part}", block.clock),
-        (
-            "breadth_first",
-            "state_machine",
-            f"{breadth_first.PAPER}, section 3.2, XC2VP30",
-            breadth_first.CLOCK_LIMIT,
-        ),
-        ("wavefront", "delay_line", f"{wavefront.PAPER}, assumed there", wavefront.CLOCK),
-        ("wavefront", "delay_line", f"{wavefront.RIVAL}, {wavefront.RIVAL_PART}", wavefront.RIVAL_CLOCK),
-    ):
-        rows = _chosen(points, planner=planner, style=style, quantity="clock")
-        if rows:
-            best = max(rows, key=lambda row: row.measured)
-            how = f"placed on {best.part}, not on the paper's part: {best.design}"
-            paper = place.split(",", 1)[0]
-            name = f"{planner} clock, {paper}"
-            yield Claim(name, place, "clock", "Hz", listed, best.predicted.value, best.measured, how)
+@measure
+def node_count(points: Sequence[Point], case: Case) -> Counted | None:
+    """A resource of one node, as the mean over arrays."""
+    rows = _plain(points, "nodes", case.kind)
+    if case.rows * case.columns != 1 or not rows:
+        return None
+    nodes = [row.variables["ROWS"] * row.variables["COLUMNS"] for row in rows]
+    law = fmean(row.predicted.value / count for row, count in zip(rows, nodes, strict=True))
+    counted = fmean(row.measured / count for row, count in zip(rows, nodes, strict=True))
+    return Counted(law, counted, f"mean of {len(rows)} arrays, Yosys for Virtex-II")
 
 
-def _of_elements() -> Iterator[Claim]:
+@measure
+def slices_of_line(points: Sequence[Point], case: Case) -> Counted | None:
+    """Slices of the decision or the control, as half of the LUT of the largest."""
+    rows = _plain(points, case.line, "lut4")
+    if not rows:
+        return None
+    most = max(rows, key=lambda row: row.measured)
+    how = f"half of {most.measured:,.0f} LUT, {most.design}"
+    listed = case.decision_slices_a_bit * case.design_precision + case.decision_slices
+    published = listed if case.line == "decision" else None
+    return Counted(most.predicted.value / 2, most.measured / 2, how, published)
+
+
+@measure
+def placed_clock(points: Sequence[Point], case: Case) -> Counted | None:
+    """The fastest placement of a style, on whatever part."""
+    rows = _chosen(points, planner=case.planner, style=case.style, quantity="clock")
+    if not rows:
+        return None
+    best = max(rows, key=lambda row: row.measured)
+    how = f"placed on {best.part}, not on the paper's part: {best.design}"
+    return Counted(best.predicted.value, best.measured, how)
+
+
+@measure
+def cycles_of_elements(_points: Sequence[Point], _case: Case) -> Counted | None:
     """Cycles a cell of arrays with several cells an element, as the laws count them and ``hwsw verify`` compares."""
     jobs = [
         (job_of("wavefront", design), design)
         for design in (*resources("wavefront"), *(each.design for each in clocks("wavefront")))
         if design.parameters.get("element_cells", 1) > 1
     ]
-    if jobs:
-        job, design = max(jobs, key=lambda pair: pair[0].problem.free.size)
-        cycles = sum(circuit_of("wavefront", design).expected(job).cycles.values())
-        cells = job.problem.free.size
-        yield Claim(
-            "wavefront cycles a cell",
-            f"{wavefront.RIVAL}, {wavefront.RIVAL_PART}",
-            "cycles a cell",
-            "1",
-            wavefront.RIVAL_CYCLES_A_PIXEL,
-            cycles / cells,
-            cycles / cells,
-            f"load, wave and path, {words_of(job, design)}",
+    if not jobs:
+        return None
+    job, design = max(jobs, key=lambda pair: pair[0].problem.free.size)
+    cycles = sum(circuit_of("wavefront", design).expected(job).cycles.values()) / job.problem.free.size
+    return Counted(cycles, cycles, f"load, wave and path, {words_of(job, design)}")
+
+
+@measure
+def lut_of_style(points: Sequence[Point], case: Case) -> Counted | None:
+    """The LUT of Table I, whose share of the part is published, beside the synthesised circuit of the same width."""
+    rows = [
+        point
+        for point in _chosen(
+            points,
+            planner="velocity_obstacle",
+            style=case.style,
+            family="xc3se",
+            line=TOTAL,
+            quantity="lut4",
         )
+        if point.variables["WIDTH"] == 16
+        and not point.variables["PARALLEL"]
+        and not point.variables["CROSS_PRODUCT"]
+    ]
+    if not rows:
+        return None
+    row = min(rows, key=lambda each: (each.variables["ROBOTS"], len(each.design)))
+    how = f"Yosys for Spartan-3E, {row.design}"
+    return Counted(row.predicted.value, row.measured, how, case.luts / 100 * case.lut4_of_part)
 
 
-def _of_velocity_obstacles(points: Sequence[Point]) -> Iterator[Claim]:
-    """Table I in LUT beside the synthesised circuit of the same width."""
-    for style, (_, share, _) in velocity_obstacle.TABLE_I.items():
-        rows = [
-            point
-            for point in _chosen(
-                points,
-                planner="velocity_obstacle",
-                style=style.value,
-                family="xc3se",
-                line=TOTAL,
-                quantity="lut4",
-            )
-            if point.variables["WIDTH"] == 16
-            and not point.variables["PARALLEL"]
-            and not point.variables["CROSS_PRODUCT"]
-        ]
-        if rows:
-            row = min(rows, key=lambda each: (each.variables["ROBOTS"], len(each.design)))
-            listed = share / 100 * velocity_obstacle.LUT4_OF_PART
-            place = f"{velocity_obstacle.PAPER}, Table I"
-            how = f"Yosys for Spartan-3E, {row.design}"
-            yield Claim(
-                f"velocity obstacles LUT, {style.value}",
-                place,
-                f"LUT, 2 robots, {style.value}",
-                "1",
-                listed,
-                row.predicted.value,
-                row.measured,
-                how,
-            )
+@measure
+def power_by_law(_points: Sequence[Point], case: Case) -> Counted:
+    """The law of power. No circuit was measured."""
+    return Counted(case.row.modelled / 1e3, None, f"{case.row.use}: {case.row.source}")
 
 
-def _of_power() -> Iterator[Claim]:
-    """Power: the laws beside published figures. No circuit was measured."""
+def _of_reports() -> Iterator[Claim]:
+    """Power: the laws beside public reports. No circuit was measured."""
     part = load_part(REPORTED)
     for report in REPORTS:
         counted = report.slices * COUNTED_A_SLICE
@@ -198,21 +219,3 @@ def _of_power() -> Iterator[Claim]:
             None,
             f"{part.name}: power of a slice and Hz, which comes from these two reports",
         )
-    for row in table_rows():
-        if row.unit == "mW" and row.table == "Table III" and isinstance(row.published, int | float):
-            yield _of_row(row)
-
-
-def _of_row(row: Row) -> Claim:
-    assert isinstance(row.published, int | float), "chosen by it"
-    assert isinstance(row.modelled, int | float), "the law answers for every published power"
-    return Claim(
-        "power of velocity obstacles",
-        f"{velocity_obstacle.PAPER}, {row.table}",
-        row.quantity,
-        "W",
-        row.published / 1e3,
-        row.modelled / 1e3,
-        None,
-        f"{row.use}: {row.source}",
-    )

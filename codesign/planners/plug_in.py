@@ -9,6 +9,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from pkgutil import resolve_name
 from typing import Any, Protocol
 
 from codesign.planners.circuits import CircuitStyle
@@ -55,6 +56,15 @@ class Reproduce(Protocol):
         ``quick``: fewer and smaller maps, seconds instead of minutes. ``progress`` is called with a line of text for
         each part of the work. ``settings``: of the model that the plug-in declares; by default as published.
         """
+
+
+def named(where: str) -> Callable[..., Any]:
+    """A function that is named as ``MODULE:NAME`` and imported when it is first called."""
+
+    def called(*arguments: Any, **named: Any) -> Any:
+        return resolve_name(where)(*arguments, **named)
+
+    return called
 
 
 @dataclass(frozen=True)

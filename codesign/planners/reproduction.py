@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from enum import StrEnum
+from functools import cache
+from pathlib import Path
 from typing import Any, Literal
 
 from codesign.errors import clip
@@ -105,6 +107,27 @@ class Settings(SpecModel):
     def moved(self) -> dict[str, Any]:
         """Those that were given, by name."""
         return {name: value for name, value in self if value is not None}
+
+
+@dataclass(frozen=True)
+class Printed:
+    """The numbers that laws take from a paper: how it is cited, figures by name, tables as rows by column."""
+
+    cited: str
+    figures: Mapping[str, Any]
+    tables: Mapping[str, Sequence[Mapping[str, Any]]]
+
+
+@cache
+def printed_numbers(path: Path) -> Printed:
+    """The numbers of a ``published.json``; laws read them where they are imported, so they are JSON and not YAML."""
+    tree = json.loads(path.read_text(encoding="utf-8"))
+    figures = {name: figure["value"] for name, figure in tree["figures"].items()}
+    tables = {
+        name: [dict(zip(table["columns"], row, strict=True)) for row in table["rows"]]
+        for name, table in tree["tables"].items()
+    }
+    return Printed(tree["cited"], figures, tables)
 
 
 @dataclass(frozen=True)

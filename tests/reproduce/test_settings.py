@@ -13,9 +13,9 @@ from click.testing import Result
 
 from codesign.errors import SpecError
 from codesign.planners.reproduction import Reproduction, Settings, Use, row
-from codesign.planners.velocity_obstacle.paper.settings import VelocityObstacleSettings
+from codesign.planners.velocity_obstacle.published import VelocityObstacleSettings
 from codesign.planners.wavefront.paper.maps import SAMPLES
-from codesign.planners.wavefront.paper.settings import SampleName
+from codesign.planners.wavefront.published import SampleName
 from codesign.system import catalog
 from codesign.system.inspect import paper_settings, settings_by_paper
 

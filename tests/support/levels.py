@@ -33,7 +33,7 @@ LEVELS: list[list[str]] = [
         "planners.interface",
         "planners.reproduction",
     ],
-    ["planners.paths", "planners.styles", "planners.circuits"],
+    ["planners.paths", "planners.styles", "planners.circuits", "planners.papers"],
     ["planners.host", "planners.plug_in"],
     ["plugin"],
     [f"planners.{room}" for room in ROOMS],

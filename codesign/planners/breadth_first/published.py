@@ -1,39 +1,21 @@
-"""The numbers that Vacariu, Roman, Timar, Stanciu, Banabic and Cret (2008) publish: Tables 1 to 3 and the text.
-
-The numbers are as printed, also where they contradict each other.
-"""
+"""The numbers of Vacariu et al. (2008) that laws use, of ``published.json``, and the settings of its runs."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
 
-PAPER = "Vacariu et al. 2008"
-FAMILY = "Virtex-II Pro"
-"""The family of the XC2VP30, which the circuit was synthesised for."""
+from pydantic import Field
 
+from codesign.planners.reproduction import Settings, printed_numbers
 
-@dataclass(frozen=True)
-class SoftwareRun:
-    """A row of Table 1: the Java program on a Pentium 4. ``milliseconds`` as read from the system's clock."""
-
-    side: int
-    obstacles: float
-    spreading: str
-    milliseconds: int
-
-
-SOFTWARE = (
-    SoftwareRun(30, 0.25, "High", 10),
-    SoftwareRun(30, 0.50, "Medium", 0),
-    SoftwareRun(40, 0.25, "High", 40),
-    SoftwareRun(40, 0.50, "High", 10),
-    SoftwareRun(100, 0.25, "High", 120),
-    SoftwareRun(100, 0.50, "High", 40),
+NUMBERS = printed_numbers(Path(__file__).with_name("published.json"))
+PAPER, FAMILY = NUMBERS.cited, str(NUMBERS.figures["family"])
+CLOCK_LIMIT, SHOWN_CLOCK, DISPLAY_ROWS, DISPLAY_COLUMNS, MEMORY_WALL_SIDE = (
+    int(NUMBERS.figures[name])
+    for name in ("clock_limit", "shown_clock", "display_rows", "display_columns", "memory_wall_side")
 )
-"""Table 1. The second row says "Almost 0"."""
-
-SOFTWARE_TICK_MS = 10
-"""Every time of Table 1 is a multiple of 10 ms: the tick of the clock. So each time is good to ±10 ms."""
 
 
 @dataclass(frozen=True)
@@ -44,6 +26,7 @@ class HardwareRun:
     obstacles: float
     microseconds_at_120: float
     microseconds_at_150: float
+    use: str
 
     @property
     def cycles_at_120(self) -> float:
@@ -56,25 +39,14 @@ class HardwareRun:
         return self.microseconds_at_150 * 150
 
 
-HARDWARE = (
-    HardwareRun(10, 0.25, 2.78, 2.35),
-    HardwareRun(30, 0.25, 34.95, 28.2),
-    HardwareRun(40, 0.50, 73.81, 59.54),
-    HardwareRun(50, 0.50, 112.15, 90.14),
-    HardwareRun(100, 0.50, 475.38, 380.3),
-)
-"""Tables 2 and 3; the spreading of every row is High."""
+HARDWARE = tuple(HardwareRun(**row) for row in NUMBERS.tables["Tables 2, 3"])
+SOFTWARE = {(row["side"], row["obstacles"]): row["milliseconds"] for row in NUMBERS.tables["Table 1"]}
+"""Table 1: ms by side and share of obstacles. The second row says "Almost 0"."""
 
-CLOCK_LIMIT = 185_000_000
-"""Hz: "the system can work at a maximum frequency of 185 MHz" (section 3.2)."""
-SHOWN_CLOCK = 150_000_000
-"""Hz: the fastest clock with published times."""
 
-DISPLAY_ROWS, DISPLAY_COLUMNS = 600, 800
-DISPLAY_CLOCK = 65_000_000
-DISPLAY_REFRESH = 60
-"""The VGA controller: 800×600 pixels, a 65 MHz clock, 60 ± 1 Hz (section 3.1.1)."""
+class BreadthFirstSettings(Settings):
+    """Settings of the runs. Without a value, a run has that of the published rows."""
 
-MEMORY_WALL_SIDE = 200
-"""Side of the map for which the Java program "required more virtual memory ... than the operating system could
-give" (section 2.2). It ran at 100."""
+    maps: Annotated[int, Field(ge=2, le=10_000)] | None = Field(
+        default=None, description="maps of each family, size and share of obstacles; published rows: 100"
+    )

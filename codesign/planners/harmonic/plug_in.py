@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from codesign.planners.harmonic.paper.reproduce import harmonic
-from codesign.planners.harmonic.paper.settings import HarmonicSettings
 from codesign.planners.harmonic.plan.planner import PLANNER
+from codesign.planners.harmonic.published import HarmonicSettings
 from codesign.planners.harmonic.rtl import CIRCUITS
 from codesign.planners.harmonic.styles import ARCHITECTURES, TASK_STYLES
 from codesign.planners.harmonic.styles.probes import PROBES
-from codesign.planners.plug_in import PlugIn, Samples
+from codesign.planners.plug_in import PlugIn, Samples, named
 
 PLUG_IN = PlugIn(
     planner=PLANNER,
@@ -16,7 +15,7 @@ PLUG_IN = PlugIn(
     task_styles=TASK_STYLES,
     circuits=CIRCUITS,
     probes=PROBES,
-    reproduce=harmonic,
+    reproduce=named("codesign.planners.harmonic.paper.measures:PAPER"),
     settings=HarmonicSettings,
     samples=Samples(
         parameters=(

@@ -1,14 +1,20 @@
-"""The numbers of Girau, Boumaza, Scherrer and Torres-Huitzil (2008) on their circuit: section 5.4, Tables 1 to 3.
+"""The numbers of Girau et al. (2008) that laws use, of ``published.json``, and the settings of its runs.
 
-The laws of this room are fitted to some of these rows and compared with the others; ``paper`` names the use of each
-row. The numbers are as printed, also where they contradict each other.
+The laws of this room are fitted to some of these rows and compared with the others.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
 
-PAPER = "Girau et al. 2008"
+from pydantic import Field
+
+from codesign.planners.reproduction import Settings, printed_numbers
+
+NUMBERS = printed_numbers(Path(__file__).with_name("published.json"))
+PAPER = NUMBERS.cited
 
 
 @dataclass(frozen=True)
@@ -23,6 +29,7 @@ class Synthesis:
     lut4: int
     slices: int
     clock: int
+    use: str
 
     @property
     def nodes(self) -> int:
@@ -30,29 +37,45 @@ class Synthesis:
         return self.rows * self.columns
 
 
-NODE = Synthesis("Table 1", 1, 1, "XC2V6000-5", flip_flops=11, lut4=22, slices=13, clock=361_000_000)
-CLUSTER = Synthesis("Table 2", 3, 6, "XC2V6000-5", flip_flops=198, lut4=398, slices=235, clock=300_000_000)
-BLOCK = Synthesis(
-    "Table 3", 48, 96, "XC4VLX160-12", flip_flops=50_699, lut4=101_396, slices=59_914, clock=150_000_000
-)
-
+NODE, CLUSTER, BLOCK = (Synthesis(**row) for row in NUMBERS.tables["Synthesis"])
 CLUSTER_ROWS, CLUSTER_COLUMNS = CLUSTER.rows, CLUSTER.columns
 """Nodes that share one block RAM: 3 × 6 = 18, its width in bits (section 5.1)."""
 
-CONTROL_SLICES = 844
-ADDRESS_SLICES = 10
-"""Addresses of the border RAMs: "around 10 for up to 5x5 blocks"."""
-DECISION_SLICES_A_BIT, DECISION_SLICES = 3, 682
-"""The decision module takes 3p + 682 slices."""
+CONTROL_SLICES, ADDRESS_SLICES, DECISION_SLICES_A_BIT, DECISION_SLICES, SLICES_OF_XC2V6000 = (
+    int(NUMBERS.figures[name])
+    for name in (
+        "control_slices",
+        "address_slices",
+        "decision_slices_a_bit",
+        "decision_slices",
+        "slices_of_xc2v6000",
+    )
+)
+WHOLE_DESIGN_ROWS, WHOLE_DESIGN_COLUMNS, WHOLE_DESIGN_PRECISION, WHOLE_DESIGN_BLOCKS = (
+    int(NUMBERS.figures[f"design_{name}"]) for name in ("rows", "columns", "precision", "blocks")
+)
+WHOLE_DESIGN_SHARE = float(NUMBERS.figures["design_share"])
+"""Share of the slices of an XC2V6000 that the whole circuit takes."""
 
-SLICES_OF_XC2V6000 = 33_792
-WHOLE_DESIGN_ROWS, WHOLE_DESIGN_COLUMNS = 36, 66
-WHOLE_DESIGN_PRECISION, WHOLE_DESIGN_BLOCKS = 255, 4
-WHOLE_DESIGN_SHARE = 0.994
-"""Share of the slices of an XC2V6000 that the whole circuit takes: 36×66 nodes, 4 blocks, p = 255."""
+ESTIMATED_CLOCK, SOFTWARE_ITERATION_PS = (
+    int(NUMBERS.figures[name]) for name in ("estimated_clock", "software_iteration_ps")
+)
 
-ESTIMATED_CLOCK = 150_000_000
-"""Hz: "an estimated clock frequency of 150 MHz", said of the design on the Virtex-2 board."""
+Seed = Annotated[int, Field(ge=0, lt=2**31)]
 
-SOFTWARE_ITERATION_PS = 100_000_000
-"""ps: "around 100 µs per iteration with a 36x66 block" on a "Pentium 4,2 GHz"."""
+
+class HarmonicSettings(Settings):
+    """Settings of the runs. Without a value, a run has that of the published rows."""
+
+    labyrinth_seeds: tuple[Seed, ...] | None = Field(
+        default=None,
+        min_length=1,
+        max_length=100,
+        description="seeds of the labyrinths of Figure 5; published rows: 1, 2, 3",
+    )
+    maze_seeds: tuple[Seed, ...] | None = Field(
+        default=None,
+        min_length=1,
+        max_length=100,
+        description="seeds of the mazes that speed is measured on; published rows: 1, 2",
+    )

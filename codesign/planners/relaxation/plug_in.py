@@ -2,28 +2,18 @@
 
 from __future__ import annotations
 
-from codesign.planners.plug_in import PlugIn, Samples
-from codesign.planners.relaxation.paper.settings import RelaxationSettings
+from codesign.planners.plug_in import PlugIn, Samples, named
 from codesign.planners.relaxation.plan.planner import PLANNER
+from codesign.planners.relaxation.published import RelaxationSettings
 from codesign.planners.relaxation.styles import ARCHITECTURES, TASK_STYLES
 from codesign.planners.relaxation.styles.probes import PROBES
-from codesign.planners.reproduction import Progress, Reproduction
-
-
-def _reproduce(
-    quick: bool = False, progress: Progress | None = None, settings: RelaxationSettings | None = None
-) -> Reproduction:
-    from codesign.planners.relaxation.paper.reproduce import relaxation
-
-    return relaxation(quick, progress, settings)
-
 
 PLUG_IN = PlugIn(
     planner=PLANNER,
     styles=ARCHITECTURES,
     task_styles=TASK_STYLES,
     probes=PROBES,
-    reproduce=_reproduce,
+    reproduce=named("codesign.planners.relaxation.paper.measures:PAPER"),
     settings=RelaxationSettings,
     samples=Samples(
         parameters=(

@@ -2,27 +2,17 @@
 
 from __future__ import annotations
 
-from codesign.planners.plug_in import PlugIn, Samples
-from codesign.planners.reproduction import Progress, Reproduction
-from codesign.planners.velocity_obstacle.paper.settings import VelocityObstacleSettings
+from codesign.planners.plug_in import PlugIn, Samples, named
 from codesign.planners.velocity_obstacle.plan.planner import PLANNER
+from codesign.planners.velocity_obstacle.published import VelocityObstacleSettings
 from codesign.planners.velocity_obstacle.rtl import CIRCUITS
 from codesign.planners.velocity_obstacle.styles import ARCHITECTURES
-
-
-def _reproduce(
-    quick: bool = False, progress: Progress | None = None, settings: VelocityObstacleSettings | None = None
-) -> Reproduction:
-    from codesign.planners.velocity_obstacle.paper.reproduce import velocity_obstacle
-
-    return velocity_obstacle(quick, progress, settings)
-
 
 PLUG_IN = PlugIn(
     planner=PLANNER,
     styles=ARCHITECTURES,
     circuits=CIRCUITS,
-    reproduce=_reproduce,
+    reproduce=named("codesign.planners.velocity_obstacle.paper.measures:PAPER"),
     settings=VelocityObstacleSettings,
     samples=Samples(
         parameters=({}, {"updates": 40}),

@@ -1,18 +1,25 @@
-"""The figures that Dubey, Pradhan, Krishna and Roy Chowdhury (2013) publish: Tables I to III, and those of the text.
+"""The figures of Dubey et al. (2013) that laws use, of ``published.json``, and the settings of its runs.
 
-Numbers are as printed. ``resources`` and ``power`` say which figures the laws are fitted to, and which are held out.
+``resources`` and ``power`` say which figures the laws are fitted to, and which are held out.
 """
 
 from __future__ import annotations
 
 from enum import StrEnum
+from pathlib import Path
+from typing import Annotated
 
-PAPER = "Dubey et al. 2013"
-PART, FAMILY = "XC3S500E", "Spartan-3E"
-CLOCK = 50_000_000
-"""Hz: the oscillator of the Nexys-2 board (section VI)."""
-UPDATES_A_RUN = 500
-""""A full run of algorithm requires nearly 500 of such updates"."""
+from pydantic import Field
+
+from codesign.planners.reproduction import Settings, printed_numbers
+
+NUMBERS = printed_numbers(Path(__file__).with_name("published.json"))
+PAPER = NUMBERS.cited
+PART, FAMILY = (str(NUMBERS.figures[name]) for name in ("part", "family"))
+CLOCK, UPDATES_A_RUN, LUT4_OF_PART, SLICES_OF_PART, UPDATE_CYCLES, DETECT_CYCLES = (
+    int(NUMBERS.figures[name])
+    for name in ("clock", "updates_a_run", "lut4_of_part", "slices_of_part", "update_cycles", "detect_cycles")
+)
 
 
 class Style(StrEnum):
@@ -23,29 +30,23 @@ class Style(StrEnum):
     HYBRID = "hybrid"
 
 
+def _by_robots(table: str, column: str) -> dict[Style, dict[int, int]]:
+    rows = NUMBERS.tables[table]
+    return {style: {row["robots"]: row[column] for row in rows if row["style"] == style} for style in Style}
+
+
 TABLE_I: dict[Style, tuple[int, int, int]] = {
-    Style.SEQUENTIAL: (52, 32, 96),
-    Style.PIPELINED: (63, 41, 104),
-    Style.HYBRID: (79, 70, 128),
+    Style(row["style"]): (row["slices"], row["luts"], row["power"]) for row in NUMBERS.tables["Table I"]
 }
 """Two robots: CLBs in % (taken as slices, as the mapper reports them), LUTs in %, power in mW."""
 
-TABLE_II: dict[Style, dict[int, int]] = {
-    Style.SEQUENTIAL: {2: 24, 4: 58, 8: 126},
-    Style.PIPELINED: {2: 24, 4: 44, 8: 84},
-    Style.HYBRID: {2: 17, 4: 17, 8: 17},
-}
-"""Clock cycles by number of robots."""
+TABLE_II, TABLE_III = _by_robots("Table II", "cycles"), _by_robots("Table III", "power")
+"""Clock cycles, and power in mW, by number of robots; no power of the hybrid style with 8, which does not fit."""
 
-TABLE_III: dict[Style, dict[int, int]] = {
-    Style.SEQUENTIAL: {2: 96, 4: 112, 8: 136},
-    Style.PIPELINED: {2: 104, 4: 127, 8: 153},
-    Style.HYBRID: {2: 128, 4: 161},
-}
-"""Power, mW, by number of robots; none for the hybrid style with 8, which does not fit the part."""
 
-UPDATE_CYCLES, DETECT_CYCLES = 7, 10
-"""Cycles of pos_vel_update and of coll_detect (section III)."""
+class VelocityObstacleSettings(Settings):
+    """Settings of the runs. Without a value, a run has that of the published rows."""
 
-LUT4_OF_PART, SLICES_OF_PART = 9_312, 4_656
-"""Budgets of the XC3S500E that the percentages of Table I are taken of (DS312)."""
+    seeds: Annotated[int, Field(ge=1, le=1_000)] | None = Field(
+        default=None, description="seeds of each arrangement and number of robots; published rows: 20"
+    )

@@ -2,22 +2,12 @@
 
 from __future__ import annotations
 
-from codesign.planners.plug_in import PlugIn, Samples
-from codesign.planners.reproduction import Progress, Reproduction
-from codesign.planners.wavefront.paper.settings import WavefrontSettings
+from codesign.planners.plug_in import PlugIn, Samples, named
 from codesign.planners.wavefront.plan.planner import PLANNER
+from codesign.planners.wavefront.published import WavefrontSettings
 from codesign.planners.wavefront.rtl import CIRCUITS
 from codesign.planners.wavefront.styles import ARCHITECTURES, TASK_STYLES
 from codesign.planners.wavefront.styles.probes import PROBES
-
-
-def _reproduce(
-    quick: bool = False, progress: Progress | None = None, settings: WavefrontSettings | None = None
-) -> Reproduction:
-    from codesign.planners.wavefront.paper.reproduce import wavefront
-
-    return wavefront(quick, progress, settings)
-
 
 PLUG_IN = PlugIn(
     planner=PLANNER,
@@ -25,7 +15,7 @@ PLUG_IN = PlugIn(
     task_styles=TASK_STYLES,
     circuits=CIRCUITS,
     probes=PROBES,
-    reproduce=_reproduce,
+    reproduce=named("codesign.planners.wavefront.paper.measures:PAPER"),
     settings=WavefrontSettings,
     samples=Samples(parameters=({}, {"stop": "starts"}, {"paths": "safe", "tile": (8, 8)})),
     beginnings=[{}, *({"tile": [side, side]} for side in (128, 96, 64, 48, 32, 24, 16, 8))],

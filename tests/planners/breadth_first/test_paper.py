@@ -13,7 +13,7 @@ from codesign.inputs import load_platform
 from codesign.planners.breadth_first import published
 from codesign.planners.breadth_first.paper.fit import fit, java_cell_seconds, least_popped
 from codesign.planners.breadth_first.paper.maps import Family, sample
-from codesign.planners.breadth_first.paper.reproduce import breadth_first
+from codesign.planners.breadth_first.paper.measures import PAPER
 from codesign.planners.breadth_first.plan import search
 from codesign.planners.breadth_first.plan.parameters import MicroArchitecture
 from codesign.planners.reproduction import Reproduction, Use
@@ -29,7 +29,7 @@ PUBLISHED_ROWS = {
 
 @pytest.fixture(scope="module")
 def quick() -> Reproduction:
-    return breadth_first(quick=True, progress=TOLD.append)
+    return PAPER(quick=True, progress=TOLD.append)
 
 
 @pytest.mark.parametrize("table", list(PUBLISHED_ROWS))
@@ -88,7 +88,7 @@ def test_rows_say_where_they_come_from(quick: Reproduction) -> None:
 
 
 def test_same_rows_twice(quick: Reproduction) -> None:
-    assert breadth_first(quick=True).rows == quick.rows
+    assert PAPER(quick=True).rows == quick.rows
 
 
 def test_platform_costs_are_the_calibrated_ones() -> None:

@@ -11,8 +11,7 @@ from places import ROOT
 
 from codesign import maps
 from codesign.planners.relaxation import published
-from codesign.planners.relaxation.paper import findings as saudi2016_findings
-from codesign.planners.relaxation.paper import reproduce as saudi2016
+from codesign.planners.relaxation.paper import measures as saudi2016
 from codesign.planners.relaxation.paper import runs as saudi2016_runs
 from codesign.planners.relaxation.paper.map import GOAL, floor_plan
 from codesign.planners.relaxation.paper.runs import (
@@ -24,7 +23,8 @@ from codesign.planners.relaxation.paper.runs import (
     until_followed,
 )
 from codesign.planners.relaxation.plan import Boundary, Method
-from codesign.planners.reproduction import Progress, Use
+from codesign.planners.relaxation.published import RelaxationSettings
+from codesign.planners.reproduction import Progress, Use, silent
 from codesign.reproduce import Reproduction
 
 SHIPPED = ROOT / "workloads" / "maps" / "floor-plan.png"
@@ -53,7 +53,7 @@ BESIDE = (
 GAUSS_SEIDEL = MethodRun(iterations=51_296, stagnated=False, flat=0, updates=51_296 * 80_126)
 
 
-def run_but_gauss_seidel(keys: Iterable[Key], progress: Progress | None) -> dict[Key, MethodRun]:
+def run_but_gauss_seidel(keys: Iterable[Key], progress: Progress) -> dict[Key, MethodRun]:
     wanted = tuple(keys)
     outcomes = run_all([key for key in wanted if key != Key(Method.GS)], progress)
     return {key: outcomes.get(key, GAUSS_SEIDEL) for key in wanted}
@@ -62,12 +62,12 @@ def run_but_gauss_seidel(keys: Iterable[Key], progress: Progress | None) -> dict
 @pytest.fixture(scope="module")
 def reproduction() -> Reproduction:
     patch = pytest.MonkeyPatch()
-    patch.setattr(saudi2016, "run_all", run_but_gauss_seidel)
-    patch.setattr(saudi2016, "tabulated", lambda quick: FEW)
-    patch.setattr(saudi2016, "beyond", lambda quick, omegas: BESIDE)
-    patch.setattr(saudi2016_findings, "MOST_FOLLOWED", 250)
+    patch.setattr(saudi2016_runs, "run_all", run_but_gauss_seidel)
+    patch.setattr(saudi2016_runs, "tabulated", lambda quick: FEW)
+    patch.setattr(saudi2016_runs, "beyond", lambda quick, omegas: BESIDE)
+    patch.setattr(saudi2016, "MOST_FOLLOWED", 250)
     try:
-        return saudi2016.relaxation()
+        return saudi2016.PAPER()
     finally:
         patch.undo()
 
@@ -96,7 +96,7 @@ def test_iterations_on_the_floor_plan(reproduction: Reproduction) -> None:
 
 @pytest.mark.slow
 def test_gauss_seidel_on_the_floor_plan() -> None:
-    assert run_all([Key(Method.GS)], None) == {Key(Method.GS): GAUSS_SEIDEL}
+    assert run_all([Key(Method.GS)]) == {Key(Method.GS): GAUSS_SEIDEL}
 
 
 def test_rows_say_what_was_fitted(reproduction: Reproduction) -> None:
@@ -150,7 +150,7 @@ def test_findings_name_what_was_found(reproduction: Reproduction) -> None:
 
 def test_findings_follow_the_data(reproduction: Reproduction, monkeypatch: pytest.MonkeyPatch) -> None:
     """With SOR made slow the statement fails: no verdict is typed in."""
-    monkeypatch.setattr("codesign.planners.relaxation.paper.findings.until_followed", lambda key, most: 30)
+    monkeypatch.setattr("codesign.planners.relaxation.paper.runs.until_followed", lambda key, most: 30)
     outcomes = {
         Key(Method.GS): MethodRun(50_000, False, 0, 1),
         Key(Method.AM, 1.97): MethodRun(1700, False, 0, 1),
@@ -161,7 +161,9 @@ def test_findings_follow_the_data(reproduction: Reproduction, monkeypatch: pytes
         Key(Method.DIRECT): MethodRun(0, False, 0, 80_000),
         Key(Method.SOR, 1.95, None, Boundary.HIGH_WALLS): MethodRun(3000, False, 0, 1),
     }
-    findings = saudi2016_findings.findings(reproduction.rows, outcomes, None)
+    runs = saudi2016.MethodsRuns(False, silent, RelaxationSettings(), reproduction.rows)
+    vars(runs)["outcomes"] = outcomes
+    findings = list(saudi2016.PAPER.findings(runs))
     failed = {each.statement for each in findings if not each.holds}
     assert failed >= {
         "On our floor plan SOR is faster than MAM.",
@@ -182,7 +184,7 @@ def test_outcomes_and_times_are_reproducible(monkeypatch: pytest.MonkeyPatch) ->
     told: list[str] = []
     first = run_all(keys, told.append)
     monkeypatch.setattr(saudi2016_runs.os, "cpu_count", lambda: 1)
-    assert run_all(keys, None) == first
+    assert run_all(keys) == first
     assert len(first) == 2
     assert told
     assert seconds(Method.GS, 51454) == pytest.approx(77.12)

@@ -8,7 +8,7 @@ from findings_page import check_figures, check_statements, figures
 from codesign.inputs import load_platform
 from codesign.planners.reproduction import Reproduction, Use
 from codesign.planners.velocity_obstacle import published
-from codesign.planners.velocity_obstacle.paper.reproduce import velocity_obstacle
+from codesign.planners.velocity_obstacle.paper.measures import PAPER
 
 
 def test_the_platform_is_the_board_of_the_paper() -> None:
@@ -20,7 +20,7 @@ def test_the_platform_is_the_board_of_the_paper() -> None:
 
 @pytest.fixture(scope="module")
 def reproduction() -> Reproduction:
-    return velocity_obstacle(quick=True)
+    return PAPER(quick=True)
 
 
 def test_every_row_of_the_paper_is_there(reproduction: Reproduction) -> None:

@@ -9,12 +9,12 @@ import pytest
 from findings_page import check_figures, check_statements
 
 from codesign.planners.reproduction import Reproduction, Use
-from codesign.planners.wavefront.paper.reproduce import COSTS, largest_error, potential_ratio, wavefront
+from codesign.planners.wavefront.paper.measures import COSTS, PAPER, largest_error, potential_ratio
 
 
 @pytest.fixture(scope="module")
 def quick() -> Reproduction:
-    return wavefront(quick=True)
+    return PAPER(quick=True)
 
 
 def modelled(reproduction: Reproduction, quantity: str) -> float:
@@ -72,4 +72,4 @@ def test_it_is_told_in_words_and_as_json(quick: Reproduction) -> None:
     )
     assert json.loads(quick.to_json())["paper"].startswith("Möller")
     assert {plot.name for plot in quick.figures} == {"wave-front", "delays"}
-    assert quick == wavefront(quick=True)
+    assert quick == PAPER(quick=True)

@@ -24,10 +24,8 @@ from codesign.planners.breadth_first.paper.maps import FILLS, PLACES, Family, Sa
 from codesign.planners.breadth_first.plan.parameters import MicroArchitecture
 from codesign.planners.breadth_first.published import HardwareRun
 from codesign.planners.breadth_first.styles import timing
-from codesign.planners.reproduction import Progress, silent
+from codesign.planners.reproduction import Progress, Use, silent
 
-FIT_SIDES = (30, 50, 100)
-"""Sides of the rows of Table 2 that decide the choice; 10 and 40 are held out."""
 SOFTWARE_FIT_SIDE = 100
 MAPS, QUICK_MAPS = 100, 12
 QUICK_FILLS = ("thrown with replacement", "squares of 3 × 3")
@@ -104,9 +102,9 @@ def candidates(fills: Sequence[str]) -> Iterator[Candidate]:
 
 
 def fit(quick: bool = False, progress: Progress = silent, maps: int | None = None) -> Fit:
-    """The candidate with the least mean relative error on the rows of ``FIT_SIDES``."""
+    """The candidate with the least mean relative error on the rows that are fitted."""
     count = maps or (QUICK_MAPS if quick else MAPS)
-    rows = [run for run in published.HARDWARE if run.side in FIT_SIDES]
+    rows = [run for run in published.HARDWARE if run.use == Use.FITTED]
     scored: list[tuple[float, Candidate]] = []
     fill = ""
     for candidate in candidates(QUICK_FILLS if quick else tuple(FILLS)):
@@ -122,9 +120,9 @@ def fit(quick: bool = False, progress: Progress = silent, maps: int | None = Non
 
 def java_cell_seconds(chosen: Fit) -> float:
     """Seconds of the Java program for a popped cell: the times of its 100 × 100 rows over their popped cells."""
-    rows = [run for run in published.SOFTWARE if run.side == SOFTWARE_FIT_SIDE]
-    cells = sum(float(chosen.sample(run.side, run.obstacles).popped.mean()) for run in rows)
-    return sum(run.milliseconds for run in rows) / 1e3 / cells
+    rows = [(key, time) for key, time in published.SOFTWARE.items() if key[0] == SOFTWARE_FIT_SIDE]
+    cells = sum(float(chosen.sample(*key).popped.mean()) for key, _ in rows)
+    return sum(time for _, time in rows) / 1e3 / cells
 
 
 def least_popped(run: HardwareRun, micro_architecture: MicroArchitecture, init_timed: bool) -> float:

@@ -9,16 +9,17 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cache, partial
+from functools import cache
 from statistics import fmean, median, pstdev
 
 import numpy as np
 from numpy.typing import NDArray
 
 from codesign import maps
-from codesign.figures import Status
 from codesign.planners.harmonic.plan import HarmonicPlan, relax
-from codesign.planners.reproduction import Plot, Progress, Row, Series, Use, row
+from codesign.planners.harmonic.plan.precision import required_precision
+from codesign.planners.papers import curves
+from codesign.planners.reproduction import Progress, Series
 
 STABILISATION_PRECISION = 128
 """Bits at which Figure 4 counts iterations; the paper does not say."""
@@ -104,53 +105,27 @@ def slope(x: Sequence[float], y: Sequence[float]) -> float:
     return above / sum((a - mean_x) ** 2 for a in x)
 
 
-def figure_3(magnifications: Sequence[int], progress: Progress) -> Plot:
-    """Bits required against the largest distance to the goal, each environment magnified."""
-    from codesign.planners.harmonic.plan.precision import required_precision
-
-    points: dict[str, list[tuple[int, int]]] = {}
+def required_bits(magnifications: Sequence[int], progress: Progress) -> list[Series]:
+    """Figure 3: bits required against the largest distance to the goal, each environment magnified."""
+    points = []
     for magnification in magnifications:
         progress(f"Figure 3: required precision at magnification {magnification}")
         for place in environments(magnification):
             bits = required_precision(place.free, [place.goal]).least
             if bits is not None:
-                points.setdefault(place.name, []).append((place.farthest, bits))
-    return Plot(
-        name="figure-3",
-        title="Figure 3: bits required, environments magnified",
-        published='"the number of bits grows slightly slower than O(log(L))"',
-        x_label="largest distance L to the goal, steps",
-        y_label="required precision, bits",
-        series=_series(points),
-        x_scale="log",
-    )
+                points.append((place.name, (place.farthest, bits)))
+    return curves(points)
 
 
-def figure_4(magnifications: Sequence[int], progress: Progress) -> Plot:
-    """Synchronous iterations until no bit changes against nodes, each environment magnified."""
-    points: dict[str, list[tuple[int, int]]] = {}
+def iterations_to_stability(magnifications: Sequence[int], progress: Progress) -> list[Series]:
+    """Figure 4: synchronous iterations until no bit changes against nodes, each environment magnified."""
+    points = []
     for magnification in magnifications:
         progress(f"Figure 4: iterations to stabilise at magnification {magnification}")
         for place in environments(magnification):
             result = _relaxed(place, STABILISATION_PRECISION, 1, WHOLE_MAP_ITERATIONS, "sound")
-            points.setdefault(place.name, []).append((place.nodes, result.total_iterations))
-    return Plot(
-        name="figure-4",
-        title=f"Figure 4: iterations until stable, p = {STABILISATION_PRECISION}",
-        published='"the number of required iterations linearly depends on the number of nodes"',
-        x_label="nodes",
-        y_label="iterations",
-        series=_series(points),
-        x_scale="log",
-        y_scale="log",
-    )
-
-
-def _series(points: dict[str, list[tuple[int, int]]]) -> tuple[Series, ...]:
-    return tuple(
-        Series(name, tuple(float(x) for x, _ in pairs), tuple(float(y) for _, y in pairs))
-        for name, pairs in points.items()
-    )
+            points.append((place.name, (place.nodes, result.total_iterations)))
+    return curves(points)
 
 
 @dataclass(frozen=True)
@@ -160,15 +135,15 @@ class StillBlocks:
     ``runs``: their number. ``wrong``: the number of runs that end with wrong bits under the published termination.
     """
 
-    plot: Plot
+    curves: tuple[Series, ...]
     runs: int
     wrong: int
 
 
-def figure_5(
+def still_blocks(
     sides: Sequence[int], consecutive: Sequence[int], seeds: Sequence[int], progress: Progress
 ) -> StillBlocks:
-    """Iterations of the synchronous run over those of the block-synchronous one, mean over labyrinths."""
+    """Figure 5: iterations of the synchronous run over those of the block-synchronous one, mean over labyrinths."""
     places = [labyrinth(seed) for seed in seeds]
     references = [_relaxed(place, LABYRINTH_PRECISION, 1, WHOLE_MAP_ITERATIONS, "sound") for place in places]
     series = []
@@ -186,20 +161,11 @@ def figure_5(
                 wrong += published.field != reference.field
             ratios.append(fmean(gains))
         series.append(Series(f"k={side}", tuple(float(i) for i in consecutive), tuple(ratios)))
-    plot = Plot(
-        name="figure-5",
-        title="Figure 5: synchronous over block-synchronous iterations, labyrinths",
-        published='"speed-up ... provided that I is not too large"; "greater when the block size is larger"',
-        x_label="most consecutive iterations I",
-        y_label="ratio of iterations",
-        series=tuple(series),
-        x_scale="log",
-    )
-    return StillBlocks(plot, runs, wrong)
+    return StillBlocks(tuple(series), runs, wrong)
 
 
-def figure_6(sides: Sequence[int], progress: Progress) -> Plot:
-    """Mean iterations of a visit over I, sweep by sweep until convergence."""
+def shares_by_sweep(sides: Sequence[int], progress: Progress) -> list[Series]:
+    """Figure 6: mean iterations of a visit over I, sweep by sweep until convergence."""
     place = labyrinth(LABYRINTH_SEEDS[0])
     series = []
     for side in sides:
@@ -210,14 +176,7 @@ def figure_6(sides: Sequence[int], progress: Progress) -> Plot:
         bins = [float(part.mean()) for part in np.array_split(shares, min(BINS, shares.size))]
         x = tuple((index + 0.5) / len(bins) for index in range(len(bins)))
         series.append(Series(f"k={side}", x, tuple(bins)))
-    return Plot(
-        name="figure-6",
-        title=f"Figure 6: mean iterations of a visit over I = {STILL_ITERATIONS}, labyrinth",
-        published='"rapidly reaches a constant value until convergence"; larger for smaller blocks',
-        x_label="share of the sweeps until convergence",
-        y_label="mean iterations of a visit / I",
-        series=tuple(series),
-    )
+    return series
 
 
 def bits_a_doubling(curve: Series) -> tuple[float, float]:
@@ -247,33 +206,3 @@ def plateau(series: Series) -> tuple[float, float]:
     middle = median(series.y)
     within = [index for index, y in enumerate(series.y) if abs(y - middle) <= middle / 10]
     return within[0] / len(series.y), (within[-1] + 1) / len(series.y)
-
-
-def figure_rows(bits: Plot, iterations: Plot, still: StillBlocks, shares: Plot) -> tuple[Row, ...]:
-    """One number for each curve, beside the words of the paper."""
-    own = partial(row, status=Status.MEASURED, source="own environments, exact relaxation", use=Use.HELD_OUT)
-    rows = []
-    for curve in bits.series:
-        first, last = bits_a_doubling(curve)
-        quantity = f"bits a doubling of L, last half over first, {curve.name}"
-        note = f"{last:.1f} over {first:.1f}; {curve.y[0]:.0f} to {curve.y[-1]:.0f} bits"
-        rows.append(own("Figure 3", quantity, "a bit below 1", last / first, note=note))
-    for curve in iterations.series:
-        quantity = f"exponent of iterations against nodes, {curve.name}"
-        note = f"{curve.y[0]:.0f} to {curve.y[-1]:.0f} for {curve.x[0]:.0f} to {curve.x[-1]:.0f} nodes"
-        rows.append(own("Figure 4", quantity, 1, node_power(curve), note=note))
-    for curve in partitioned(still):
-        best = max(curve.y)
-        note = f"at I = {curve.x[curve.y.index(best)]:.0f}; {curve.y[-1]:.2f} at I = {curve.x[-1]:.0f}"
-        rows.append(own("Figure 5", f"largest ratio of iterations, {curve.name}", "> 1", best, note=note))
-    for curve in shares.series:
-        quantity = f"spread of Î/I in the middle of the run, {curve.name}"
-        begin, end = plateau(curve)
-        note = f"mean Î/I {fmean(curve.y):.2f}; near its median from {begin:.0%} to {end:.0%} of the run"
-        rows.append(own("Figure 6", quantity, "constant soon", settled_spread(curve), note=note))
-    return tuple(rows)
-
-
-def partitioned(still: StillBlocks) -> list[Series]:
-    """The curves of Figure 5 with more than one block."""
-    return [curve for curve in still.plot.series if curve.name != "k=1"]

@@ -13,24 +13,20 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from functools import partial
-from statistics import fmean
 
 import numpy as np
 from numpy.typing import NDArray
 
 from codesign import maps
-from codesign.figures import Status
 from codesign.planners.circuits import phase_cycles
 from codesign.planners.harmonic import published
 from codesign.planners.harmonic.plan import HarmonicPlan, relax
-from codesign.planners.harmonic.plan.fixed_point import limbs_needed
 from codesign.planners.harmonic.plan.parameters import RelaxParameters, Stop, Termination
 from codesign.planners.harmonic.styles import BitSerial, timing
 from codesign.planners.harmonic.styles.steps import RELAX
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
-from codesign.planners.reproduction import Finding, Progress, Row, Use, row
+from codesign.planners.reproduction import Progress
 
 ROWS, COLUMNS = 72, 132
 BLOCK = published.WHOLE_DESIGN_ROWS, published.WHOLE_DESIGN_COLUMNS
@@ -127,86 +123,3 @@ def _measure(
                 gain=full / circuit,
                 iteration_ratio=result.total_iterations / BLOCKS / synchronous,
             )
-
-
-def speed_rows(runs: tuple[Measurement, ...]) -> tuple[Row, ...]:
-    """The speed-ups of section 5.4 and the gain of section 4.5.2."""
-    flat = [run.speed_up for run in runs]
-    words = limbs_needed(PRECISION)
-    gains = [run.gain for run in runs]
-    source = f"{len(runs)} runs on own mazes of {ROWS} × {COLUMNS}, corridors of {corridors(runs)} cells"
-    text = partial(row, "Section 5.4", status=Status.ASSUMED, source=source, use=Use.HELD_OUT)
-    return (
-        text(
-            "speed-up, 9,500-node maze, flat software",
-            270,
-            fmean(flat),
-            note=f"mean; {min(flat):.0f} to {max(flat):.0f}",
-        ),
-        text(
-            "speed-up, 9,500-node maze, software a limb",
-            270,
-            words * fmean(flat),
-            note=f"mean; {words * min(flat):.0f} to {words * max(flat):.0f}; {words} limbs",
-        ),
-        text('final speed-up, "up to 400x", flat software', 400, max(flat), note="the largest of the runs"),
-        text(
-            'final speed-up, "up to 400x", software a limb',
-            400,
-            words * max(flat),
-            note="the largest of the runs",
-        ),
-        row(
-            "Section 4.5.2",
-            "gain of blocks and rising precision",
-            "2 to 4",
-            fmean(gains),
-            status=Status.ASSUMED,
-            source=source,
-            use=Use.HELD_OUT,
-            note=f"mean; {min(gains):.1f} to {max(gains):.1f}",
-        ),
-    )
-
-
-def corridors(runs: tuple[Measurement, ...]) -> str:
-    """The corridor widths of the runs, as a list in words."""
-    return ", ".join(str(width) for width in sorted({run.corridor for run in runs}))
-
-
-def speed_findings(runs: tuple[Measurement, ...]) -> tuple[Finding, ...]:
-    """Findings on the speed-ups."""
-    flat = [run.speed_up for run in runs]
-    words = limbs_needed(PRECISION)
-    low, high = words * min(flat), words * max(flat)
-    ratios = [run.iteration_ratio for run in runs]
-    gains = [run.gain for run in runs]
-    by_step = {
-        f"mean with steps of {step} bits": f"{fmean(run.speed_up for run in runs if run.step == step):.0f}"
-        for step in sorted({run.step for run in runs})
-    }
-    return (
-        Finding(
-            "Software of flat cost reaches a speed-up of 270 on none of our mazes.",
-            {"least": f"{min(flat):.0f}", "most": f"{max(flat):.0f}", **by_step},
-            max(flat) < 270,
-        ),
-        Finding(
-            "With software that pays for each 64-bit limb, 270 lies within the range.",
-            {"least": f"{low:.0f}", "most": f"{high:.0f}"},
-            low <= 270 <= high,
-        ),
-        Finding(
-            "The gain from blocks and rising precision stays below the published 2 to 4.",
-            {"least": f"{min(gains):.1f}", "most": f"{max(gains):.1f}"},
-            max(gains) < 2,
-        ),
-        Finding(
-            "Rising precision gains by shorter iterations more than by fewer.",
-            {
-                "iterations, least ratio": f"{min(ratios):.2f}",
-                "iterations, largest ratio": f"{max(ratios):.2f}",
-            },
-            fmean(1 / ratio for ratio in ratios) < fmean(gains),
-        ),
-    )

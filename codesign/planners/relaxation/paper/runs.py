@@ -16,7 +16,7 @@ from codesign.planners.relaxation.paper.map import GOAL, floor_plan
 from codesign.planners.relaxation.plan import PUBLISHED_TOLERANCE, Boundary, Method, Search, Solution, solve
 from codesign.planners.relaxation.styles.costs import direct_units, unit
 from codesign.planners.relaxation.styles.host import Host
-from codesign.planners.reproduction import Progress
+from codesign.planners.reproduction import Progress, silent
 
 SOR_OMEGAS = (1.90, 1.93, 1.95, 1.955, 1.96, 1.965, 1.97, 1.98)
 HALF_OMEGAS = (1.90, 1.92, 1.94, 1.95, 1.96)
@@ -95,7 +95,7 @@ def published_run(free: NDArray[np.bool_], key: Key, **limit: int) -> Solution:
     )
 
 
-def run_all(keys: Iterable[Key], progress: Progress | None) -> MethodRuns:
+def run_all(keys: Iterable[Key], progress: Progress = silent) -> MethodRuns:
     """Every run, on all cores; the outcomes do not depend on the number of cores."""
     free = floor_plan()
     wanted = tuple(dict.fromkeys(keys))
@@ -109,7 +109,7 @@ def run_all(keys: Iterable[Key], progress: Progress | None) -> MethodRuns:
     with ThreadPoolExecutor(os.cpu_count() or 1) as pool:
         for key, outcome in zip(wanted, pool.map(run, wanted), strict=True):
             outcomes[key] = outcome
-            if progress is not None and len(outcomes) % 10 == 1:
+            if len(outcomes) % 10 == 1:
                 progress(f"relaxation of the floor plan: run {len(outcomes)} of {len(wanted)}")
     return outcomes
 

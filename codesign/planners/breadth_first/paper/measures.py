@@ -1,0 +1,276 @@
+"""What rows.yaml asks for, of Vacariu et al. (2008): times on the maps that explain them best, and memory."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from statistics import fmean
+
+import numpy as np
+
+from codesign import maps
+from codesign.inputs.part_file import load_part
+from codesign.planners.breadth_first import published
+from codesign.planners.breadth_first.paper.fit import Fit, fit, java_cell_seconds, least_popped
+from codesign.planners.breadth_first.plan import search
+from codesign.planners.breadth_first.plan.parameters import MicroArchitecture, SearchParameters, VgaController
+from codesign.planners.breadth_first.published import BreadthFirstSettings
+from codesign.planners.breadth_first.styles import resources, timing
+from codesign.planners.breadth_first.styles.software import JAVA_BYTES_A_CELL, JAVA_HEAP
+from codesign.planners.papers import Case, Paper, Runs, Words
+from codesign.planners.reproduction import Row, Series, Use
+
+PART = "XC2VP30-6"
+CLOCKS = {"Table 2": 120_000_000, "Table 3": 150_000_000}
+OPTIMAL_MAPS = 40
+
+
+@dataclass
+class MapRuns(Runs[BreadthFirstSettings]):
+    """The maps and the micro-architecture that explain Tables 2 and 3 best."""
+
+    @cached_property
+    def chosen(self) -> Fit:
+        """The best candidate."""
+        return fit(self.quick, self.progress, self.settings.maps)
+
+    def of(self, place: str, use: Use | None = None) -> list[Row]:
+        """The rows of a table, or those of them with this use."""
+        return [row for row in self.rows if row.table == place and use in {None, row.use}]
+
+
+PAPER = Paper(Path(__file__).with_name("rows.yaml"), published.NUMBERS, MapRuns, BreadthFirstSettings)
+measure = PAPER.measure
+
+
+def hardware_microseconds(chosen: Fit, side: int, obstacles: float, clock: int) -> tuple[float, float, float]:
+    """Modelled µs of a row at ``clock`` Hz: mean over the maps, 10th and 90th percentile."""
+    mean, low, high = (cycles / clock * 1e6 for cycles in chosen.cycles(side, obstacles))
+    return mean, low, high
+
+
+def software_milliseconds(chosen: Fit, side: int, obstacles: float) -> float:
+    """Modelled ms of a row of Table 1."""
+    return java_cell_seconds(chosen) * float(chosen.sample(side, obstacles).popped.mean()) * 1e3
+
+
+def spreading(chosen: Fit, side: int, obstacles: float) -> str:
+    """Spreading of a row in words."""
+    searches = chosen.sample(side, obstacles)
+    cells = float(searches.spreading.mean())
+    return f"spreading {cells:.0f} cells, {cells / (cells + float(searches.steps.mean()) + 1):.0%} of those pushed"
+
+
+@measure
+def java(runs: MapRuns, case: Case) -> Words:
+    """The Java program on a map of Table 1."""
+    modelled = software_milliseconds(runs.chosen, case.side, case.obstacles)
+    inside = abs(modelled - case.milliseconds) <= case.software_tick_ms
+    return {
+        "seconds": modelled / 1e3,
+        "inside": "within" if inside else "outside of",
+        "spreading": spreading(runs.chosen, case.side, case.obstacles),
+    }
+
+
+@measure
+def java_wall(_runs: MapRuns, _case: Case) -> Words:
+    """The largest side that the heap of the Java program holds."""
+    side = int((JAVA_HEAP / JAVA_BYTES_A_CELL) ** 0.5)
+    return {"value": side, "cell": JAVA_BYTES_A_CELL, "heap": JAVA_HEAP >> 20}
+
+
+@measure
+def circuit(runs: MapRuns, case: Case) -> Words:
+    """The circuit on a map of Tables 2 and 3."""
+    mean, low, high = hardware_microseconds(runs.chosen, case.side, case.obstacles, case.clock)
+    return {
+        "value": mean / 1e6,
+        "low": low,
+        "high": high,
+        "maps": runs.chosen.maps,
+        "family": runs.chosen.candidate.family(case.obstacles),
+        "spreading": spreading(runs.chosen, case.side, case.obstacles),
+    }
+
+
+@measure
+def clocks(_runs: MapRuns, case: Case) -> Words:
+    """Time at 120 MHz over time at 150 MHz, from the paper's own numbers."""
+    times = case.microseconds_at_120, case.microseconds_at_150
+    return {
+        "value": 150 / 120,
+        "printed": times[0] / times[1],
+        "at_120": times[0] * 120,
+        "at_150": times[1] * 150,
+    }
+
+
+@measure
+def speed_up(runs: MapRuns, case: Case) -> Words | None:
+    """Software over hardware at 120 MHz, for the maps in both tables."""
+    milliseconds = published.SOFTWARE.get((case.side, case.obstacles))
+    if milliseconds is None:
+        return None
+    mean, _, _ = hardware_microseconds(runs.chosen, case.side, case.obstacles, case.clock)
+    printed = milliseconds * 1e3 / case.microseconds_at_120
+    return {
+        "value": software_milliseconds(runs.chosen, case.side, case.obstacles) * 1e3 / mean,
+        "printed": printed,
+        "less": ": the paper's own numbers give less" if printed < 100 else "",
+    }
+
+
+@measure
+def memory(_runs: MapRuns, _case: Case) -> Words:
+    """Block RAMs and LUT of the part for maps of several sizes."""
+    part, alone = load_part(PART), SearchParameters(display=VgaController.NONE)
+    budget = int(part.resources["block_rams"].value)
+    need, largest = resources.block_ram_total(100, 100, alone, part), resources.largest_side(alone, part)
+    counts = [
+        resources.counted(piece, (100, 100), SearchParameters(), part)
+        for piece in ("state machine", "display")
+    ]
+    return {
+        "part": part.name,
+        "budget": budget,
+        "need": need,
+        "rams": 100 * need / budget,
+        "largest": largest,
+        "need_of_256": resources.block_ram_total(256, 256, alone, part),
+        "share": 100 * sum(lut4.amount for lut4, _ in counts) / part.resources["lut4"].value,
+        "holds": largest > 100,
+    }
+
+
+@measure
+def refresh(_runs: MapRuns, case: Case) -> Words:
+    """The refresh of the display's clock by the pixel periods of a frame, blanking included (VESA at 60 Hz)."""
+    pixels = case.across * case.down
+    return {"value": case.display_clock / pixels, "pixels": pixels}
+
+
+@measure
+def shortest(_runs: MapRuns, _case: Case) -> Words:
+    """The share of paths that are shortest."""
+    optimal = []
+    for seed in range(OPTIMAL_MAPS):
+        free = maps.random_obstacles(30, 30, density=0.25, seed=seed).free
+        cells = np.argwhere(maps.reachable(free, [maps.nearest_free(free, (0, 0)) or (0, 0)]))
+        start, goal = (tuple(int(index) for index in cell) for cell in (cells[0], cells[-1]))
+        steps = search(free, (start[0], start[1]), (goal[0], goal[1])).path_steps
+        optimal.append(steps == int(maps.distance_steps(free, [(goal[0], goal[1])])[start]))
+    percent = 100 * fmean(optimal)
+    return {"value": percent, "maps": OPTIMAL_MAPS, "holds": percent == 100}
+
+
+@measure
+def times_by_side(runs: MapRuns, _case: Case) -> Iterator[Series]:
+    """Tables 2 and 3 against the model, over the side of the map."""
+    sides = tuple(float(run.side) for run in published.HARDWARE)
+    for name, clock in CLOCKS.items():
+        microseconds = tuple(
+            run.microseconds_at_120 if name == "Table 2" else run.microseconds_at_150
+            for run in published.HARDWARE
+        )
+        yield Series(f"{name}, published", sides, microseconds)
+        modelled = tuple(
+            hardware_microseconds(runs.chosen, run.side, run.obstacles, clock)[0]
+            for run in published.HARDWARE
+        )
+        yield Series(f"{name}, modelled", sides, modelled)
+
+
+@measure
+def explanation(runs: MapRuns, _case: Case) -> Words:
+    """The chosen maps and micro-architecture, with the errors of Table 2."""
+    best = runs.chosen.candidate
+    errors = {
+        f"error, {use}, {row.quantity.split(', ')[1]}": f"{row.error or 0.0:+.1%}"
+        for use in (Use.FITTED, Use.HELD_OUT)
+        for row in runs.of("Table 2", use)
+        if row.error is not None
+    }
+    figures = {
+        "candidates": str(runs.chosen.candidates),
+        "maps for 25 %": str(best.sparse),
+        "maps for 50 %": str(best.dense),
+        "b": str(timing.EXPANSION_CYCLES[best.micro_architecture]),
+        **errors,
+    }
+    three = best.micro_architecture is MicroArchitecture.THREE_CYCLES
+    return {"figures": figures, "holds": three and not best.init_timed and not best.path_timed}
+
+
+@measure
+def scatter(runs: MapRuns, _case: Case) -> Words:
+    """How far the popped cells of one map lie from their mean."""
+    popped = runs.chosen.sample(30, 0.25).popped
+    deviation, mean = float(popped.std()), float(popped.mean())
+    return {"deviation": float(popped.std() / popped.mean()), "holds": deviation > 0.3 * mean}
+
+
+@measure
+def java_cost(runs: MapRuns, _case: Case) -> Words:
+    """The cost of the Java program, and how its rows meet it."""
+    fitted, held_out = (runs.of("Table 1", use) for use in (Use.FITTED, Use.HELD_OUT))
+    figures = {
+        "cost of a popped cell": f"{java_cell_seconds(runs.chosen) * 1e6:.1f} µs",
+        **{row.quantity: f"{row.error or 0.0:+.1%}" for row in fitted},
+        "times held out": str(len(held_out)),
+        "of these within the tick": str(sum(not row.note.startswith("outside") for row in held_out)),
+    }
+    return {"figures": figures, "holds": max(abs(row.error or 0.0) for row in fitted) > 0.3}
+
+
+@measure
+def disagreement(_runs: MapRuns, _case: Case) -> Words:
+    """The cycles of one map by the two clocks."""
+    shares = {run.side: abs(run.cycles_at_120 / run.cycles_at_150 - 1) for run in published.HARDWARE}
+    figures = {f"{side}×{side}": f"{share:.1%}" for side, share in shares.items()}
+    return {"figures": figures, "holds": max(shares.values()) > 0.01}
+
+
+@measure
+def too_fast(_runs: MapRuns, _case: Case) -> Words:
+    """The circuits that would have to pop more cells than are free."""
+    dense = [run for run in published.HARDWARE if run.obstacles >= 0.5]
+    circuits = [
+        f"{str(micro).replace('_', ' ')}{' with Init timed' if init else ''}"
+        for micro in MicroArchitecture
+        for init in (False, True)
+        if any(least_popped(run, micro, init) > (1 - run.obstacles) * run.side**2 for run in dense)
+    ]
+    return {"circuits": ", ".join(circuits), "holds": circuits}
+
+
+@measure
+def filled_share(runs: MapRuns, _case: Case) -> Words:
+    """The share of obstacles on the maps of the last row."""
+    share = runs.chosen.sample(100, 0.5).filled
+    return {"filled": share, "holds": share < 0.5}
+
+
+@measure
+def slow_rows(runs: MapRuns, _case: Case) -> Words:
+    """The published speed-ups below 100."""
+    slow = [row for row in runs.of("Section 4") if "less" in row.note]
+    figures = {row.quantity.split(", ", 1)[1]: f"{float(row.published or 0):.0f}" for row in slow}
+    return {"figures": figures, "holds": slow}
+
+
+@measure
+def refreshes(runs: MapRuns, _case: Case) -> Words:
+    """The refresh by the timing of 800×600 and of 1024×768."""
+    narrow, wide = (float(row.modelled or 0) for row in runs.of("Section 3.1.1"))
+    return {"narrow": narrow, "wide": wide, "holds": narrow > 65}
+
+
+@measure
+def java_against_circuit(runs: MapRuns, _case: Case) -> Words:
+    """The rows of 25 % over those of 50 % at 100×100: Java times, and popped cells."""
+    ratio = published.SOFTWARE[100, 0.25] / published.SOFTWARE[100, 0.5]
+    sparse, dense = (runs.chosen.sample(100, share).popped.mean() for share in (0.25, 0.5))
+    return {"ratio": ratio, "popped": sparse / dense, "holds": sparse / dense < 0.5 * ratio}
