@@ -187,7 +187,7 @@ def explain(
     Raises:
         SpecError: platform, workload and map do not belong together, or an axis is none.
     """
-    from codesign.exploration.explain_design import explain_run
+    from codesign.exploration.explain_run import explain_run
     from codesign.system import point_of
 
     asked = _workload(workload)

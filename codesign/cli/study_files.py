@@ -48,7 +48,7 @@ class StudyFiles:
     def check(self, inputs: Iterable[str | Path | None], store: tuple[str, Path] | None = None) -> None:
         """Check, before any work, that all can be written; see ``check_outputs``."""
         from codesign.cli.outputs import check_outputs
-        from codesign.exploration.parquet import libraries
+        from codesign.exploration.columns import libraries
 
         files = {
             "--csv": self.csv,

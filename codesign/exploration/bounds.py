@@ -18,11 +18,10 @@ from numpy.typing import NDArray
 
 from codesign.errors import CodesignError
 from codesign.exploration.aggregation import aggregated
+from codesign.exploration.conditions import Conditions, order_of
 from codesign.exploration.constraints import Floats, broken_bounds, budget_of, figure_of
-from codesign.exploration.designs import Conditions
 from codesign.exploration.evaluation import Pricer
 from codesign.exploration.partition import Parting, Together, parted
-from codesign.exploration.rows import order_of
 from codesign.exploration.space import Space
 from codesign.figures import FIGURES, ResultFigure
 from codesign.inputs.aggregate import Share

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -22,14 +22,12 @@ from codesign.certificates.form import (
 from codesign.errors import CertificateError
 from codesign.exploration.claims import Claims
 from codesign.exploration.space import Box
+from codesign.exploration.table import Table
 from codesign.inputs.aggregate import rule_as_written
 from codesign.inputs.boxes import value_text
 
-if TYPE_CHECKING:
-    from codesign.exploration.study import Study
 
-
-def certify(study: Study, path: Path | str, excluded: Sequence[Box] | None = None) -> Verdict:
+def certify(table: Table, path: Path | str, excluded: Sequence[Box] | None = None) -> Verdict:
     """Write the certificate of the front of a study to a file, once the checker has accepted it.
 
     ``excluded``: boxes of designs that were not computed; by default those of the study.
@@ -38,23 +36,23 @@ def certify(study: Study, path: Path | str, excluded: Sequence[Box] | None = Non
         CertificateError: the study has no objectives, or more designs than a certificate holds; or nothing excludes a
             box, or a design betters its box. RunError: the file cannot be written.
     """
-    certificate = certificate_of(study, excluded)
+    certificate = certificate_of(table, excluded)
     verdict = check(certificate)
     write_certificate(certificate, Path(path))
     return verdict
 
 
-def certificate_of(study: Study, excluded: Sequence[Box] | None = None) -> Certificate:
+def certificate_of(table: Table, excluded: Sequence[Box] | None = None) -> Certificate:
     """The certificate of the front of a study; see ``certify``."""
-    if not study.objectives:
+    if not table.objectives:
         raise CertificateError("the study has no objectives, so it has no front", hint="name objectives")
-    space = study.decisions
-    claims = Claims(study, study.excluded if excluded is None else excluded)
+    space = table.decisions
+    claims = Claims(table, table.excluded if excluded is None else excluded)
     if len(claims.designs) > MAX_ROWS or len(claims.boxes) > MAX_BOXES:
         most = f"a certificate has at most {MAX_ROWS:,} designs one by one, and {MAX_BOXES:,} boxes"
         raise CertificateError(most, hint="certify a part of the study, by --set or --axis")
     given = claims.columns
-    definition = _definition(study, claims)
+    definition = _definition(table, claims)
     head = Head(
         format="hwsw certificate",
         version=1,
@@ -73,9 +71,9 @@ def certificate_of(study: Study, excluded: Sequence[Box] | None = None) -> Certi
     return Certificate.of(definition, head, columns)
 
 
-def differences(certificate: Certificate, study: Study, excluded: Sequence[Box] | None = None) -> list[str]:
+def differences(certificate: Certificate, table: Table, excluded: Sequence[Box] | None = None) -> list[str]:
     """In what a certificate is not that of a study; nothing where they are equal."""
-    own, its = certificate_of(study, excluded), certificate
+    own, its = certificate_of(table, excluded), certificate
     heads = [json.loads(each.texts[0]) | json.loads(each.texts[1]) for each in (own, its)]
     texts = [name for name, value in heads[0].items() if value != heads[1][name]]
     columns = [
@@ -86,13 +84,13 @@ def differences(certificate: Certificate, study: Study, excluded: Sequence[Box] 
     return texts or columns or ([] if own.digests == its.digests else ["text"])
 
 
-def _definition(study: Study, claims: Claims) -> Definition:
+def _definition(table: Table, claims: Claims) -> Definition:
     """What the study is of, and what for."""
-    space, figures = study.decisions, claims.figures
+    space, figures = table.decisions, claims.figures
     numbers = {axis: [*map(value_text, values)] for axis, values in space.axes.items()}
     document: dict[str, Any] = {
-        "platform": study.platform,
-        "workload": study.workload,
+        "platform": table.platform,
+        "workload": table.workload,
         "axes": [
             {
                 "axis": axis,
@@ -104,23 +102,23 @@ def _definition(study: Study, claims: Claims) -> Definition:
             }
             for axis, values in space.axes.items()
         ],
-        "conditions": [{"axis": axis, "values": list(values)} for axis, values in study.conditions.items()],
-        "aggregate": {name: rule_as_written(rule) for name, rule in study.aggregate.items()},
-        "derived": {name: figure.as_written for name, figure in study.figures.items()},
+        "conditions": [{"axis": axis, "values": list(values)} for axis, values in table.conditions.items()],
+        "aggregate": {name: rule_as_written(rule) for name, rule in table.aggregate.items()},
+        "derived": {name: figure.as_written for name, figure in table.figures.items()},
         "figures": [
             {
                 "name": figure.name,
                 "unit": figure.unit,
-                "best": "greatest" if study.world.maximise(figure) else "least",
+                "best": "greatest" if table.world.maximise(figure) else "least",
             }
             for figure in figures
         ],
         "objectives": [
             {
                 "figure": figures.index(figure),
-                "direction": "maximise" if study.world.maximise(figure) else "minimise",
+                "direction": "maximise" if table.world.maximise(figure) else "minimise",
             }
-            for figure in study.objectives
+            for figure in table.objectives
         ],
         "constraints": [
             {
@@ -132,7 +130,7 @@ def _definition(study: Study, claims: Claims) -> Definition:
             for limit in claims.limits
         ],
         "budgets": [limit.figure.name for limit in claims.budgets],
-        "identity": dict(study.specs.identity) if study.specs else {},
-        "contents": {axis: dict(own) for axis, own in study.specs.contents.items()} if study.specs else {},
+        "identity": dict(table.specs.identity) if table.specs else {},
+        "contents": {axis: dict(own) for axis, own in table.specs.contents.items()} if table.specs else {},
     }
     return Definition.model_validate(document)

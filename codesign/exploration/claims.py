@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,15 +15,14 @@ from codesign.certificates.form import MAX_TEXTS, Claim, ReasonName
 from codesign.errors import CertificateError, clip
 from codesign.exploration.entries import Entries
 from codesign.exploration.front import dominators
+from codesign.exploration.groups import Groups
 from codesign.exploration.outcomes import State
 from codesign.exploration.space import Box
+from codesign.exploration.table import Table
 from codesign.figures import FIGURES, ResultFigure
 from codesign.inputs.aggregate import Share
 from codesign.inputs.constraint import UPPER, Bound, Constraint
 from codesign.results.result import Reason, Result
-
-if TYPE_CHECKING:
-    from codesign.exploration.study import Study
 
 Numbers = NDArray[np.int64]
 Floats = NDArray[np.float64]
@@ -95,16 +94,16 @@ class Reasons:
 class Claims:
     """The entries of a certificate: first the rows, of ``designs`` of the study, then the ``boxes``."""
 
-    def __init__(self, study: Study, excluded: Sequence[Box]) -> None:
-        entries = Entries.of(study, excluded)
-        self._study, self.boxes, self._places = entries.study, entries.boxes, entries.places
+    def __init__(self, table: Table, excluded: Sequence[Box]) -> None:
+        entries = Entries.of(table, excluded)
+        self._table, self.boxes, self._places = entries.study, entries.boxes, entries.places
         self.reasons, self.texts = Reasons(), Listed()
         self.designs, held = entries.rows, entries.holder >= 0
         self._row = np.where(held, -1, np.cumsum(~held) - 1)
 
     def _ends_of(self, box: Box) -> tuple[list[int], list[int]]:
         """The places of a box on all axes of the space: 0 and 1 on those that its part lacks."""
-        space = self._study.decisions
+        space = self._table.decisions
         own = dict(zip(space.parts[box.part].axes, zip(box.low, box.high, strict=True), strict=True))
         low, high = zip(*(own.get(axis, (0, 1)) for axis in space.axes), strict=True)
         return list(low), list(high)
@@ -117,20 +116,20 @@ class Claims:
     @cached_property
     def figures(self) -> tuple[ResultFigure, ...]:
         """The figures that are stated: objectives, and what is constrained."""
-        return tuple(dict.fromkeys((*self._study.objectives, *(limit.figure for limit in self.limits))))
+        return tuple(dict.fromkeys((*self._table.objectives, *(limit.figure for limit in self.limits))))
 
     @cached_property
     def limits(self) -> tuple[Limit, ...]:
         """Every bound that designs keep."""
-        study = self._study
+        table = self._table
         limits = [
             Limit(each.figure, bound, float(value), each if each.of_part else None)
-            for each in study.constraints
+            for each in table.constraints
             for bound, value in each.bounds.items()
         ]
-        for name, rule in study.aggregate.items():
+        for name, rule in table.aggregate.items():
             if isinstance(rule, Share) and rule.required is not None:
-                figure = study.figures[name] if name in study.figures else FIGURES[name]
+                figure = table.figures[name] if name in table.figures else FIGURES[name]
                 limits.append(Limit(figure, "at_least", rule.required))
         return tuple(limits)
 
@@ -141,15 +140,15 @@ class Claims:
 
     @cached_property
     def tasks(self) -> list[str]:
-        """The tasks of the study."""
-        templates = self._study.outcomes.templates
-        return sorted({_task(templates[number]) for number in self._study.outcomes.used()}) or [""]
+        """The tasks of the table."""
+        templates = self._table.outcomes.templates
+        return sorted({_task(templates[number]) for number in self._table.outcomes.used()}) or [""]
 
     @cached_property
     def columns(self) -> dict[str, NDArray[Any]]:
         """The columns of the certificate, by name."""
-        study, chosen = self._study, self.designs
-        judged, outcomes, boxes = study.judged, study.outcomes, self.boxes
+        table, chosen = self._table, self.designs
+        judged, outcomes, boxes = table.judged, table.outcomes, self.boxes
         figures = np.array([judged.figure(figure)[chosen] for figure in self.figures])
         figures[:, judged.state[chosen] != State.DONE] = math.nan
         bounds = [box.bound or {} for box in boxes]
@@ -182,7 +181,7 @@ class Claims:
 
     def _claims(self, figures: Floats, task: Numbers) -> tuple[Numbers, Numbers]:
         """Claim and number of every entry. The last that is put counts."""
-        study, judged, chosen = self._study, self._study.judged, self.designs
+        table, judged, chosen = self._table, self._table.judged, self.designs
         claim, by = np.full((2, figures.shape[1]), -1, np.int64)
 
         def put(which: NDArray[np.bool_], what: Claim, numbers: Any) -> None:
@@ -192,19 +191,19 @@ class Claims:
         nothing = np.zeros(judged.count, np.int64)
         every = np.ones(judged.count, np.bool_)
         put(every, Claim.DOMINATED, nothing)
-        for number, figure in reversed([*enumerate(study.objectives)]):
+        for number, figure in reversed([*enumerate(table.objectives)]):
             put(np.isnan(judged.figure(figure)), Claim.LACKING, nothing + number)
         put(judged.unreached, Claim.UNREACHED, self._ends)
         for number, broken in reversed([*enumerate(self._broken)]):
             put(broken & judged.out, Claim.CONSTRAINT, nothing + number)
         unfit = self._unfit
         put(unfit >= 0, Claim.UNFIT, unfit)
-        first = self._row[study.first_of_same]
-        put(~study.distinct_designs & (first >= 0), Claim.SAME, first)
+        first = self._row[table.first_of_same]
+        put(~table.distinct_designs & (first >= 0), Claim.SAME, first)
         put(judged.state == State.FAILED, Claim.FAILED, self._failures)
         put(judged.state == State.MISSING, Claim.MISSING, nothing)
         front = np.zeros(judged.count, np.bool_)
-        front[list(study.front)] = True
+        front[list(table.front)] = True
         put(front, Claim.FRONT, nothing)
         for number, box in enumerate(self.boxes, len(chosen)):
             claim[number], by[number] = self._of_box(box, figures[:, number])
@@ -212,9 +211,9 @@ class Claims:
         return claim, by
 
     def _put_dominators(self, claim: Numbers, by: Numbers, figures: Floats, task: Numbers) -> None:
-        objectives = self._study.objectives
+        objectives = self._table.objectives
         costs = figures[[self.figures.index(figure) for figure in objectives]].T
-        maximise = [self._study.world.maximise(figure) for figure in objectives]
+        maximise = [self._table.world.maximise(figure) for figure in objectives]
         for own in np.unique(task):
             entries = np.flatnonzero((task == own) & (claim == Claim.DOMINATED))
             front = np.flatnonzero((task == own) & (claim == Claim.FRONT))
@@ -232,7 +231,7 @@ class Claims:
             return Claim.DOMINATED, 0
         for number, limit in enumerate(self.limits):
             # The bound of a figure says nothing of a limit on its other side, nor of a share of an unknown part.
-            of_side = (limit.bound in UPPER) != self._study.world.maximise(limit.figure)
+            of_side = (limit.bound in UPPER) != self._table.world.maximise(limit.figure)
             value = figures[[self.figures.index(limit.figure)]]
             if of_side and limit.of_part is None and not np.isnan(value) and not _keeps(limit, value):
                 return Claim.CONSTRAINT, number
@@ -242,7 +241,7 @@ class Claims:
     @property
     def _broken(self) -> list[NDArray[np.bool_]]:
         """Which designs do not keep each limit."""
-        judged = self._study.judged
+        judged = self._table.judged
         return [
             ~_keeps(
                 limit, judged.figure(limit.figure), judged.budgets(limit.of_part) if limit.of_part else 1.0
@@ -253,17 +252,17 @@ class Claims:
     @property
     def _ends(self) -> Numbers:
         """The number of the text that says why a mission of each design ended."""
-        judged = self._study.judged
+        judged = self._table.judged
         _, why = judged.ended
         return self._numbered(np.where(judged.unreached, why, -1), judged.ends, self.texts.number)
 
     @property
     def _failures(self) -> Numbers:
         """The number of the text that says why each design failed."""
-        numbers = np.full(self._study.judged.count, -1, np.int64)
-        messages = self._study.outcomes.failures
+        numbers = np.full(self._table.judged.count, -1, np.int64)
+        messages = self._table.outcomes.failures
         for point in sorted(messages, reverse=True):
-            numbers[point // self._study.judged.conditions] = point
+            numbers[point // self._table.judged.conditions] = point
         for design in np.flatnonzero(numbers >= 0).tolist():
             numbers[design] = self.texts.number(messages[int(numbers[design])])
         return numbers
@@ -271,7 +270,7 @@ class Claims:
     @property
     def _unfit(self) -> Numbers:
         """The number of the first reason that keeps each design out; -1: it has none but constraints."""
-        judged, outcomes = self._study.judged, self._study.outcomes
+        judged, outcomes = self._table.judged, self._table.outcomes
         late = len(outcomes.templates)
         own = [number if template.reasons else -1 for number, template in enumerate(outcomes.templates)]
         first = np.array([*own, -1])[outcomes.which]
@@ -286,12 +285,11 @@ class Claims:
 
     def _numbered(self, which: Numbers, held: Sequence[Any], number: Any) -> Numbers:
         """Numbers by first use in the order of the designs, in place of places in a list."""
-        used, firsts = np.unique(which, return_index=True)
-        table = np.full(len(held) + 1, -1, np.int64)
-        for each in used[np.argsort(firsts)].tolist():
+        numbers = np.full(len(held) + 1, -1, np.int64)
+        for each in which[Groups.of(which).in_turn.firsts].tolist():
             if each >= 0:
-                table[each] = number(held[each])
-        return table[which]
+                numbers[each] = number(held[each])
+        return numbers[which]
 
 
 def _task(template: Result) -> str:

@@ -5,50 +5,44 @@ Both are views of a study: they are made when they are asked for, and what came 
 
 from __future__ import annotations
 
-import itertools
-import json
 import math
-import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from fractions import Fraction
-from functools import cached_property
-from typing import TYPE_CHECKING, Any, TypeVar, overload
+from functools import cached_property, partial
+from typing import Any, TypeVar, overload
 
 import numpy as np
 
-from codesign.errors import InputError, choose_hint, clip, nearest, show
-from codesign.exploration.aggregation import Draws, Spread, interval, spread
-from codesign.exploration.constraints import budget_of, unsatisfied, with_constraints
+from codesign.errors import CodesignError, InputError, clip
+from codesign.explanation import Explanation, Moved, Sure, WhyOut, why_energy, why_time
+from codesign.exploration.aggregation import Spread, interval, spread
+from codesign.exploration.constraints import with_constraints
+from codesign.exploration.explain_run import derived_words, is_priced, sure_of
+from codesign.exploration.moves import Bench, gains_of, levers_for, ranked
 from codesign.exploration.outcomes import STATES, Word
-from codesign.exploration.rows import axis_column
-from codesign.figures import FIGURES, ResultFigure
-from codesign.inputs.aggregate import Rule, Share, rule_for
+from codesign.exploration.reasons import Out, design_outs, point_reasons
+from codesign.exploration.sensitivity import axis_effects
+from codesign.exploration.table import Table
+from codesign.figures import ResultFigure, label
+from codesign.inputs import Platform, Workload
+from codesign.inputs.boxes import value_text
+from codesign.maps import OccupancyGrid
+from codesign.progress import Show, silent
 from codesign.records import Listener
 from codesign.results.result import Reason, Result
 from codesign.scenarios import simulate
 from codesign.units import format_count
 
-if TYPE_CHECKING:
-    from codesign.explanation import Explanation
-    from codesign.exploration.specs import Specs
-    from codesign.exploration.study import Study
-    from codesign.inputs import Platform, Workload
-    from codesign.maps import OccupancyGrid
+OTHER_QUESTION = "it was asked another question"
 
 T = TypeVar("T")
-
-_PERCENT = re.compile(r"[0-9]+(\.[0-9]+)? *%")
-
-SEED = ".seed"
-"""The end of the name of a condition that is drawn: its values stand for all that might have been drawn."""
 
 
 @dataclass(frozen=True, repr=False)
 class StudyPoint:
     """One point of a study by its place in the enumeration. What came of it stands in the columns of the study."""
 
-    study: Study
+    study: Table
     index: int
 
     def __repr__(self) -> str:
@@ -94,25 +88,7 @@ class StudyPoint:
     @property
     def reasons(self) -> tuple[Reason, ...]:
         """Why it is not feasible."""
-        outcomes, template = self.study.outcomes, self.template
-        if template is None:
-            return ()
-        number = int(outcomes.reason[self.index])
-        reasons = template.reasons if number < 0 else (*template.reasons, outcomes.reasons[number])
-        unreached = template.mission is not None and not template.mission.reached
-        fits = bool(self.study.judged.fits_points[self.index])
-        limits = () if self.study.conditions else self.study.constraints
-        return reasons + tuple(
-            reason
-            for limit in limits
-            for reason in unsatisfied(
-                limit,
-                lambda name: self.figure(FIGURES[name]),
-                budget_of(template, limit),
-                feasible=fits,
-                unreached=unreached,
-            )
-        )
+        return point_reasons(self.study, self.index)
 
     @property
     def result(self) -> Result | None:
@@ -146,18 +122,11 @@ class StudyPoint:
             InputError: the point is of no study that was explored; or a map, part or host file has changed since.
                 SpecError: a file is missing; or the point cannot be placed on its platform.
         """
-        return self._specs.point(self.axes)
+        return self.study.made_of(self.index).point(self.axes)
 
     def specs_on_its_map(self) -> tuple[Platform, Workload, OccupancyGrid | None]:
         """``specs``, and the map that the study was computed on where it is at hand; see ``Specs``."""
-        return self._specs.point_on_its_map(self.axes)
-
-    @property
-    def _specs(self) -> Specs:
-        specs = self.study.specs
-        if specs is None:
-            raise InputError(f"{self!r} is of no exploration, so nothing is known of its specs")
-        return specs
+        return self.study.specs_on_its_map(self.index)
 
     def run(self, *, listeners: Sequence[Listener] = (), levers: bool = False) -> Result:
         """Simulate the point again, for its records or its levers; see ``codesign.simulate``.
@@ -172,100 +141,15 @@ class StudyPoint:
     def explain(self) -> Explanation:
         """Why the point is as it is, among the points in the same conditions; see ``Study.explain``."""
         axes = self.axes
-        return self.study.at({name: axes[name] for name in self.study.conditions}).explain(
-            self.index // self.study.judged.conditions
-        )
-
-
-def _is_number(value: Any) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool)
-
-
-def _spelt(axis: str, values: Sequence[Any]) -> list[str]:
-    """A text for each value of an axis, equal for 1 and 1.0, 0.8 and 80 %, 50 MHz and 0.05 GHz; true is no 1."""
-    shares = [
-        float(value[:-1]) / 100 if isinstance(value, str) and _PERCENT.fullmatch(value) else value
-        for value in values
-    ]
-    texts_alone = all(isinstance(each, str) for each in shares)
-    entries = axis_column(axis, shares)[1] if texts_alone else shares
-    texts = (json.dumps(entry, sort_keys=True) for entry in entries)
-    return [repr(json.loads(text, parse_int=Fraction, parse_float=Fraction)) for text in texts]
-
-
-@dataclass(frozen=True)
-class Conditions:
-    """The conditions of a study, and the rules by which a figure is made of its values in all of them."""
-
-    axes: Mapping[str, tuple[Any, ...]]
-    aggregate: Mapping[str, Rule]
-
-    @cached_property
-    def each(self) -> tuple[dict[str, Any], ...]:
-        """Every combination of conditions, the last axis moving fastest; one without any where there are none."""
-        return tuple(
-            dict(zip(self.axes, values, strict=True)) for values in itertools.product(*self.axes.values())
-        )
-
-    @cached_property
-    def draws(self) -> Draws | None:
-        """The number of the seed, or combination of seeds, of each condition; None where fewer than two were drawn."""
-        places = itertools.product(*(range(len(values)) for values in self.axes.values()))
-        drawn = [position for position, name in enumerate(self.axes) if name.endswith(SEED)]
-        seeds = [tuple(place[position] for position in drawn) for place in places]
-        numbers = {seed: number for number, seed in enumerate(dict.fromkeys(seeds))}
-        return np.array([numbers[seed] for seed in seeds], np.intp) if len(numbers) > 1 else None
-
-    def listed(self, name: str, value: Any) -> Any:
-        """The value of a condition that is named by itself, in any spelling, or by its number.
-
-        A number is one of the list only where no value of the condition is a number itself.
-
-        Raises:
-            InputError: no such condition, or no such value of it.
-        """
-        if name not in self.axes:
-            hint = choose_hint(name, self.axes) if self.axes else "the study has no conditions"
-            raise InputError(f"there is no condition {name}", "condition", hint)
-        values = self.axes[name]
-        *spelt, wanted = _spelt(name, (*values, value))
-        if wanted in spelt:
-            return values[spelt.index(wanted)]
-        numbers = [each for each in values if _is_number(each)]
-        if _is_number(value) and not numbers and value in range(len(values)):
-            return values[int(value)]
-        texts = [clip(str(each) if _is_number(each) else json.dumps(each), 60) for each in values]
-        near: str | None = None
-        if numbers and _is_number(value):
-            near = str(min(numbers, key=lambda each: abs(each - value)))
-        elif isinstance(value, str):
-            near = nearest(value, [each for each in values if isinstance(each, str)])
-        listed = ", ".join(texts if numbers else (f"{number}: {text}" for number, text in enumerate(texts)))
-        hint = f"did you mean {near}? accepted: {listed}" if near else f"accepted: {listed}"
-        raise InputError(f"{name} has no value {show(value)}", "condition", clip(hint, 400))
-
-    def rule(self, figure: ResultFigure) -> Rule:
-        """The rule of a figure."""
-        return rule_for(self.aggregate, figure)
-
-    def maximise(self, figure: ResultFigure) -> bool:
-        """Whether more of the aggregated figure is better: of a share that meets a limit it is, whatever the figure."""
-        return figure.maximise or isinstance(self.rule(figure), Share)
-
-
-@dataclass(frozen=True)
-class Out:
-    """Why a design is not feasible: a reason of its point in one condition, or of all of them together (None)."""
-
-    reason: Reason
-    condition: int | None = None
+        there = self.study.at({name: axes[name] for name in self.study.conditions})
+        return Design(there, self.index // self.study.judged.conditions).explain()
 
 
 @dataclass(frozen=True, repr=False)
 class Design:
     """One combination of the decisions by its place in the enumeration of the designs of a study."""
 
-    study: Study
+    study: Table
     index: int
 
     def __repr__(self) -> str:
@@ -273,9 +157,23 @@ class Design:
         fate = ("feasible" if self.feasible else "infeasible") if self.state == "done" else self.state
         return f"Design({self.index}: {clip(axes)}; {fate})"
 
-    def explain(self) -> Explanation:
-        """Why the design is as it is; see ``Study.explain``."""
-        return self.study.explain(self.index)
+    def explain(self, show: Show = silent) -> Explanation:
+        """Why the design is as it is: time, energy, what keeps it out, its neighbours, and how sure that is.
+
+        ``show`` is told what is run.
+
+        Raises:
+            InputError: it failed, or was not computed.
+        """
+        kind = "design" if self.study.conditions else "point"
+        if self.state == "missing":
+            hint = "run the same hwsw explore again: it continues where it stopped"
+            raise InputError(f"{kind} {self.index} was not computed", hint=hint)
+        if self.state == "failed":
+            failed = next(point for point in self.points if point.failure is not None)
+            hint = f"hwsw run --point {failed.index} STUDY computes it again"
+            raise InputError(f"{kind} {self.index} failed: {self.failure}", hint=hint)
+        return _explained(self.study, self, show)
 
     @property
     def axes(self) -> dict[str, Any]:
@@ -321,20 +219,7 @@ class Design:
     @cached_property
     def out(self) -> tuple[Out, ...]:
         """Why it is not feasible; empty where it is, or was not computed."""
-        judged = self.study.judged
-        if not judged.out[self.index]:
-            return ()
-        out = [
-            Out(reason, number)
-            for number, point in enumerate(self.points)
-            if judged.counts_points[point.index]
-            for reason in point.reasons
-        ]
-        for broken in (*judged.broken, *judged.short):
-            place = int(np.searchsorted(broken.which, self.index))
-            if place < len(broken.which) and broken.which[place] == self.index:
-                out.append(Out(broken.reason(place)))
-        return tuple(out)
+        return design_outs(self.study, self.index)
 
     def figure(self, figure: ResultFigure | str) -> float | None:
         """The aggregated figure; None where it has no value in some condition. A share that meets a limit has all.
@@ -367,8 +252,8 @@ class Design:
 class Rows(Sequence[T]):
     """The points or the designs of a study: each is made when it is asked for, and holds nothing of what came of it."""
 
-    study: Study
-    kind: Callable[[Study, int], T]
+    study: Table
+    kind: Callable[[Table, int], T]
     length: int
 
     def __len__(self) -> int:
@@ -400,3 +285,158 @@ def checked_index(kind: str, index: int, count: int) -> int:
     nearest = format_count(min(max(index, 0), count - 1))
     hint = f"the study has {kind}s 0 to {format_count(count - 1)}; the nearest is {nearest}"
     raise InputError(f"there is no {kind} {clip(str(index), 40)}", hint=hint)
+
+
+def points_of(table: Table) -> Rows[StudyPoint]:
+    """Every point. ``points_of(table)[i].index`` is ``i``."""
+    return Rows(table, StudyPoint, len(table.outcomes))
+
+
+def designs_of(table: Table) -> Rows[Design]:
+    """Every combination of the decisions, with its points. ``designs_of(table)[i].index`` is ``i``."""
+    return Rows(table, Design, table.judged.count)
+
+
+def _explained(table: Table, design: Design, show: Show) -> Explanation:
+    point, index = _telling(table, design), design.index
+    result = point.result
+    assert result is not None, "a design that was computed"
+    bench, notes = _bench(table, point, result, show)
+    return Explanation(
+        platform=result.platform,
+        workload=result.workload,
+        index=index,
+        axes=dict(design.axes),
+        condition=_condition_text(table, design, point),
+        feasible=design.feasible,
+        on_front=bool(table.on_front[index]),
+        objectives={figure.name: design.figure(figure) for figure in table.objectives},
+        derived=derived_words(table.objectives),
+        result=result,
+        time=why_time(result),
+        energy=why_energy(result),
+        out=tuple(_why_out(table, design, out, bench) for out in _outs(table, design)),
+        neighbours=neighbours_of(table, design),
+        sure=() if table.conditions else _sure_in(table, result),
+        effects=axis_effects(table, table.objectives),
+        notes=notes,
+    )
+
+
+def _telling(table: Table, design: Design) -> StudyPoint:
+    """The point of a design that is explained: the first that is out, or else the worst by the first objective."""
+    blocked = next((point for point in design.points if not point.feasible), None)
+    if blocked is not None or not table.objectives:
+        return blocked or design.points[0]
+    figure = table.objectives[0]
+    sign = -1.0 if figure.maximise else 1.0
+
+    def loss(point: StudyPoint) -> float:
+        value = point.figure(figure)
+        return -math.inf if value is None else sign * value
+
+    return max(design.points, key=loss)
+
+
+def _condition_text(table: Table, design: Design, point: StudyPoint) -> str:
+    place = point.index - design.points[0].index
+    return ", ".join(f"{name} {value}" for name, value in table.world.each[place].items())
+
+
+def _bench(
+    table: Table, point: StudyPoint, result: Result, show: Show
+) -> tuple[Bench | None, tuple[str, ...]]:
+    """What runs the point with something moved; None, and why, where its specs are not at hand."""
+    limits = () if table.conditions else table.constraints
+    if result.feasible and not result.reasons:
+        return None, ()
+    try:
+        judged = partial(with_constraints, constraints=limits)
+        bench = Bench(*point.specs(), result, table.objectives, judged, show=show)
+    except CodesignError as wrong:
+        return None, (f"levers are not tried: {str(wrong).partition(chr(10))[0]}",)
+    return bench, ((f"levers are not tried: {bench.cheap}",) if bench.cheap else ())
+
+
+def _outs(table: Table, design: Design) -> list[Out]:
+    if table.conditions:
+        return list(design.out)
+    return [Out(reason) for reason in design.points[0].reasons]
+
+
+def _why_out(table: Table, design: Design, out: Out, bench: Bench | None) -> WhyOut:
+    text = ""
+    if out.condition is not None:
+        text = _condition_text(table, design, design.points[out.condition])
+    levers: tuple[Moved, ...]
+    if bench is None or (table.conditions and out.reason not in bench.own.reasons):
+        levers = tuple(Moved(what=lever, note="not tried") for lever in out.reason.levers)
+    else:
+        levers = levers_for(bench, out.reason)
+    return WhyOut(reason=out.reason, condition=text, levers=levers)
+
+
+def neighbours_of(table: Table, design: Design) -> tuple[Moved, ...]:
+    """The designs that differ from one in a single axis, those that are better first.
+
+    A design that was asked another question is not compared. One that failed or was not computed is left out.
+    """
+    own = {figure: design.figure(figure) for figure in table.objectives}
+    neighbours = []
+    for name, mine in design.axes.items():
+        for value in table.axes[name]:
+            try:
+                other = Design(table, table.decisions.index({**design.axes, name: value}))
+            except KeyError:
+                # Other axes exist with that value.
+                continue
+            if value_text(value) != value_text(mine) and other.state == "done":
+                neighbours.append(_neighbour(table, design, own, other, name, value))
+    return ranked(neighbours)
+
+
+def _neighbour(
+    table: Table,
+    design: Design,
+    own: Mapping[ResultFigure, float | None],
+    other: Design,
+    axis: str,
+    value: Any,
+) -> Moved:
+    figures = {figure: other.figure(figure) for figure in table.objectives}
+    questions = {_question(design), _question(other)} - {None}
+    asked_the_same = len(questions) < 2
+    better, worse = gains_of(own, figures, table.world.maximise) if asked_the_same else ((), ())
+    return Moved(
+        what=axis,
+        before=design.axes.get(axis),
+        after=value,
+        index=other.index,
+        feasible=other.feasible,
+        out=tuple(dict.fromkeys(label(out.reason.name) for out in _outs(table, other))),
+        figures={figure.name: each for figure, each in figures.items()},
+        better=better if design.feasible and other.feasible else (),
+        worse=worse if design.feasible and other.feasible else (),
+        note="" if asked_the_same else OTHER_QUESTION,
+    )
+
+
+def _question(design: Design) -> str | None:
+    """What was asked of a design; None where it was not run."""
+    template = design.points[0].template
+    return None if template is None or template.task is None else template.task.question
+
+
+def _sure_in(table: Table, result: Result) -> tuple[Sure, ...]:
+    """For each objective with an interval: how sure the design's is, and whether the best one by it is the best."""
+    rivals, entries = table.rivals, []
+    for figure in table.objectives:
+        if not is_priced(result, figure):
+            continue
+        verdict = rivals.verdict(figure)
+        best, rival = (
+            None if number is None else int(rivals.points[number])
+            for number in (verdict.winner, verdict.rival)
+        )
+        entries.append(sure_of(result, figure, verdict, best, rival))
+    return tuple(entries)

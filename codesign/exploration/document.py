@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 from pydantic import Field
 
-from codesign.exploration.designs import Design, StudyPoint
+from codesign.exploration.designs import Design, StudyPoint, designs_of, points_of
+from codesign.exploration.table import Table
 from codesign.figures import FIGURES, ResultFigure
 from codesign.inputs.aggregate import Share, rule_as_written
 from codesign.inputs.constraint import FigureName
 from codesign.results.model import ResultModel
 from codesign.results.provenance import Provenance
 from codesign.results.result import Reason, Result
-
-if TYPE_CHECKING:
-    from codesign.exploration.study import Study
 
 
 class DerivedEntry(ResultModel):
@@ -167,65 +165,65 @@ class StudyDocument(ResultModel):
     )
 
 
-def study_document(study: Study) -> StudyDocument:
+def study_document(table: Table) -> StudyDocument:
     """The document of a study. It has all full results: those of priced points are simulated for it."""
-    first_of, count = study.first_of_same, study.judged.conditions
+    first_of, count = table.first_of_same, table.judged.conditions
     return StudyDocument(
-        platform=study.platform,
-        workload=study.workload,
-        provenance=None if study.provenance is None else study.provenance.stamped(),
-        axes={name: list(values) for name, values in study.axes.items()},
+        platform=table.platform,
+        workload=table.workload,
+        provenance=None if table.provenance is None else table.provenance.stamped(),
+        axes={name: list(values) for name, values in table.axes.items()},
         when={
             axis: {other: list(values) for other, values in conditions.items()}
-            for axis, conditions in study.when.items()
+            for axis, conditions in table.when.items()
         },
-        conditions={name: list(values) for name, values in study.conditions.items()},
+        conditions={name: list(values) for name, values in table.conditions.items()},
         figures={
-            name: DerivedEntry.model_validate(figure.as_written) for name, figure in study.figures.items()
+            name: DerivedEntry.model_validate(figure.as_written) for name, figure in table.figures.items()
         },
-        aggregate={name: rule_as_written(rule) for name, rule in study.aggregate.items()},
-        units={figure: figure.unit for figure in _every(study)},
-        objectives=[_objective(study, figure) for figure in study.objectives],
-        constraints=[ConstraintBounds.model_validate(limit.model_dump()) for limit in study.constraints],
+        aggregate={name: rule_as_written(rule) for name, rule in table.aggregate.items()},
+        units={figure: figure.unit for figure in _every(table)},
+        objectives=[_objective(table, figure) for figure in table.objectives],
+        constraints=[ConstraintBounds.model_validate(limit.model_dump()) for limit in table.constraints],
         counts=Counts(
-            points=len(study.points),
-            designs=len(study.designs),
-            distinct=len(study.distinct),
-            feasible=len(study.feasible),
-            unreached=len(study.unreached),
-            failed=len(study.failed),
-            missing=len(study.missing),
-            front=len(study.front),
+            points=len(table.outcomes),
+            designs=table.judged.count,
+            distinct=len(table.distinct),
+            feasible=len(table.feasible),
+            unreached=len(table.unreached),
+            failed=len(table.failed),
+            missing=len(table.missing),
+            front=len(table.front),
         ),
         designs=[
-            _design(study, design, None if first == design.index else first)
-            for design, first in zip(study.designs, first_of.tolist(), strict=True)
+            _design(table, design, None if first == design.index else first)
+            for design, first in zip(designs_of(table), first_of.tolist(), strict=True)
         ],
-        points=[_point(study, point, point.index // count) for point in study.points],
-        front=list(study.front),
+        points=[_point(table, point, point.index // count) for point in points_of(table)],
+        front=list(table.front),
     )
 
 
-def _every(study: Study) -> tuple[ResultFigure, ...]:
+def _every(table: Table) -> tuple[ResultFigure, ...]:
     """The declared figures, and those that the study derives."""
-    return *FIGURES.values(), *study.figures.values()
+    return *FIGURES.values(), *table.figures.values()
 
 
-def _objective(study: Study, figure: ResultFigure) -> Objective:
-    maximise = study.world.maximise(figure)
-    unit = "1" if isinstance(study.world.rule(figure), Share) else figure.unit
+def _objective(table: Table, figure: ResultFigure) -> Objective:
+    maximise = table.world.maximise(figure)
+    unit = "1" if isinstance(table.world.rule(figure), Share) else figure.unit
     return Objective(figure=figure, unit=unit, direction="maximise" if maximise else "minimise")
 
 
-def _design(study: Study, design: Design, same_as: int | None) -> DesignEntry:
-    figures = tuple(dict.fromkeys((*study.objectives, *(limit.figure for limit in study.constraints))))
-    spreads = {figure: design.spread(figure) for figure in figures} if study.conditions else {}
+def _design(table: Table, design: Design, same_as: int | None) -> DesignEntry:
+    figures = tuple(dict.fromkeys((*table.objectives, *(limit.figure for limit in table.constraints))))
+    spreads = {figure: design.spread(figure) for figure in figures} if table.conditions else {}
     return DesignEntry(
         index=design.index,
         axes=design.axes,
         state=design.state,
         feasible=design.feasible,
-        on_front=bool(study.on_front[design.index]),
+        on_front=bool(table.on_front[design.index]),
         same_as=same_as,
         figures={figure: design.figure(figure) for figure in figures},
         spread={
@@ -236,20 +234,20 @@ def _design(study: Study, design: Design, same_as: int | None) -> DesignEntry:
             if each is not None
         },
         out=[DesignReason(condition=out.condition, reason=out.reason) for out in design.out],
-        not_told_apart=list(study.alike.get(design.index, ())),
+        not_told_apart=list(table.alike.get(design.index, ())),
     )
 
 
-def _point(study: Study, point: StudyPoint, design: int) -> Point:
+def _point(table: Table, point: StudyPoint, design: int) -> Point:
     return Point(
         index=point.index,
         design=design,
         axes=point.axes,
         state=point.state,
         feasible=point.feasible,
-        on_front=bool(study.on_front[design]),
+        on_front=bool(table.on_front[design]),
         unreached=point.unreached,
-        figures={figure: _typed(figure, point.figure(figure)) for figure in _every(study)},
+        figures={figure: _typed(figure, point.figure(figure)) for figure in _every(table)},
         failure=point.failure,
         result=point.result,
     )

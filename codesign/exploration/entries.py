@@ -6,17 +6,15 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from codesign.errors import CertificateError
+from codesign.exploration.groups import Groups
 from codesign.exploration.outcomes import State
 from codesign.exploration.space import Box, points_of
-
-if TYPE_CHECKING:
-    from codesign.exploration.study import Study
+from codesign.exploration.table import Table
 
 Numbers = NDArray[np.int64]
 _FEW = 64
@@ -32,12 +30,12 @@ class Entries:
     - ``holder``: for each design of the study the number of the box that stands for it; -1: it is a row.
     """
 
-    study: Study
+    study: Table
     boxes: Sequence[Box]
     holder: Numbers
 
     @classmethod
-    def of(cls, study: Study, excluded: Sequence[Box]) -> Entries:
+    def of(cls, study: Table, excluded: Sequence[Box]) -> Entries:
         """The entries of a study with these boxes, without those of which each design was evaluated.
 
         Raises:
@@ -83,7 +81,7 @@ class Entries:
     def _by_part(self) -> dict[int, Numbers]:
         """The boxes in each part of the space that has one, by number."""
         parts = np.array([box.part for box in self.boxes], np.int64)
-        return {int(part): np.flatnonzero(parts == part) for part in np.unique(parts)}
+        return {int(parts[members[0]]): members for members in Groups.of(parts).members}
 
     def _ends(self, part: int) -> tuple[Numbers, Numbers]:
         """Begin and end of each box in a part of the space, boxes × axes."""

@@ -3,52 +3,60 @@
 from __future__ import annotations
 
 from collections import OrderedDict
-from typing import TYPE_CHECKING
+from collections.abc import Callable
 
 from codesign.errors import InputError
 from codesign.exploration.constraints import with_constraints
-from codesign.exploration.outcomes import State
+from codesign.exploration.outcomes import Outcomes, State
 from codesign.figures import FIGURES
+from codesign.inputs import Platform, Workload
+from codesign.inputs.constraint import Constraint
+from codesign.maps import OccupancyGrid
 from codesign.memo import Memo
 from codesign.pricing.price import PRICED
 from codesign.results.result import Result
 from codesign.scenarios import simulate
 
-if TYPE_CHECKING:
-    from codesign.exploration.study import Study
-
 _MOST_HELD = 256
 
 
 class FullResults:
-    """The full results of the points of a study by index. The last ones that were simulated are held."""
+    """The full results of points by index. The last ones that were simulated are held.
 
-    def __init__(self, study: Study) -> None:
-        self._study, self._memo = study, Memo()
+    ``limits``: the constraints that each point is held to. ``specs``: of a point, for ``simulate``.
+    """
+
+    def __init__(
+        self,
+        outcomes: Outcomes,
+        limits: tuple[Constraint, ...],
+        specs: Callable[[int], tuple[Platform, Workload, OccupancyGrid | None]],
+    ) -> None:
+        self._outcomes, self._limits, self._specs, self._memo = outcomes, limits, specs, Memo()
         self._held: OrderedDict[int, Result] = OrderedDict()
 
     def __getitem__(self, index: int) -> Result | None:
-        """The full result of a point, with the constraints that a study without conditions holds it to.
+        """The full result of a point, with a reason for each limit that it does not keep.
 
         Raises:
             InputError: it has to be simulated, and is of no exploration, or comes to other figures by now.
             SpecError: a file is missing.
         """
-        outcomes = self._study.outcomes
+        outcomes = self._outcomes
         if outcomes.state[index] != State.DONE:
             return None
         number = int(outcomes.which[index])
         result = outcomes.templates[number] if number in outcomes.whole else self._simulated(index)
-        return result if self._study.conditions else with_constraints(result, self._study.constraints)
+        return with_constraints(result, self._limits)
 
     def _simulated(self, index: int) -> Result:
         if index not in self._held:
-            platform, workload, grid = self._study.points[index].specs_on_its_map()
+            platform, workload, grid = self._specs(index)
             result = simulate(platform, workload, memo=self._memo, grid=grid)
             moved = [
                 FIGURES[name].label
                 for name in PRICED
-                if result.figure(FIGURES[name]) != self._study.outcomes.value(FIGURES[name], index)
+                if result.figure(FIGURES[name]) != self._outcomes.value(FIGURES[name], index)
             ]
             if moved:
                 raise InputError(

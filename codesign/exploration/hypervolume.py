@@ -9,16 +9,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from codesign.exploration.constraints import Floats
 from codesign.exploration.front import non_dominated
 from codesign.exploration.search import Trace
-
-if TYPE_CHECKING:
-    from codesign.exploration.study import Study
+from codesign.exploration.table import Table
 
 REFERENCE = 1.1
 """The reference point, in each normalised objective."""
@@ -73,33 +70,33 @@ class Curve:
     hypervolumes: tuple[float | None, ...]
 
 
-def costs_of(study: Study, designs: Sequence[int]) -> Floats:
+def costs_of(table: Table, designs: Sequence[int]) -> Floats:
     """The objectives of designs by their place among all; negated where more is better, NaN: not comparable."""
     rows = np.array(designs, np.int64)
-    if study.chosen is not None:
-        places = {design: row for row, design in enumerate(study.chosen)}
+    if table.chosen is not None:
+        places = {design: row for row, design in enumerate(table.chosen)}
         rows = np.array([places[design] for design in designs], np.int64)
-    judged = study.judged
-    signs = [-1.0 if study.world.maximise(figure) else 1.0 for figure in study.objectives]
+    judged = table.judged
+    signs = [-1.0 if table.world.maximise(figure) else 1.0 for figure in table.objectives]
     columns = [
-        sign * judged.figure(figure)[rows] for sign, figure in zip(signs, study.objectives, strict=True)
+        sign * judged.figure(figure)[rows] for sign, figure in zip(signs, table.objectives, strict=True)
     ]
     fine = (judged.feasible & ~judged.unreached)[rows]
     return np.where(fine[:, None], np.column_stack(columns), np.nan)
 
 
-def scale_of(study: Study) -> Scale:
+def scale_of(table: Table) -> Scale:
     """The scale of all designs that were evaluated."""
-    chosen = range(study.judged.count) if study.chosen is None else study.chosen
-    return Scale.of(costs_of(study, chosen))
+    chosen = range(table.judged.count) if table.chosen is None else table.chosen
+    return Scale.of(costs_of(table, chosen))
 
 
-def curves_of(study: Study) -> tuple[Curve, ...]:
+def curves_of(table: Table) -> tuple[Curve, ...]:
     """The curve of each search of a study."""
-    if study.search is None:
+    if table.search is None:
         return ()
-    scale = scale_of(study)
-    return tuple(curve_of(trace, costs_of(study, trace.designs), scale) for trace in study.search.traces)
+    scale = scale_of(table)
+    return tuple(curve_of(trace, costs_of(table, trace.designs), scale) for trace in table.search.traces)
 
 
 def curve_of(trace: Trace, costs: Floats, scale: Scale, steps: int = _STEPS) -> Curve:

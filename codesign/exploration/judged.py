@@ -8,22 +8,18 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from functools import cached_property, partial
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from codesign.exploration.aggregation import Floats, aggregated
+from codesign.exploration.conditions import Conditions
 from codesign.exploration.constraints import Broken, Flags, Why, broken_bounds, budget_of
-from codesign.exploration.outcomes import State
+from codesign.exploration.outcomes import Outcomes, State
 from codesign.figures import ResultFigure
 from codesign.inputs.aggregate import Share
 from codesign.inputs.constraint import Constraint
 from codesign.results.result import Result
-
-if TYPE_CHECKING:
-    from codesign.exploration.designs import Conditions
-    from codesign.exploration.outcomes import Outcomes
 
 
 class Judged:

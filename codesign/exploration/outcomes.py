@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codesign.exploration.constraints import Why, figure_of, whys_of
+from codesign.exploration.groups import Groups
 from codesign.figures import FIGURES, ResultFigure
 from codesign.inputs.derived import DerivedFigure, derived_bounds, derived_column
 from codesign.pricing.price import PRICED, Priced
@@ -260,8 +261,8 @@ class Outcomes:
 
     def used(self) -> list[int]:
         """The numbers of the templates that points have, in the order of their first points."""
-        numbers, firsts = np.unique(self.which, return_index=True)
-        return [int(number) for number in numbers[np.argsort(firsts)] if number >= 0]
+        numbers = self.which[Groups.of(self.which).in_turn.firsts].tolist()
+        return [number for number in numbers if number >= 0]
 
 
 def _listed(held: Sequence[Any], number: int) -> Any:

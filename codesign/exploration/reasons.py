@@ -5,21 +5,29 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from operator import itemgetter
 
 import numpy as np
+from more_itertools import map_reduce
 from numpy.typing import NDArray
 
-from codesign.exploration.constraints import Flags
+from codesign.exploration.constraints import Flags, budget_of, unsatisfied
+from codesign.exploration.groups import Groups
+from codesign.exploration.table import Table
+from codesign.figures import FIGURES
 from codesign.results.result import Reason
-
-if TYPE_CHECKING:
-    from codesign.exploration.designs import Design
-    from codesign.exploration.study import Study
 
 Key = tuple[str, str, str]
 Indices = NDArray[np.intp]
 Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Out:
+    """Why a design is not feasible: a reason of its point in one condition, or of all of them together (None)."""
+
+    reason: Reason
+    condition: int | None = None
 
 
 @dataclass(frozen=True)
@@ -41,32 +49,65 @@ class ReasonCount:
     levers: tuple[str, ...] = ()
 
 
-def reason_counts(study: Study) -> tuple[ReasonCount, ...]:
+def point_reasons(table: Table, index: int) -> tuple[Reason, ...]:
+    """Why a point is not feasible."""
+    outcomes, template = table.outcomes, table.outcomes.template(index)
+    if template is None:
+        return ()
+    number = int(outcomes.reason[index])
+    reasons = template.reasons if number < 0 else (*template.reasons, outcomes.reasons[number])
+    unreached = template.mission is not None and not template.mission.reached
+    fits = bool(table.judged.fits_points[index])
+    return reasons + tuple(
+        reason
+        for limit in (() if table.conditions else table.constraints)
+        for reason in unsatisfied(
+            limit,
+            lambda name: outcomes.value(FIGURES[name], index),
+            budget_of(template, limit),
+            feasible=fits,
+            unreached=unreached,
+        )
+    )
+
+
+def design_outs(table: Table, index: int) -> tuple[Out, ...]:
+    """Why a design is not feasible; empty where it is, or was not computed."""
+    judged = table.judged
+    if not judged.out[index]:
+        return ()
+    points = range(index * judged.conditions, (index + 1) * judged.conditions)
+    out = [
+        Out(reason, number)
+        for number, point in enumerate(points)
+        if judged.counts_points[point]
+        for reason in point_reasons(table, point)
+    ]
+    for broken in (*judged.broken, *judged.short):
+        place = int(np.searchsorted(broken.which, index))
+        if place < len(broken.which) and broken.which[place] == index:
+            out.append(Out(broken.reason(place)))
+    return tuple(out)
+
+
+def reason_counts(table: Table) -> tuple[ReasonCount, ...]:
     """The reasons that kept designs out, the most frequent first. A design counts once, by its largest gap."""
-    parts: dict[Key, list[tuple[Indices, Floats]]] = {}
-    for key, designs, gaps in _gaps(study):
-        parts.setdefault(key, []).append((designs, gaps))
     counts = []
-    for key, held in parts.items():
+    parts = map_reduce(_gaps(table), itemgetter(0), itemgetter(1, 2))
+    for (kind, name, unit), held in parts.items():
         designs, gaps = (np.concatenate(each) for each in zip(*held, strict=True))
         if not len(designs):
             continue
         # The largest gap of each design, then the least of these.
-        order = np.lexsort((-gaps, designs))
-        designs, first = np.unique(designs[order], return_index=True)
-        nearest = int(designs[gaps[order][first].argmin()])
-        worst = _largest(study.designs[nearest])[key]
-        counts.append(ReasonCount(*key, len(designs), nearest, worst.gap, worst.levers))
+        firsts = Groups.of(designs).least(-gaps)
+        nearest = int(designs[firsts][gaps[firsts].argmin()])
+        worst = largest(tuple(out.reason for out in design_outs(table, nearest)))[kind, name, unit]
+        counts.append(ReasonCount(kind, name, unit, len(firsts), nearest, worst.gap, worst.levers))
     counts += [
-        ReasonCount(kind, name, "", len(designs), min(designs), 0)
-        for (kind, name), designs in _held_against(study).items()
+        ReasonCount(kind, name, "", len(which), min(which), 0)
+        for (kind, name), which in _held_against(table).items()
     ]
     return tuple(sorted(counts, key=lambda count: (-count.designs, count.kind, count.name)))
-
-
-def _largest(design: Design) -> dict[Key, Reason]:
-    """The reason with the largest gap of each kind, name and unit, of equals the first."""
-    return largest(tuple(out.reason for out in design.out))
 
 
 def largest(reasons: tuple[Reason, ...]) -> dict[Key, Reason]:
@@ -79,11 +120,11 @@ def largest(reasons: tuple[Reason, ...]) -> dict[Key, Reason]:
     return held
 
 
-def _gaps(study: Study) -> Iterator[tuple[Key, Indices, Floats]]:
+def _gaps(table: Table) -> Iterator[tuple[Key, Indices, Floats]]:
     """Reasons by key, the distinct designs that have them, and how far each passes the limit there."""
-    judged = study.judged
-    points = judged.counts_points & np.repeat(study.distinct_designs, judged.conditions)
-    for reasons, members in _groups(study, points):
+    judged = table.judged
+    points = judged.counts_points & np.repeat(table.distinct_designs, judged.conditions)
+    for reasons, members in _groups(table, points):
         designs = members // judged.conditions
         for key, reason in largest(reasons).items():
             yield key, designs, np.full(len(designs), float(reason.gap))
@@ -91,40 +132,37 @@ def _gaps(study: Study) -> Iterator[tuple[Key, Indices, Floats]]:
         kept = points[broken.which]
         yield ("constraint", broken.name, broken.unit), broken.which[kept], broken.gap[kept]
     for broken in (*judged.broken, *judged.short):
-        kept = study.distinct_designs[broken.which]
+        kept = table.distinct_designs[broken.which]
         yield ("constraint", broken.name, broken.unit), broken.which[kept], broken.gap[kept]
 
 
-def _groups(study: Study, points: Flags) -> Iterator[tuple[tuple[Reason, ...], Indices]]:
+def _groups(table: Table, points: Flags) -> Iterator[tuple[tuple[Reason, ...], Indices]]:
     """The points by what they have against them besides the constraints: those reasons, and the indices."""
-    outcomes, indices = study.outcomes, np.flatnonzero(points)
+    outcomes, indices = table.outcomes, np.flatnonzero(points)
     count = len(outcomes.reasons) + 1
     numbers = outcomes.which[indices].astype(np.int64) * count + outcomes.reason[indices] + 1
-    order = np.argsort(numbers, kind="stable")
-    groups, begins, counts = np.unique(numbers[order], return_index=True, return_counts=True)
-    for number, begin, length in zip(groups.tolist(), begins, counts, strict=True):
-        members = indices[order[begin : begin + length]]
-        template, reason = divmod(number, count)
+    for members in Groups.of(numbers).members:
+        template, reason = divmod(int(numbers[members[0]]), count)
         more = (outcomes.reasons[reason - 1],) if reason else ()
-        yield (*outcomes.templates[template].reasons, *more), members
+        yield (*outcomes.templates[template].reasons, *more), indices[members]
 
 
-def _held_against(study: Study) -> dict[tuple[str, str], list[int]]:
+def _held_against(table: Table) -> dict[tuple[str, str], list[int]]:
     """The distinct designs that are kept out by other than the reasons of their results, by kind and name."""
-    judged, distinct = study.judged, study.distinct_designs
-    held: dict[tuple[str, str], list[int]] = {}
-    failed: dict[int, str] = {}
-    for index in sorted(study.outcomes.failures):
-        failed.setdefault(index // judged.conditions, study.outcomes.failures[index])
-    for design, failure in failed.items():
-        if distinct[design]:
-            held.setdefault(("failure", failure.partition("\n")[0]), []).append(design)
+    judged, distinct = table.judged, table.distinct_designs
+    # A design fails by its first point that did, which the reversed order puts last.
+    messages = sorted(table.outcomes.failures.items(), reverse=True)
+    failed = {index // judged.conditions: message for index, message in messages}
+    held: dict[tuple[str, str], list[int]] = map_reduce(
+        (design for design in sorted(failed) if distinct[design]),
+        lambda design: ("failure", failed[design].partition("\n")[0]),
+    )
     _, why = judged.ended
     for number, ended in enumerate(judged.ends):
         if designs := np.flatnonzero(judged.unreached & distinct & (why == number)).tolist():
             held["unreached", ended] = designs
     fine = judged.feasible & ~judged.unreached & distinct
-    for figure in dict.fromkeys(study.objectives):
+    for figure in dict.fromkeys(table.objectives):
         left = fine & np.isnan(judged.figure(figure))
         for reason, where in judged.whys(figure) if left.any() else ():
             if designs := np.flatnonzero(left & where).tolist():
@@ -135,21 +173,21 @@ def _held_against(study: Study) -> dict[tuple[str, str], list[int]]:
     return held
 
 
-def nearest_designs(study: Study, count: int) -> tuple[int, ...]:
+def nearest_designs(table: Table, count: int) -> tuple[int, ...]:
     """Indices of the distinct designs that pass their limits by least: by the largest relative gap of each."""
-    designs = np.flatnonzero(study.judged.out & study.distinct_designs)
-    return tuple(designs[np.lexsort((designs, relative_gaps(study)[designs]))[:count]].tolist())
+    designs = np.flatnonzero(table.judged.out & table.distinct_designs)
+    return tuple(designs[np.lexsort((designs, relative_gaps(table)[designs]))[:count]].tolist())
 
 
-def relative_gaps(study: Study) -> Floats:
+def relative_gaps(table: Table) -> Floats:
     """By how much each distinct design that is out passes its limits: the largest gap as a share of its limit.
 
     Infinite where a limit is 0; minus infinity for a design that passes none.
     """
-    judged = study.judged
+    judged = table.judged
     largest_gap = np.full(judged.count, -math.inf)
-    out = judged.out & study.distinct_designs
-    for reasons, members in _groups(study, judged.counts_points & np.repeat(out, judged.conditions)):
+    out = judged.out & table.distinct_designs
+    for reasons, members in _groups(table, judged.counts_points & np.repeat(out, judged.conditions)):
         if reasons:
             designs = members // judged.conditions
             np.maximum.at(largest_gap, designs, max(map(relative_gap, reasons)))

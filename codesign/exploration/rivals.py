@@ -4,29 +4,31 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from codesign.errors import CodesignError
 from codesign.exploration.aggregation import Floats
+from codesign.exploration.groups import Groups
+from codesign.exploration.outcomes import Outcomes
 from codesign.figures import ResultFigure
 from codesign.inputs.derived import DerivedFigure
 from codesign.pricing.price import PRICED
 from codesign.results.result import Result
 from codesign.verdicts import Verdict, winner_verdict
 
-if TYPE_CHECKING:
-    from codesign.exploration.study import Study
-
 
 class StudyRivals:
-    """Points of a study by their positions in ``points``, which has their indices. See ``verdicts.rivals.Rivals``."""
+    """Points by their positions in ``points``, which has their indices. See ``verdicts.rivals.Rivals``.
 
-    def __init__(self, study: Study, points: NDArray[np.intp]) -> None:
-        self.points = points
-        self._study, self._outcomes = study, study.outcomes
+    ``result``: gives the full result of a point.
+    """
+
+    def __init__(
+        self, outcomes: Outcomes, points: NDArray[np.intp], result: Callable[[int], Result | None]
+    ) -> None:
+        self.points, self._outcomes, self._result = points, outcomes, result
         self._verdicts: dict[ResultFigure, Verdict] = {}
 
     def verdict(self, figure: ResultFigure) -> Verdict:
@@ -78,7 +80,7 @@ class StudyRivals:
 
     def result(self, position: int) -> Result:
         """The full result of one."""
-        result = self._study.result(int(self.points[position]))
+        result = self._result(int(self.points[position]))
         assert result is not None, "a feasible point"
         return result
 
@@ -90,5 +92,7 @@ class StudyRivals:
 
     def _of_each(self, measure: Callable[[int], object]) -> NDArray[np.generic]:
         """Of each point what follows from the number of its template."""
-        numbers, which = np.unique(self._outcomes.which[self.points], return_inverse=True)
-        return np.asarray(np.array(list(map(measure, numbers.tolist())))[which.reshape(-1)])
+        templates = self._outcomes.which[self.points]
+        groups = Groups.of(templates)
+        measured = [measure(number) for number in templates[groups.firsts].tolist()]
+        return np.asarray(np.array(measured)[groups.which])

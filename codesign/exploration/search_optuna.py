@@ -18,8 +18,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from codesign.errors import InputError
+from codesign.exploration.conditions import order_of
 from codesign.exploration.constraints import Floats
-from codesign.exploration.rows import order_of
 from codesign.exploration.search import Problem, RandomSearch, Search
 from codesign.exploration.space import Box
 from codesign.inputs.boxes import value_text

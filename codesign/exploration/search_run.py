@@ -15,9 +15,9 @@ from codesign.errors import InputError
 from codesign.exploration.blocks import Plan
 from codesign.exploration.bounds import Bounds
 from codesign.exploration.budget import Budget
+from codesign.exploration.conditions import Conditions
 from codesign.exploration.constraints import Floats, bound_names
 from codesign.exploration.definition import MAX_STUDY_POINTS
-from codesign.exploration.designs import Conditions
 from codesign.exploration.evaluation import Done
 from codesign.exploration.explored import Explored
 from codesign.exploration.judged import Judged

@@ -24,17 +24,15 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from codesign.explanation import AxisEffect
+from codesign.exploration.groups import Groups
+from codesign.exploration.table import Table
 from codesign.figures import ResultFigure
 from codesign.inputs.boxes import When, ordered
-
-if TYPE_CHECKING:
-    from codesign.exploration.study import Study
 
 NO_SPREAD = 1e-12
 """A figure does not vary if its standard deviation is below this share of its largest value."""
@@ -43,21 +41,21 @@ Levels = NDArray[np.intp]
 Values = NDArray[np.float64]
 
 
-def axis_effects(study: Study, figures: Sequence[ResultFigure]) -> tuple[AxisEffect, ...]:
+def axis_effects(table: Table, figures: Sequence[ResultFigure]) -> tuple[AxisEffect, ...]:
     """The effect of each axis with several values on each figure, over the feasible designs that have it.
 
     Over conditions the figures are the aggregated ones. Axes are in the order of the study, the figures of each in the
     order given.
     """
-    names = [name for name, values in study.axes.items() if len(values) > 1]
-    inside = [[names.index(each) for each in inside_of(study.when, name) if each in names] for name in names]
-    judged = study.judged
+    names = [name for name, values in table.axes.items() if len(values) > 1]
+    inside = [[names.index(each) for each in inside_of(table.when, name) if each in names] for name in names]
+    judged = table.judged
     effects = []
     for figure in figures:
         column = judged.figure(figure)
         held = np.flatnonzero(judged.feasible & ~judged.unreached & ~np.isnan(column))
-        of_axes = study.decisions.levels(held)
-        levels = [_last_of_equals(study, name)[of_axes[name]] for name in names]
+        of_axes = table.decisions.levels(held)
+        levels = [_last_of_equals(table, name)[of_axes[name]] for name in names]
         values = column[held]
         matrix = np.array(levels, np.intp).reshape(len(names), len(held)).T
         shares = variance_shares(matrix, values, inside)
@@ -76,11 +74,11 @@ def axis_effects(study: Study, figures: Sequence[ResultFigure]) -> tuple[AxisEff
     return tuple(sorted(effects, key=lambda effect: order[effect.axis]))
 
 
-def _last_of_equals(study: Study, name: str) -> Levels:
+def _last_of_equals(table: Table, name: str) -> Levels:
     """For each value of an axis the number of the last one that is equal as JSON; behind them that of having none."""
-    texts = {json.dumps(value): place for place, value in enumerate(study.axes[name])}
+    texts = {json.dumps(value): place for place, value in enumerate(table.axes[name])}
     return np.array(
-        [*(texts[json.dumps(value)] for value in study.axes[name]), len(study.axes[name])], np.intp
+        [*(texts[json.dumps(value)] for value in table.axes[name]), len(table.axes[name])], np.intp
     )
 
 
@@ -138,7 +136,7 @@ def _inside_groups(others: Levels, centred: Values) -> tuple[float, float]:
     for column in others.T:
         number = number * (int(column.max()) + 1) + column
     if len(centred) and number.max() > 4 * len(centred):
-        number = np.unique(number, return_inverse=True)[1].reshape(-1)
+        number = Groups.of(number).which
     sizes = np.bincount(number)
     means = np.bincount(number, centred) / np.maximum(sizes, 1)
     left = centred - means[number]

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from codesign.errors import StoreError
 from codesign.exploration.budget import Budget
+from codesign.exploration.conditions import Conditions
 from codesign.exploration.definition import OTHER_VERSION, read_json
-from codesign.exploration.designs import Conditions
 from codesign.exploration.evaluation import Done
 from codesign.exploration.judged import Judged
 from codesign.exploration.outcomes import Outcomes

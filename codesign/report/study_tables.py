@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from codesign.exploration.rows import Scalar, provenance_columns, study_columns
+from codesign.exploration.columns import provenance_columns, study_columns
+from codesign.exploration.conditions import Scalar
 from codesign.figures import FIGURES, ResultFigure, label
 from codesign.inputs.derived import DerivedFigure
 from codesign.progress import Show, silent, tracked

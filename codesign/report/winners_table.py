@@ -7,15 +7,18 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import cached_property
+from operator import itemgetter
 from typing import TYPE_CHECKING
 
 import numpy as np
+from more_itertools import map_reduce
 from numpy.typing import NDArray
 
+from codesign.exploration.groups import Groups
 from codesign.exploration.outcomes import State
 from codesign.exploration.rivals import StudyRivals
-from codesign.exploration.same import first_of_equals
 from codesign.exploration.sensitivity import inside_of
+from codesign.exploration.table import first_of_equals
 from codesign.figures import ResultFigure
 from codesign.inputs.edit import VARIANT_AXIS
 from codesign.report.axes import axis_levels, level_texts, short_names, varying_axes
@@ -114,15 +117,9 @@ class _Settings:
         for name in others:
             values = alone.axes[name]
             keys = keys * (len(values) + 1) + first_of_equals(values)[levels[name]] + 1
-        _, firsts, settings = np.unique(keys, return_index=True, return_inverse=True)
         # Settings are numbered as they come up.
-        number = np.empty(len(firsts), np.intp)
-        number[np.argsort(firsts)] = np.arange(len(firsts))
-        of_points = number[settings.reshape(-1)]
-        order = np.argsort(of_points, kind="stable")
-        self.count = len(firsts)
-        self._points, self._setting = points[order], of_points[order]
-        self._begins = np.searchsorted(self._setting, np.arange(self.count + 1))
+        self._settings, self._points = Groups.of(keys).in_turn, points
+        self._setting, self.count = self._settings.which, len(self._settings.firsts)
 
     @cached_property
     def computed(self) -> NDArray[np.intp]:
@@ -133,14 +130,12 @@ class _Settings:
     def first(self, most: int) -> Iterator[Points]:
         """The points of each of the first settings with a computed one."""
         for number in self.computed[:most].tolist():
-            yield self._points[self._begins[number] : self._begins[number + 1]]
+            yield self._points[self._setting == number]
 
     def best_of_each(self, points: Points, objective: ResultFigure, axis: str) -> Points:
         """Of points of one setting the best with each value of an axis; the first where none counts."""
         levels, losses = self._alone.space.levels(points)[axis], self._losses(points, objective)
-        order = np.lexsort((losses, levels))
-        _, firsts = np.unique(levels[order], return_index=True)
-        return points[order[firsts]]
+        return points[Groups.of(levels).least(losses)]
 
     def _losses(self, points: Points, objective: ResultFigure) -> NDArray[np.float64]:
         """The values of an objective with the sign that makes less of it better; NaN of points that do not count."""
@@ -153,16 +148,12 @@ class _Settings:
         alone, setting = self._alone, self._setting
         losses = self._losses(self._points, objective)
         losses[self._differs[setting]] = math.nan
-        held = np.flatnonzero(~np.isnan(losses))
-        order = held[np.lexsort((losses[held], setting[held]))]
-        _, firsts = np.unique(setting[order], return_index=True)
-        best = np.full(self.count, math.nan)
-        best[setting[order[firsts]]] = losses[order[firsts]]
+        best = losses[self._settings.least(losses)]
         winners = np.flatnonzero(losses == best[setting])
         levels = alone.space.levels(self._points[winners])[axis]
         # Several points of one value are one winner.
-        _, firsts = np.unique(np.stack([setting[winners], levels]), axis=1, return_index=True)
-        winners, levels = winners[np.sort(firsts)], levels[np.sort(firsts)]
+        firsts = Groups.of(setting[winners], levels).firsts
+        winners, levels = winners[firsts], levels[firsts]
         wins = np.bincount(setting[winners], minlength=self.count)
         counts: Counter[str] = Counter()
         # In the order of the settings, which decides between equal counts.
@@ -171,10 +162,9 @@ class _Settings:
         name_of = np.full(self.count, len(names), np.int64)
         name_of[setting[winners]] = np.where(levels < 0, len(names) - 1, levels)
         name_of[wins > 1] = len(names) + 1
-        numbers, firsts = np.unique(name_of, return_index=True)
         words_of = [*names, "none", "a tie"]
-        for number in numbers[np.argsort(firsts)].tolist():
-            counts[words_of[number]] += int((name_of == number).sum())
+        for members in Groups.of(name_of).in_turn.members:
+            counts[words_of[name_of[members[0]]]] += len(members)
         return counts
 
     @cached_property
@@ -198,9 +188,8 @@ def _contest(
     study: Study, points: Sequence[StudyPoint], objective: ResultFigure, axis: str
 ) -> tuple[Cell, ...]:
     """The cells from ``best`` to ``left out`` at one setting. There is no winner where the questions differ."""
-    names_by_loss: dict[float, list[str]] = {}
     compared: list[int] = []
-    out = []
+    names_of_losses, out = [], []
     tasks = (point.template.task for point in points if point.template is not None)
     differ = len({task.question for task in tasks if task is not None}) > 1
     for point in points:
@@ -211,8 +200,9 @@ def _contest(
         elif value is None:
             out.append(f"{name}: {_fate(point, objective)}")
         else:
-            names_by_loss.setdefault(_loss(objective, value), []).append(name)
+            names_of_losses.append((_loss(objective, value), name))
             compared.append(point.index)
+    names_by_loss = map_reduce(names_of_losses, itemgetter(0), itemgetter(1))
     ranks = sorted(names_by_loss)[:2]
     names = [_EQUAL.join(names_by_loss[rank]) for rank in ranks]
     values = [_loss(objective, rank) for rank in ranks]
@@ -228,7 +218,9 @@ def _contest(
         ratio = over / under if under > 0 else None
     sure = ABSENT
     if len(compared) > 1:
-        sure = verdict_text(StudyRivals(study, np.array(compared, np.intp)).verdict(objective))
+        sure = verdict_text(
+            StudyRivals(study.outcomes, np.array(compared, np.intp), study.result).verdict(objective)
+        )
     return *cells, quantity_cell(ratio), word(sure), word("; ".join(out))
 
 

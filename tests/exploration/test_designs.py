@@ -17,7 +17,7 @@ import codesign
 from codesign.cli.options import settings_of
 from codesign.errors import InputError
 from codesign.exploration import Study, explore, load_study
-from codesign.exploration.designs import Conditions
+from codesign.exploration.conditions import Conditions
 from codesign.exploration.outcomes import Outcomes
 from codesign.figures import FIGURES
 from codesign.inputs import Constraint, Exploration, Platform, Workload

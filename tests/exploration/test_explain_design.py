@@ -14,7 +14,8 @@ import codesign
 from codesign.errors import InputError, SpecError
 from codesign.explanation import why_energy, why_time
 from codesign.exploration import Outcomes, Study, load_study
-from codesign.exploration.explain_design import explain_run, neighbours_of
+from codesign.exploration.designs import neighbours_of
+from codesign.exploration.explain_run import explain_run
 from codesign.figures import FIGURES
 
 Specs = tuple[Path, Path]

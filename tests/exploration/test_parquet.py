@@ -12,8 +12,8 @@ from report_samples import a_study
 
 import codesign
 from codesign.errors import InputError, RunError
-from codesign.exploration import parquet
-from codesign.exploration.rows import study_columns
+from codesign.exploration import columns
+from codesign.exploration.columns import study_columns
 from codesign.exploration.study import Study
 from codesign.inputs.exploring import exploring
 from codesign.progress import Advance
@@ -91,7 +91,7 @@ def test_groups_change_nothing(
 ) -> None:
     from pyarrow.parquet import ParquetFile, read_table
 
-    monkeypatch.setattr(parquet, "POINTS_A_GROUP", 7)
+    monkeypatch.setattr(columns, "POINTS_A_GROUP", 7)
     study.to_parquet(tmp_path / "groups.parquet")
     assert ParquetFile(tmp_path / "groups.parquet").num_row_groups == -(-len(study.points) // 7)
     # Dictionaries of groups differ; their texts do not.
@@ -101,7 +101,7 @@ def test_groups_change_nothing(
 def test_it_says_how_many_rows_are_written(
     study: Study, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(parquet, "POINTS_A_GROUP", 3)
+    monkeypatch.setattr(columns, "POINTS_A_GROUP", 3)
     shown: list[Advance] = []
     study.to_parquet(tmp_path / "points.parquet", shown.append)
     assert (shown[0].done, shown[0].total) == (0, len(study.points))

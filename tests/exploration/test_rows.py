@@ -5,7 +5,7 @@ import pytest
 from report_samples import a_result, a_study
 
 from codesign.errors import InputError
-from codesign.exploration.rows import study_columns
+from codesign.exploration.columns import study_columns
 from codesign.figures import FIGURES
 
 pandas = pytest.importorskip("pandas")

@@ -12,7 +12,7 @@ import pytest
 import codesign
 from codesign.exploration import Study, explore
 from codesign.exploration.check import check_points
-from codesign.exploration.rows import study_columns
+from codesign.exploration.columns import study_columns
 from codesign.figures import FIGURES, ResultFigure
 from codesign.report import render_csv
 from codesign.report.study_tables import study_csv

@@ -169,7 +169,7 @@ def test_a_verdict_about_few_points_reads_no_column_of_all(monkeypatch: pytest.M
         return column
 
     monkeypatch.setattr(Outcomes, "column", watched)
-    StudyRivals(study, np.array([3, 4, 5])).verdict(derived)
+    StudyRivals(study.outcomes, np.array([3, 4, 5]), study.result).verdict(derived)
     assert set(read) == {3}
 
 

@@ -11,8 +11,8 @@ import numpy as np
 
 from codesign.exploration.aggregation import aggregated
 from codesign.exploration.constraints import figure_of
-from codesign.exploration.same import _is_idle
 from codesign.exploration.study import Study
+from codesign.exploration.table import _is_idle
 from codesign.figures import FIGURES, ResultFigure
 from codesign.inputs.aggregate import Share
 from codesign.inputs.constraint import LOWER, STRICT, Constraint
