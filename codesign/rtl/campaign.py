@@ -110,7 +110,9 @@ def verify_all(
     if waves is not None and drawn is not None:
         verify(asked[drawn].style, asked[drawn].job(), backend, waves, cycles=cycles)
     groups = map_reduce(in_order, lambda checked: (checked.planner, checked.style, checked.task))
-    return tuple(StyleChecked(*names, tuple(points)) for names, points in groups.items())
+    return tuple(
+        StyleChecked(planner, style, task, tuple(points)) for (planner, style, task), points in groups.items()
+    )
 
 
 def _checked(
