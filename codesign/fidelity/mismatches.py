@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
+from more_itertools import map_reduce
+
 from codesign.fidelity.claims import Claim
 from codesign.fidelity.points import TOTAL, Point, rooms, width_of
 from codesign.planners.measured import PARTS
@@ -71,12 +73,17 @@ def spread(points: Sequence[Point], family: str = "") -> Spread:
 
 def spreads(points: Sequence[Point], *, by_family: bool) -> tuple[Spread, ...]:
     """The errors of each term of resources, of each family or of all families together."""
-    groups: dict[tuple[str, ...], list[Point]] = {}
-    for point in points:
-        if point.quantity != "clock":
-            family = point.family if by_family else ""
-            key = point.planner, point.style, family, point.line, point.quantity
-            groups.setdefault(key, []).append(point)
+    counted = [point for point in points if point.quantity != "clock"]
+    groups = map_reduce(
+        counted,
+        lambda point: (
+            point.planner,
+            point.style,
+            point.family if by_family else "",
+            point.line,
+            point.quantity,
+        ),
+    )
     return tuple(spread(group, key[2]) for key, group in groups.items())
 
 
@@ -120,10 +127,8 @@ def _of_lines(points: Sequence[Point]) -> Iterator[Mismatch]:
 
 
 def _of_clocks(points: Sequence[Point]) -> Iterator[Mismatch]:
-    groups: dict[tuple[str, str, str], list[Point]] = {}
-    for point in points:
-        if point.quantity == "clock":
-            groups.setdefault((point.planner, point.style, point.part), []).append(point)
+    clocks = [point for point in points if point.quantity == "clock"]
+    groups = map_reduce(clocks, lambda point: (point.planner, point.style, point.part))
     for (planner, style, part), group in groups.items():
         outside = sum(not point.holds for point in group)
         widest = max(width_of(point.predicted) for point in group)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from more_itertools import map_reduce
 
 from codesign.fidelity import Fidelity
 from codesign.fidelity.mismatches import WORST, spread
@@ -74,14 +74,10 @@ def _within(ratio: float) -> float:
 
 def _terms(points: tuple[Point, ...]) -> list[tuple[str, dict[str, list[Point]]]]:
     """Planner, style and quantity in words, and its points by family."""
-    terms: dict[str, dict[str, list[Point]]] = {}
-    for name, family, point in _named(points):
-        terms.setdefault(name, {}).setdefault(family, []).append(point)
+    shown = [point for point in points if point.line == TOTAL or point.quantity == "clock"]
+    terms = map_reduce(
+        shown,
+        lambda point: f"{point.planner} {point.style}, {label(point.quantity)}".replace("_", " "),
+        reducefunc=lambda group: dict(map_reduce(group, lambda point: point.family)),
+    )
     return list(terms.items())
-
-
-def _named(points: tuple[Point, ...]) -> Iterator[tuple[str, str, Point]]:
-    for point in points:
-        if point.line == TOTAL or point.quantity == "clock":
-            name = f"{point.planner} {point.style}, {label(point.quantity)}".replace("_", " ")
-            yield name, point.family, point

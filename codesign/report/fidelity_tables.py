@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from codesign.fidelity import Fidelity, Spread, reason_of
+from more_itertools import map_reduce
+
+from codesign.fidelity import Fidelity, Mismatch, Spread, reason_of
 from codesign.fidelity.claims import Claim
 from codesign.fidelity.points import TOTAL, Point, width_of
 from codesign.figures import label
@@ -166,13 +168,14 @@ def _claims(title: str, claims: Sequence[Claim]) -> Table:
     return Table(title, columns, rows, notes)
 
 
+def _explained(mismatch: Mismatch) -> tuple[str, str]:
+    reason = reason_of(mismatch)
+    return (reason.words, reason.experiment) if reason else ("open", "open")
+
+
 def _open(result: Fidelity) -> Table:
     """What does not match, gathered by its reason."""
-    groups: dict[tuple[str, str], list[str]] = {}
-    for mismatch in result.mismatches:
-        reason = reason_of(mismatch)
-        key = (reason.words, reason.experiment) if reason else ("open", "open")
-        groups.setdefault(key, []).append(f"{mismatch.key}: {mismatch.words}")
+    groups = map_reduce(result.mismatches, _explained, lambda each: f"{each.key}: {each.words}")
     rows = tuple(words("; ".join(texts), why, experiment) for (why, experiment), texts in groups.items())
     columns = left("what does not match, or was never measured", "why", "the experiment that would settle it")
     return Table("Open points", columns, rows)
