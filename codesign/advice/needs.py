@@ -11,7 +11,7 @@ from typing import Any
 from pydantic import Field
 
 from codesign.errors import InputError, SpecError
-from codesign.inputs.places import Point, parse_place
+from codesign.inputs.places import parse_place, place_value
 from codesign.maps import Crop, OccupancyGrid
 from codesign.planners.interface import Problem
 from codesign.results.model import ResultModel
@@ -112,7 +112,7 @@ def problem_section(
     """
     section: dict[str, Any] = {
         "map": {"file": str(map_file.resolve()), "crop": str(Crop.FREE)},
-        "goals": [_place(text, "--goal") for text in goals],
+        "goals": [place_value(parse_place(text, "--goal")) for text in goals],
     }
     if unknown is not None:
         section["map"]["unknown"] = unknown
@@ -122,7 +122,7 @@ def problem_section(
     if needs.clearance_m:
         section["map"]["inflate"] = f"{needs.clearance_m:g} m"
     if starts:
-        section["starts"] = [_place(text, "--start") for text in starts]
+        section["starts"] = [place_value(parse_place(text, "--start")) for text in starts]
     if reach is not None:
         section["reach"] = reach
     if task != "path":
@@ -155,12 +155,6 @@ def ask(needs: Needs, section: Mapping[str, Any], map_file: Path) -> Question:
     if faults is None:
         raise InputError("no installed planner plans on a map", hint="hwsw list shows the planners")
     raise at_options(faults, _OPTIONS)
-
-
-def _place(text: str, option: str) -> list[int] | dict[str, float]:
-    """A goal or a start, as YAML has it."""
-    place = parse_place(text, option)
-    return {"x": place.x, "y": place.y} if isinstance(place, Point) else list(place)
 
 
 def workload_tree(planner: str, section: Mapping[str, Any], mapping: Mapping[str, Any]) -> dict[str, Any]:

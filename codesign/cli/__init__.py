@@ -11,14 +11,15 @@ import os
 import sys
 import threading
 import traceback
-from importlib import import_module
 from typing import Any, NoReturn
 
 import click
 
 from codesign import interrupts
-from codesign.cli.options import debug_option, is_debug
+from codesign.cli.options import DEBUG, is_debug
 from codesign.cli.pipes import UnfailingStream, output_may_fail
+from codesign.cli.request import command_of
+from codesign.cli.requests import COMMANDS
 from codesign.errors import (
     EXIT_DONE,
     EXIT_FAILED,
@@ -31,105 +32,23 @@ from codesign.errors import (
 from codesign.files import remove_passing
 from codesign.version import __version__
 
-COMMANDS = {
-    "run": (
-        "codesign.cli.run:run",
-        "Simulate one design point: its time, resources, power and quality of the plan.",
-    ),
-    "advise": (
-        "codesign.cli.advise:advise",
-        "Answer which board suffices for a map at a rate, and why no cheaper one does.",
-    ),
-    "explore": (
-        "codesign.cli.explore:explore",
-        "Evaluate every point of a workload's exploration, and find the front.",
-    ),
-    "explain": (
-        "codesign.cli.explain:explain",
-        "Say why a design of an exploration, or a run, is as it is.",
-    ),
-    "compare": (
-        "codesign.cli.compare:compare",
-        "Compare designs of any planner on one map.",
-    ),
-    "report": ("codesign.cli.explore:report", "Write the tables and the HTML page of a stored exploration."),
-    "plot": (
-        "codesign.cli.plot:plot",
-        "Draw a front, a map, a time line or a schedule as PDF, SVG or PNG.",
-    ),
-    "verify-front": (
-        "codesign.cli.verify_front:verify_front",
-        "Check the certificate of a front. Nothing is simulated.",
-    ),
-    "trace": ("codesign.cli.trace:trace", "Read the trace of a run."),
-    "workload": ("codesign.cli.workload:workload", "Make a workload of a recorded ROS 2 bag."),
-    "reproduce": (
-        "codesign.cli.reproduce:reproduce",
-        "Compare the model with the published tables, row by row.",
-    ),
-    "calibrate": (
-        "codesign.cli.calibrate:calibrate",
-        "Fit costs to this machine, or laws to the reports of your FPGA tool.",
-    ),
-    "rtl": (
-        "codesign.cli.rtl:rtl",
-        "Write the Verilog of a design point, with its test bench and memory images.",
-    ),
-    "verify": (
-        "codesign.cli.rtl:verify",
-        "Compare circuits in Verilog with the model, cycle for cycle.",
-    ),
-    "synth": (
-        "codesign.cli.synth:synth",
-        "Synthesise a circuit with open tools, place and route it, and compare it with the laws.",
-    ),
-    "fidelity": (
-        "codesign.cli.fidelity:fidelity",
-        "Hold all laws against circuits that were simulated, synthesised and placed, and against papers.",
-    ),
-    "check": (
-        "codesign.cli.inspect:check",
-        "Check platform and workload files, and report all faults at once.",
-    ),
-    "map": (
-        "codesign.cli.map:map_",
-        "Show a map: its size, free cells, components, and what cropping saves.",
-    ),
-    "schema": (
-        "codesign.cli.inspect:schema",
-        "Print a JSON Schema, for editors and for programs that read the JSON output.",
-    ),
-    "list": (
-        "codesign.cli.begin:list_",
-        "List platforms, parts, hosts, workloads, planners and styles, or the parameters of a planner.",
-    ),
-    "show": ("codesign.cli.begin:show", "Print a shipped platform, part, workload or map."),
-    "init": (
-        "codesign.cli.begin:init",
-        "Write a first platform and workload, for a board, a planner and a map.",
-    ),
-}
-
 
 class LazyGroup(click.Group):
-    """Loads the module of a command when the command runs, and turns errors into exit codes."""
+    """Makes a command of its request when it is asked for, and turns errors into exit codes."""
 
-    def list_commands(self, _ctx: click.Context, /) -> list[str]:
+    def list_commands(self, ctx: click.Context, /) -> list[str]:
         """The commands in the order in which a newcomer needs them."""
-        return list(COMMANDS)
+        return [*(name for name in COMMANDS if " " not in name), *super().list_commands(ctx)]
 
-    def get_command(self, _ctx: click.Context, cmd_name: str, /) -> click.Command | None:
-        """Import and return the command."""
-        if cmd_name not in COMMANDS:
-            return None
-        module, name = COMMANDS[cmd_name][0].split(":")
-        command: click.Command = getattr(import_module(module), name)
-        return command
+    def get_command(self, ctx: click.Context, cmd_name: str, /) -> click.Command | None:
+        """The command, whose module is imported when it runs."""
+        known = cmd_name in COMMANDS and " " not in cmd_name
+        return command_of(cmd_name, COMMANDS) if known else super().get_command(ctx, cmd_name)
 
     def format_commands(self, _ctx: click.Context, formatter: click.HelpFormatter, /) -> None:
-        """List the commands without importing any of them."""
+        """List the commands without making any of them."""
         with formatter.section("Commands"):
-            formatter.write_dl([(name, text) for name, (_, text) in COMMANDS.items()])
+            formatter.write_dl([(name, each.text) for name, each in COMMANDS.items() if " " not in name])
 
     def main(self, *args: Any, **kwargs: Any) -> Any:
         """Run the command. After an interrupt, exit at once.
@@ -231,17 +150,17 @@ def _was_lost(out: UnfailingStream | None) -> bool:
     return out.fault is not None
 
 
-@click.group(
-    cls=LazyGroup, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110}
+main = LazyGroup(
+    "main",
+    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110},
+    help="""Co-design robot path planners in hardware and software.
+
+Declare a platform and a workload in YAML. Simulate one design point, or explore many. Compare time, resources,
+power and the quality of the plan.
+
+Exit codes: 0 done, 1 failed, 2 a fault in a file or on the command line, 3 the answer is no, 130 interrupted
+(Ctrl-C), 143 terminated (SIGTERM).""",
+    callback=lambda **_debug: None,
 )
-@click.version_option(__version__, prog_name="hwsw")
-@debug_option
-def main() -> None:
-    """Co-design robot path planners in hardware and software.
-
-    Declare a platform and a workload in YAML. Simulate one design point, or explore many. Compare time, resources,
-    power and the quality of the plan.
-
-    Exit codes: 0 done, 1 failed, 2 a fault in a file or on the command line, 3 the answer is no, 130 interrupted
-    (Ctrl-C), 143 terminated (SIGTERM).
-    """
+click.version_option(__version__, prog_name="hwsw")(main)
+main.params += DEBUG.parameters("debug", bool, False)

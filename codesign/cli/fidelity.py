@@ -11,60 +11,32 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from codesign.cli.options import backend_option, debug_option, debug_step, force_option
+from codesign.cli import requests
+from codesign.cli.options import debug_step
+from codesign.cli.outputs import check_outputs
+from codesign.cli.progress import compiling_shown, progress_shown
 from codesign.errors import printable
+from codesign.fidelity import QUICK_SAMPLES, SAMPLES, measure
+from codesign.fidelity import asked as points_of
+from codesign.files import write_atomically
+from codesign.progress import Advance, Pace
+from codesign.report import render_text
+from codesign.report.fidelity_page import fidelity_page
+from codesign.report.fidelity_picture import fidelity_picture
+from codesign.report.fidelity_tables import fidelity_tables
 
 if TYPE_CHECKING:
     from codesign.fidelity import Fidelity
     from codesign.rtl.campaign import Checked
 
 
-@click.command(short_help="Hold all laws against simulated, synthesised and placed circuits.")
-@click.option(
-    "-o",
-    "--output",
-    "page",
-    type=click.Path(dir_okay=False, path_type=Path),
-    help="Write the page, in Markdown.",
-)
-@click.option(
-    "--picture",
-    type=click.Path(dir_okay=False, path_type=Path),
-    help="Write the picture of law over measured, as SVG.",
-)
-@click.option("--quick", is_flag=True, help="Simulate fewer design points of each circuit.")
-@click.option(
-    "--jobs", type=click.IntRange(1, 64), default=1, show_default=True, help="Simulations at a time."
-)
-@backend_option
-@debug_option
-@click.option("--json", "as_json", is_flag=True, help="Print everything that is compared as JSON.")
-@force_option
-def fidelity(
-    page: Path | None, picture: Path | None, quick: bool, jobs: int, backend: str, as_json: bool
-) -> None:
-    """Compare what the laws predict with circuits that were simulated, synthesised and placed, and with papers.
-
-    Circuits of random design points are simulated here. The rows of synthesis and placement are those that the package
-    holds: hwsw synth makes such rows of one design point.
-
-    What does not match is listed with its reason, and with the experiment that would settle it.
-    """
-    from codesign.cli.outputs import check_outputs
-    from codesign.cli.progress import compiling_shown, progress_shown
-    from codesign.fidelity import QUICK_SAMPLES, SAMPLES, asked, measure
-    from codesign.files import write_atomically
-    from codesign.progress import Advance, Pace
-    from codesign.report import render_text
-    from codesign.report.fidelity_page import fidelity_page
-    from codesign.report.fidelity_picture import fidelity_picture
-    from codesign.report.fidelity_tables import fidelity_tables
-
-    check_outputs({"-o": page, "--picture": picture})
-    seeds = range(QUICK_SAMPLES if quick else SAMPLES)
-    done, total = 0, len(asked(seeds))
+def fidelity(asked: requests.Fidelity) -> None:
+    """Compare what the laws predict with circuits that were simulated, synthesised and placed, and with papers."""
+    check_outputs({"-o": asked.page, "--picture": asked.picture})
+    seeds = range(QUICK_SAMPLES if asked.quick else SAMPLES)
+    done, total = 0, len(points_of(seeds))
     pace = Pace(total)
-    with progress_shown(quiet=as_json) as show, compiling_shown(show):
+    with progress_shown(quiet=asked.as_json) as show, compiling_shown(show):
 
         def progress(checked: Checked) -> None:
             nonlocal done
@@ -72,20 +44,23 @@ def fidelity(
             words = f"points verified, {checked.planner} {checked.style}"
             show(Advance(done, total, words, pace.left_s(done)))
 
-        result = measure(seeds, backend, jobs, progress)
+        result = measure(seeds, asked.backend, asked.jobs, progress)
     debug_step("compared")
-    if page is not None:
-        shown = None if picture is None else os.path.relpath(picture, page.parent)
-        write_atomically(page, fidelity_page(result, seeds, _command(page, picture, quick), shown).encode())
-    if picture is not None:
-        write_atomically(picture, fidelity_picture(result))
-    if as_json:
+    if asked.page is not None:
+        shown = None if asked.picture is None else os.path.relpath(asked.picture, asked.page.parent)
+        write_atomically(
+            asked.page,
+            fidelity_page(result, seeds, _command(asked.page, asked.picture, asked.quick), shown).encode(),
+        )
+    if asked.picture is not None:
+        write_atomically(asked.picture, fidelity_picture(result))
+    if asked.as_json:
         click.echo(json.dumps(_document(result), indent=2))
         return
-    if page is None:
+    if asked.page is None:
         for table in fidelity_tables(result):
             click.echo(render_text(table))
-    for file in (page, picture):
+    for file in (asked.page, asked.picture):
         if file is not None:
             click.echo(f"written: {printable(str(file), None)}")
 

@@ -6,80 +6,42 @@ import json
 
 import click
 
-from codesign.cli.options import memory_option, set_option, settings_of
+from codesign.cli.progress import LATER_S, progress_shown
+from codesign.cli.request import load
+from codesign.cli.requests import Check, Schema
 from codesign.errors import SpecError, printable
-
-KINDS = (
-    "platform",
-    "workload",
-    "part",
-    "host",
-    "calibration",
-    "result",
-    "study",
-    "explanation",
-    "reproduction",
-    "advice",
-)
+from codesign.progress import doing
+from codesign.scenarios import check_files
+from codesign.units import counted
 
 
-@click.command(short_help="Check platform and workload files.")
-@click.argument("files", nargs=-1, required=True)
-@set_option
-@memory_option
-@click.option("--json", "as_json", is_flag=True, help="Print the faults as JSON.")
-def check(files: tuple[str, ...], settings: tuple[str, ...], memory: int | None, as_json: bool) -> None:
-    """Check FILES (YAML files, or names of shipped platforms and workloads), and report all faults with their places.
-
-    A platform and a workload are checked against each other too, with the map, its goals and each variant. A run that
-    would need too much memory is a fault. Without --json, notes report where a design does different work from what its
-    parameters suggest.
-    """
-    from codesign.cli.progress import LATER_S, progress_shown
-    from codesign.progress import doing
-    from codesign.scenarios import check_files
-    from codesign.units import counted
-
+def check(asked: Check) -> None:
+    """Check files, and report all faults with their places."""
     notes: list[str] = []
-    with progress_shown(after_s=LATER_S, quiet=as_json) as show:
-        doing(show, f"checking {counted(len(files), 'file')}")
-        faults = check_files(files, settings_of(settings), memory, notes.append)
-    if as_json:
+    with progress_shown(after_s=LATER_S, quiet=asked.as_json) as show:
+        doing(show, f"checking {counted(len(asked.files), 'file')}")
+        faults = check_files(asked.files, asked.settings, asked.memory, notes.append)
+    if asked.as_json:
         click.echo(json.dumps([vars(fault) for fault in faults], indent=2))
     if faults:
-        raise click.exceptions.Exit(SpecError.exit_code) if as_json else SpecError(faults)
-    if not as_json:
+        raise click.exceptions.Exit(SpecError.exit_code) if asked.as_json else SpecError(faults)
+    if not asked.as_json:
         for note in notes:
             click.echo(f"note: {printable(note, None)}")
-        click.echo(f"{len(files)} checked, no fault found")
+        click.echo(f"{len(asked.files)} checked, no fault found")
 
 
-@click.command(short_help="Print a JSON Schema.")
-@click.argument("kind", type=click.Choice(KINDS))
-def schema(kind: str) -> None:
-    """Print the JSON Schema of a platform, workload, part, host or calibration file, or of the output of --json.
-
-    The output is a result (hwsw run), a study (hwsw explore), an explanation (hwsw explain), an advice (hwsw advise) or
-    a reproduction (hwsw reproduce).
-    """
-    if kind == "study":
-        from codesign.exploration import study_schema
-
-        document = study_schema()
-    elif kind == "explanation":
-        from codesign.explanation import explanation_schema
-
-        document = explanation_schema()
-    elif kind == "advice":
-        from codesign.advice import advice_schema
-
-        document = advice_schema()
-    elif kind == "reproduction":
-        from codesign.reproduce import reproduction_schema
-
-        document = reproduction_schema()
-    else:
-        from codesign.system import schema_of
-
-        document = schema_of(kind)
+def schema(asked: Schema) -> None:
+    """Print the JSON Schema of a platform, workload, part, host or calibration file, or of the output of --json."""
+    schema_of = load(_SCHEMAS.get(asked.kind, "codesign.system:schema_of"))
+    document = schema_of() if asked.kind in _SCHEMAS else schema_of(asked.kind)
     click.echo(json.dumps(document, indent=2))
+
+
+_SCHEMAS = {
+    "study": "codesign.exploration:study_schema",
+    "explanation": "codesign.explanation:explanation_schema",
+    "advice": "codesign.advice:advice_schema",
+    "reproduction": "codesign.reproduce:reproduction_schema",
+}
+"""The schemas of answers that stand beside them; all others are those of files."""

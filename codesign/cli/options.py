@@ -1,4 +1,4 @@
-"""Options that several commands share, and the command line as a text."""
+"""The options that several commands share, each a type of fields of requests, and the command line as a text."""
 
 from __future__ import annotations
 
@@ -6,42 +6,39 @@ import platform
 import shlex
 import sys
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, TypeVar
+from types import MappingProxyType
+from typing import Annotated, Any
 
 import click
 from click.core import ParameterSource
 
 from codesign.cli.replacing import FORCE
-from codesign.errors import CodesignError, InputError, clip, printable
-
-REACH = (
-    "Share of the free cells that has to have a path to a goal; 0 takes a goal in a pocket.  [default: 0.1]"
-)
-"""The help of the option of ``problem.reach``."""
+from codesign.cli.request import SENTENCE, TABLES, Option, load
+from codesign.errors import CodesignError, InputError, printable
+from codesign.kernel_cache import kernel_folders
+from codesign.units import Dimension, parse_quantity
+from codesign.version import __version__
 
 
 class Quantity(click.ParamType[int]):
     """A quantity with its unit as a whole number, such as picoseconds of ``12 s`` or bytes of ``4 GiB``.
 
-    ``dimension``: the value of a ``units.Dimension``. ``scale``: base units in one unit of the number. ``least``: the
-    least number.
+    ``scale``: base units in one unit of the number. ``least``: the least number.
     """
 
-    def __init__(self, name: str, dimension: str, scale: int = 1, least: int = 0) -> None:
-        self.name = name
+    def __init__(self, dimension: Dimension, scale: int = 1, least: int = 0) -> None:
+        self.name = {Dimension.DATA: "size"}.get(dimension, dimension.value)
         self._dimension, self._scale, self._least = dimension, scale, least
 
     def convert(self, value: str | int, param: click.Parameter | None, _context: click.Context | None) -> int:
         """The number; as in a spec, a bare number is refused."""
-        from codesign.units import Dimension, parse_quantity
-
         if isinstance(value, int):
             return value
         option = param.opts[0] if param else None
         try:
-            number = int(parse_quantity(value, Dimension(self._dimension))) // self._scale
+            number = int(parse_quantity(value, self._dimension)) // self._scale
         except CodesignError as fault:
             raise InputError(fault.what, option, fault.hint) from fault
         if number < self._least:
@@ -54,11 +51,10 @@ class MapFile(click.Path):
 
     def convert(self, value: Any, param: click.Parameter | None, context: click.Context | None) -> Any:
         """The path of the file."""
-        from codesign.inputs.files import find_map, shipped_maps
-
-        path = find_map(str(value))
+        path = load("codesign.inputs.files:find_map")(str(value))
         if self.exists and not path.exists():
-            hint = f"name a file, or a shipped map: {', '.join(sorted(shipped_maps()))}"
+            maps = load("codesign.inputs.files:shipped_maps")()
+            hint = f"name a file, or a shipped map: {', '.join(sorted(maps))}"
             raise InputError(f"{value} does not exist", param.human_readable_name if param else None, hint)
         return super().convert(path, param, context)
 
@@ -79,17 +75,14 @@ class Stopwatch:
 _STOPWATCH = "codesign.stopwatch"
 
 
-def _begin_debug(context: click.Context, _param: click.Parameter, wanted: bool) -> None:
-    if not wanted or is_debug(context):
-        return
-    from codesign.kernel_cache import kernel_folders
-    from codesign.version import __version__
-
-    context.meta[_STOPWATCH] = Stopwatch()
-    python = f"Python {platform.python_version()} at {sys.executable}"
-    click.echo(f"debug: hwsw {__version__}, {python}", err=True)
-    for folder in kernel_folders():
-        click.echo(f"debug: compiled kernels in {printable(str(folder), None)}", err=True)
+def _begin_debug(context: click.Context, _param: click.Parameter, wanted: bool) -> bool:
+    if wanted and not is_debug(context):
+        context.meta[_STOPWATCH] = Stopwatch()
+        python = f"Python {platform.python_version()} at {sys.executable}"
+        click.echo(f"debug: hwsw {__version__}, {python}", err=True)
+        for folder in kernel_folders():
+            click.echo(f"debug: compiled kernels in {printable(str(folder), None)}", err=True)
+    return wanted
 
 
 def is_debug(context: click.Context) -> bool:
@@ -104,144 +97,97 @@ def debug_step(name: str) -> None:
         stopwatch.step(name)
 
 
-debug_option = click.option(
+def _begin_force(context: click.Context, _param: click.Parameter, wanted: bool) -> bool:
+    if wanted:
+        context.meta[FORCE] = True
+    return wanted
+
+
+DEBUG = Option(
+    "Print the time of each step, and the traceback of an unexpected error.",
     "--debug",
-    is_flag=True,
-    expose_value=False,
     is_eager=True,
     callback=_begin_debug,
-    help="Print the time of each step, and the traceback of an unexpected error.",
 )
+Debug = Annotated[bool, DEBUG]
+Force = Annotated[
+    bool, Option("Replace files of another kind too.", "--force", is_eager=True, callback=_begin_force)
+]
+"""For every command that writes files: see ``replacing``."""
 
-SENTENCE, ANSWER, TABLES = "sentence", "answer", "tables"
-"""How much a command prints: one sentence (``-q``), the answer, or the answer and all tables (``-v``)."""
 
-_Command = TypeVar("_Command", bound=Callable[..., object])
+class Detail(Option):
+    """The options ``-q`` and ``-v`` of a field; the last one counts.
 
-
-def output_options(quiet: str, verbose: str) -> Callable[[_Command], _Command]:
-    """The options ``-q``, ``-v`` and ``--debug``. The command gets ``detail``: of ``-q`` and ``-v``, the last one.
-
-    ``quiet``, ``verbose``: what the command prints with them, for its help.
+    ``quiet``, ``verbose``: what the command prints with them.
     """
 
-    def decorate(command: _Command) -> _Command:
-        command = debug_option(command)
-        command = click.option("-v", "--verbose", "detail", flag_value=TABLES, help=verbose)(command)
-        return click.option(
-            "-q", "--quiet", "detail", flag_value=SENTENCE, default=ANSWER, help=f"{quiet} No progress."
-        )(command)
+    def __init__(self, quiet: str, verbose: str) -> None:
+        super().__init__("")
+        self._quiet, self._verbose = f"{quiet} No progress.", verbose
 
-    return decorate
+    def parameters(self, name: str, _kind: Any, default: Any) -> list[click.Parameter]:
+        """Two options of click."""
+        return [
+            click.Option([name, "-q", "--quiet"], flag_value=SENTENCE, default=default, help=self._quiet),
+            click.Option([name, "-v", "--verbose"], flag_value=TABLES, help=self._verbose),
+        ]
+
+
+NOTHING: Mapping[str, object] = MappingProxyType({})
+
+
+def settings(text: str, flag: str = "--set", metavar: str = "AXIS=VALUE") -> Option:
+    """An option that is repeated, and of which a request has the raw value of each axis."""
+    return Option(text, flag, metavar=metavar, multiple=True, parse="codesign.cli.values:settings_of")
+
+
+def axes(text: str, flag: str) -> Option:
+    """An option that is repeated, and of which a request has the values of each axis."""
+    return Option(text, flag, metavar="AXIS=VALUES", multiple=True, parse="codesign.cli.values:axes_of")
+
+
+Settings = Annotated[Mapping[str, object], settings("Set an axis, e.g. workload.variant=NAME.")]
+PLACE: dict[str, Any] = {"parse": "codesign.inputs.places:parse_place", "metavar": "ROW,COLUMN|X,Y"}
+"""The arguments of an option whose field is a ``Place``: a cell, or metres of the map's frame."""
+
+Needs = Annotated[
+    tuple[str, ...],
+    Option(
+        'Require a limit, such as "time < 100 ms" or "slices < 80 %". May be repeated.',
+        "--need",
+        metavar="LIMIT",
+    ),
+]
+Json = Annotated[bool, Option("Print as JSON.", "--json")]
+Page = Annotated[Path | None, Option("Write an HTML page.", "--html")]
+Bag = Annotated[
+    Path | None,
+    Option(
+        "Write a ROS 2 bag into the new folder DIR.", "--ros2", type=click.Path(path_type=Path), metavar="DIR"
+    ),
+]
+Memory = Annotated[
+    int | None,
+    Option(
+        "The most memory to use, by estimate, such as 4GiB.  [default: half of the free memory]",
+        type=Quantity(Dimension.DATA, scale=8, least=1),
+        metavar="SIZE",
+    ),
+]
+Reach = Annotated[
+    float | None,
+    Option(
+        "Share of the free cells that has to have a path to a goal; 0 takes a goal in a pocket.  [default: 0.1]",
+        type=click.FloatRange(0, 1),
+        metavar="SHARE",
+    ),
+]
+"""Of ``problem.reach``."""
 
 
 _PRINTED_ONLY = frozenset({"as_json", "detail", "debug", "force"})
 """Parameters that change only what is printed, or may be replaced."""
-
-
-def _begin_force(context: click.Context, _param: click.Parameter, wanted: bool) -> None:
-    if wanted:
-        context.meta[FORCE] = True
-
-
-force_option = click.option(
-    "--force",
-    is_flag=True,
-    expose_value=False,
-    is_eager=True,
-    callback=_begin_force,
-    help="Replace files of another kind too.",
-)
-"""For every command that writes files: see ``replacing``."""
-
-backend_option = click.option(
-    "--backend",
-    type=click.Choice(("auto", "cxxrtl", "icarus", "verilator")),
-    default="auto",
-    show_default=True,
-    help="The simulator. auto: CXXRTL, and Verilator for a large array where it is installed.",
-)
-"""What runs circuits."""
-
-memory_option = click.option(
-    "--memory",
-    type=Quantity("size", "data", scale=8, least=1),
-    metavar="SIZE",
-    help="The most memory to use, by estimate, such as 4GiB.  [default: half of the free memory]",
-)
-
-
-def budget_options(command: _Command) -> _Command:
-    """The options ``--points`` and ``--time``. The command gets ``points``, or None, and ``time_ms``, or None."""
-    command = click.option(
-        "--time",
-        "time_ms",
-        type=Quantity("time", "time", scale=10**9, least=1),
-        metavar="TIME",
-        help="Begin no point after this time, such as 10min.",
-    )(command)
-    return click.option(
-        "--points", type=click.IntRange(min=1), metavar="N", help="Compute no more than N points."
-    )(command)
-
-
-set_option = click.option(
-    "--set", "settings", multiple=True, metavar="AXIS=VALUE", help="Set an axis, e.g. workload.variant=NAME."
-)
-
-ros2_option = click.option(
-    "--ros2",
-    "bag",
-    type=click.Path(path_type=Path),
-    metavar="DIR",
-    help="Write a ROS 2 bag into the new folder DIR.",
-)
-
-need_option = click.option(
-    "--need",
-    "needs",
-    multiple=True,
-    metavar="LIMIT",
-    help='Require a limit, such as "time < 100 ms" or "slices < 80 %". May be repeated.',
-)
-
-
-def settings_of(texts: Iterable[str], option: str = "--set") -> dict[str, object]:
-    """The raw value of each axis that the option names.
-
-    Raises:
-        InputError: a text is no setting, or an axis is set twice.
-    """
-    from codesign.inputs import parse_value
-
-    texts_by_axis = _by_axis(texts, option)
-    return {axis: parse_value(value, f"{option} {axis}") for axis, value in texts_by_axis.items()}
-
-
-def axes_of(texts: Iterable[str], option: str) -> dict[str, dict[str, Any]]:
-    """Each axis that the option names, from lists and ranges: its ``values``, and what it depends on, ``when``.
-
-    Raises:
-        InputError: a text is no list of values of an axis, or an axis is set twice.
-    """
-    from codesign.inputs.axis_values import axis_form
-
-    texts_by_axis = _by_axis(texts, option)
-    return {axis: axis_form(values, f"{option} {axis}") for axis, values in texts_by_axis.items()}
-
-
-def _by_axis(texts: Iterable[str], option: str) -> dict[str, str]:
-    """The text behind each ``AXIS=``."""
-    values: dict[str, str] = {}
-    for text in texts:
-        axis, separator, value = text.partition("=")
-        if not separator or not axis:
-            hint = f"write AXIS=VALUE, as in {option} relax.iterations=16"
-            raise InputError(f"{clip(text)!r} is no setting", option, hint)
-        if axis in values:
-            raise InputError(f"{axis} is set twice", option, "keep one of the two")
-        values[axis] = value
-    return values
 
 
 def command_line() -> str:
@@ -271,15 +217,3 @@ def command_line() -> str:
         names.insert(0, within.info_name or "")
         within = within.parent
     return shlex.join(["hwsw", *names, *words])
-
-
-def cell_of(option: str, text: str) -> tuple[int, int]:
-    """The cell of an option, (row, column).
-
-    Raises:
-        InputError: the text is no cell.
-    """
-    numbers = text.split(",")
-    if len(numbers) != 2 or not all(number.strip().isdecimal() for number in numbers):
-        raise InputError(f"{text!r} is no cell", option, "write ROW,COLUMN from 0,0, as in 3,128")
-    return int(numbers[0]), int(numbers[1])

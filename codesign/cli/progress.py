@@ -8,6 +8,8 @@ from contextlib import contextmanager
 
 import click
 
+from codesign import kernel_cache
+from codesign.cli.request import load
 from codesign.progress import Advance, Show, silent, span_text
 
 SECONDS_BETWEEN_LINES = 10.0
@@ -31,9 +33,7 @@ def compiling(compiled: int = 0) -> Advance:
 @contextmanager
 def compiling_shown(show: Show) -> Iterator[None]:
     """Show that kernels are compiled, if they are, while the block runs."""
-    from codesign.kernel_cache import compiling_reported
-
-    with compiling_reported(lambda compiled: show(compiling(compiled))):
+    with kernel_cache.compiling_reported(lambda compiled: show(compiling(compiled))):
         yield
 
 
@@ -47,17 +47,13 @@ def progress_shown(*, after_s: float = LATER_S, quiet: bool = False) -> Iterator
     if quiet:
         yield silent
         return
-    from rich.console import Console
-
-    console = Console(stderr=True)
+    console = load("rich.console:Console")(stderr=True)
     if not console.is_terminal:
         context = click.get_current_context(silent=True)
         announced = None if context is None else context.find_root().meta.setdefault(__name__, set())
         yield PlainLines(after_s, announced)
         return
-    from codesign.cli.bar import Bar
-
-    bar = Bar(console, _BAR_AFTER_S)
+    bar = load("codesign.cli.bar:Bar")(console, _BAR_AFTER_S)
     try:
         yield bar
     finally:

@@ -8,7 +8,10 @@ from typing import TYPE_CHECKING
 
 import click
 
+import codesign
+from codesign import exploration
 from codesign.errors import InputError
+from codesign.units import counted
 
 if TYPE_CHECKING:
     from codesign.inputs import Constraint, Platform, Workload
@@ -25,9 +28,6 @@ class Asked:
 
 def specs_of(specs: tuple[str, ...], point: int | None) -> tuple[Platform, Workload, Asked]:
     """Platform and workload, of two sources or of a point of a study; and what their exploration asks for."""
-    import codesign
-    from codesign.units import counted
-
     if point is None:
         if len(specs) != 2:
             hint = "name a platform and a workload, or a file of hwsw explore with --point INDEX"
@@ -39,9 +39,7 @@ def specs_of(specs: tuple[str, ...], point: int | None) -> tuple[Platform, Workl
     if len(specs) != 1:
         hint = "name the file of hwsw explore alone: the study holds platform and workload"
         raise InputError(f"{counted(len(specs), 'argument')}", f"{_command()} --point", hint)
-    from codesign.exploration import load_study
-
-    study = load_study(specs[0])
+    study = exploration.load_study(specs[0])
     platform, workload = study.point(point).specs()
     if study.specs is not None and study.specs.note:
         click.echo(f"note: {study.specs.note}", err=True)

@@ -8,59 +8,29 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from codesign.cli.options import debug_option, debug_step, set_option, settings_of
+from codesign.cli.options import debug_step
+from codesign.cli.progress import LATER_S, compiling_shown, progress_shown
+from codesign.cli.requests import Synth
 from codesign.cli.specs import specs_of
 from codesign.errors import InputError
+from codesign.progress import Advance, Pace
+from codesign.report import render_text
+from codesign.report.synthesis_tables import synthesis_tables
+from codesign.rtl.compared import compared
+from codesign.rtl.placed import placed
+from codesign.system import point_of
 
 if TYPE_CHECKING:
     from codesign.rtl.compared import Compared
 
 
-@click.command(short_help="Synthesise and place a circuit with open tools, against the laws.")
-@click.argument("specs", nargs=-1, required=True, metavar="PLATFORM WORKLOAD | STUDY")
-@click.option("--point", type=int, metavar="INDEX", help="Take this point of STUDY, a file of hwsw explore.")
-@set_option
-@click.option("--family", metavar="NAME", help="Synthesise for another family than that of the part.")
-@click.option(
-    "--place", "placing", is_flag=True, help="Place and route too: the clock and its critical path."
-)
-@click.option(
-    "--seeds",
-    type=click.IntRange(1, 100),
-    metavar="N",
-    help="With --place: place N times, from seed 1 on, and take the median.  [default: 1]",
-)
-@debug_option
-@click.option("--json", "as_json", is_flag=True, help="Print all figures as JSON.")
-def synth(
-    specs: tuple[str, ...],
-    point: int | None,
-    settings: tuple[str, ...],
-    family: str | None,
-    placing: bool,
-    seeds: int | None,
-    as_json: bool,
-) -> None:
-    """Synthesise the circuit of WORKLOAD on PLATFORM by Yosys, and hold the laws against what it takes.
-
-    LUT, flip-flops, block RAMs and multipliers are counted by module, and by line of the demand.
-
-    With --place, nextpnr places and routes the circuit: parts of the families ECP5, GW2A and GW1N. What was made once
-    is kept in the cache.
-    """
-    from codesign.cli.progress import LATER_S, compiling_shown, progress_shown
-    from codesign.progress import Advance, Pace
-    from codesign.report import render_text
-    from codesign.report.synthesis_tables import synthesis_tables
-    from codesign.rtl.compared import compared
-    from codesign.rtl.placed import placed
-    from codesign.system import point_of
-
-    if seeds is not None and not placing:
+def synth(asked: Synth) -> None:
+    """Synthesise the circuit of WORKLOAD on PLATFORM by Yosys, and hold the laws against what it takes."""
+    if asked.seeds is not None and not asked.placing:
         raise InputError("is for placements only", "--seeds", "add --place, or leave it out")
-    platform, workload, _ = specs_of(specs, point)
-    with progress_shown(after_s=LATER_S, quiet=as_json) as show, compiling_shown(show):
-        design = placed(*point_of(platform, workload, settings_of(settings)))
+    platform, workload, _ = specs_of(asked.specs, asked.point)
+    with progress_shown(after_s=LATER_S, quiet=asked.as_json) as show, compiling_shown(show):
+        design = placed(*point_of(platform, workload, asked.settings))
         debug_step("files read and checked")
         paces: list[Pace] = []
 
@@ -70,9 +40,11 @@ def synth(
                 paces.append(Pace(total - 1))
             show(Advance(done, total, what, paces[0].left_s(done - 1) if paces else None))
 
-        result = compared(design, family, range(1, (seeds or 1) + 1) if placing else (), progress)
+        result = compared(
+            design, asked.family, range(1, (asked.seeds or 1) + 1) if asked.placing else (), progress
+        )
     debug_step("synthesised")
-    if as_json:
+    if asked.as_json:
         click.echo(json.dumps(_document(result), indent=2))
         return
     for table in synthesis_tables(result):

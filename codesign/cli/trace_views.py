@@ -1,37 +1,50 @@
-"""``hwsw trace stats``, ``hwsw trace diff`` and ``hwsw trace timeline``: a run looked at in the terminal."""
+"""``hwsw trace stats``, ``diff``, ``timeline``, ``export`` and ``layout``: a run in the terminal and in other tools."""
 
 from __future__ import annotations
 
 import json
 import shutil
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
+from pydantic import ValidationError
 
-from codesign.cli.options import Quantity
+from codesign.cli.options import command_line
+from codesign.cli.outputs import check_outputs
+from codesign.cli.progress import LATER_S, progress_shown
+from codesign.cli.request import load
+from codesign.cli.requests import TraceDiff, TraceExport, TraceLayout, TraceStats, TraceTimeline
 from codesign.errors import EXIT_NO, InputError, printable
+from codesign.exports.blueprint import write_blueprint
+from codesign.exports.difference import channels_table, difference, results_table
+from codesign.exports.gantt import gantt
+from codesign.exports.layouts import bag_layout, foxglove_layout
+from codesign.exports.perfetto import write_perfetto
+from codesign.exports.poses import POSE_KINDS, poses_csv
+from codesign.exports.statistics import latencies_table, shares_table, statistics
+from codesign.exports.waveform import waveform_of, write_waveform
+from codesign.files import write_atomically, written_atomically
+from codesign.records import ACTIVITY_KINDS
+from codesign.report import records_page, result_page, run_pictures
+from codesign.report.render import render_text
+from codesign.report.scrub import SCRUB_KINDS
+from codesign.results.result import Result
+from codesign.trace import open_trace
+from codesign.trace.show import row_of
+from codesign.units import format_time
 
 if TYPE_CHECKING:
     from codesign.exports.statistics import Statistics
     from codesign.trace import Trace
 
-_FILE = click.Path(exists=True, dir_okay=False, path_type=Path)
-_TIME = Quantity("time", "time")
-_JSON = click.option("--json", "as_json", is_flag=True, help="Print as JSON.")
 
-
-@click.command(short_help="Print how busy all was, and how long things took.")
-@click.argument("file", type=_FILE)
-@_JSON
-def stats(file: Path, as_json: bool) -> None:
+def stats(asked: TraceStats) -> None:
     """Print of the trace FILE how busy each component and link was, and how long messages, tasks and plans took."""
-    from codesign.exports.statistics import latencies_table, shares_table, statistics
-    from codesign.report.render import render_text
-
-    opened = _opened(file, as_json)
+    opened = _opened(asked.file, asked.as_json)
     found = statistics(opened.records())
-    if as_json:
+    if asked.as_json:
         click.echo(json.dumps(_statistics_json(found), indent=2))
     else:
         click.echo(render_text(shares_table(found)))
@@ -70,24 +83,13 @@ def _statistics_json(found: Statistics) -> dict[str, Any]:
     return {"end_ps": found.end, "components_and_links": shares, "latencies": latencies}
 
 
-@click.command(short_help="Compare two traces.")
-@click.argument("first", type=_FILE)
-@click.argument("second", type=_FILE)
-@_JSON
-def diff(first: Path, second: Path, as_json: bool) -> None:
-    """Print where the traces FIRST and SECOND differ first in simulated time, then all that differs.
-
-    The exit code is 0 where all records are equal, and 3 where they differ.
-    """
-    from codesign.exports.difference import channels_table, difference, results_table
-    from codesign.report.render import render_text
-    from codesign.units import format_time
-
-    one, other = _opened(first, as_json), _opened(second, as_json)
+def diff(asked: TraceDiff) -> None:
+    """Print where the traces FIRST and SECOND differ first in simulated time, then all that differs."""
+    one, other = _opened(asked.first, asked.as_json), _opened(asked.second, asked.as_json)
     found = difference(one.records, other.records)
-    names = (printable(first.name, 30), printable(second.name, 30))
+    names = (printable(asked.first.name, 30), printable(asked.second.name, 30))
     names = names if names[0] != names[1] else ("first", "second")
-    if as_json:
+    if asked.as_json:
         channels = [
             {
                 "record": channel.record,
@@ -127,29 +129,22 @@ def diff(first: Path, second: Path, as_json: bool) -> None:
 
 
 def _row(record: Any) -> str:
-    from codesign.trace.show import row_of
-
     if record is None:
         return "no such record"
     begin, duration, source, what, details = row_of(record).cells()
     return ", ".join(filter(None, (begin, f"for {duration}" if duration else "", source, what, details)))
 
 
-@click.command(short_help="Print a Gantt chart.")
-@click.argument("file", type=_FILE)
-@click.option("--from", "begin", type=_TIME, default=0, help="Only from this simulated time, such as 12s.")
-@click.option("--to", "end", type=_TIME, help="Only up to this simulated time.")
-@click.option("--width", type=click.IntRange(60, 1000), help="Columns; by default those of the terminal.")
-def timeline(file: Path, begin: int, end: int | None, width: int | None) -> None:
+def timeline(asked: TraceTimeline) -> None:
     """Print the trace FILE as a Gantt chart: when each component and link worked, and the events of a mission."""
-    from codesign.exports.gantt import gantt
-    from codesign.records import ACTIVITY_KINDS
-
-    if end is not None and end <= begin:
+    if asked.end is not None and asked.end <= asked.begin:
         raise InputError("--to is not after --from", "hwsw trace timeline", "give a later --to")
-    opened = _opened(file)
+    opened = _opened(asked.file)
     chart = gantt(
-        opened.records(kinds=ACTIVITY_KINDS), width or shutil.get_terminal_size().columns, begin, end
+        opened.records(kinds=ACTIVITY_KINDS),
+        asked.width or shutil.get_terminal_size().columns,
+        asked.begin,
+        asked.end,
     )
     for line in chart.lines():
         click.echo(line)
@@ -157,9 +152,6 @@ def timeline(file: Path, begin: int, end: int | None, width: int | None) -> None
 
 
 def _opened(file: Path, quiet: bool = False) -> Trace:
-    from codesign.cli.progress import LATER_S, progress_shown
-    from codesign.trace import open_trace
-
     with progress_shown(after_s=LATER_S, quiet=quiet) as show:
         return open_trace(file, show)
 
@@ -170,3 +162,83 @@ def _fault(opened: Trace) -> None:
             f"{printable(str(opened.path), None)}: the file is not complete: {printable(opened.fault)}",
             err=True,
         )
+
+
+def export(asked: TraceExport) -> None:
+    """Export the trace FILE for other tools."""
+    outputs = {"--perfetto": asked.perfetto, "--vcd": asked.vcd, "--poses": asked.poses, "--html": asked.page}
+    if asked.bag is None and not any(outputs.values()):
+        hint = f"give {', '.join(f'{option} OUT' for option in outputs)}, --ros2 DIR or several of them"
+        raise InputError("nothing to write", "hwsw trace export", hint)
+    check_outputs(outputs, (asked.file,))
+    if asked.bag is not None:
+        load("codesign.bags:check_new")(asked.bag, "--ros2")
+    writers: list[tuple[Path | None, Callable[[Trace, Path], list[Path]]]] = [
+        (asked.perfetto, _perfetto),
+        (asked.vcd, lambda opened, path: _waveform(opened, path, asked.begin, asked.end)),
+        (asked.poses, _poses),
+        (asked.page, _page),
+        (asked.bag, lambda opened, path: _bag(opened, path, asked.bag_begin)),
+    ]
+    with progress_shown(after_s=LATER_S) as display:
+        opened = open_trace(asked.file, display)
+        written = [each for path, write in writers if path is not None for each in write(opened, path)]
+    for each in written:
+        click.echo(f"written: {printable(str(each), None)}")
+    if opened.fault is not None:
+        click.echo(f"the file is not complete: {printable(opened.fault)}", err=True)
+
+
+def _perfetto(opened: Trace, path: Path) -> list[Path]:
+    with written_atomically(path) as passing, passing.open("wb") as file:
+        write_perfetto(opened.records(kinds=ACTIVITY_KINDS), file)
+    return [path]
+
+
+def _waveform(opened: Trace, path: Path, begin: int, end: int | None) -> list[Path]:
+    if end is not None and end < begin:
+        raise InputError("--to is before --from", "hwsw trace export", "give a later --to")
+    return write_waveform(waveform_of(opened.records(kinds=ACTIVITY_KINDS), begin, end), path)
+
+
+def _poses(opened: Trace, path: Path) -> list[Path]:
+    write_atomically(path, "".join(poses_csv(opened.records(kinds=POSE_KINDS))).encode("utf-8", "replace"))
+    return [path]
+
+
+def _page(opened: Trace, path: Path) -> list[Path]:
+    """The page of the run; without its figures where the trace has no result that this version reads."""
+    records = list(opened.records(kinds=SCRUB_KINDS))
+    pictures = run_pictures(records)
+    try:
+        result = Result.model_validate(opened.result)
+    except ValidationError:
+        records_page(records, path, title=opened.path.name, pictures=pictures, command=command_line())
+    else:
+        result_page(result, path, pictures=pictures, records=records, command=command_line())
+    return [path]
+
+
+def _bag(opened: Trace, path: Path, begin: int) -> list[Path]:
+    kinds = load("codesign.bags:BAG_KINDS")
+    load("codesign.bags:export_bag")(opened.records(kinds=kinds), path, begin * 10**9)
+    return [path]
+
+
+def layout(asked: TraceLayout) -> None:
+    """Write a layout for the trace FILE: the topics that it has, in panels, seen from above, with plots and events."""
+    output = asked.output or asked.file.with_suffix(".rbl" if asked.viewer == "rerun" else ".json")
+    check_outputs(
+        {"--output": output}, [asked.file], kind="blueprint" if asked.viewer == "rerun" else "layout"
+    )
+    with progress_shown(after_s=LATER_S) as show:
+        opened = open_trace(asked.file, show)
+        if asked.viewer == "rerun":
+            with written_atomically(output) as passing:
+                write_blueprint(opened, passing)
+        else:
+            text = bag_layout(opened) if asked.viewer == "ros2" else foxglove_layout(opened)
+            write_atomically(output, text.encode())
+    click.echo(f"written: {printable(str(output), None)}")
+    if opened.fault is not None:
+        click.echo(f"the file is not complete: {printable(opened.fault)}", err=True)

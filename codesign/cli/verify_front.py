@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
-from codesign.cli.options import need_option, settings_of
+from codesign.certificates.check import check
+from codesign.certificates.file import read_certificate
+from codesign.certificates.form import WORDS
+from codesign.cli.request import load
+from codesign.cli.requests import VerifyFront
 from codesign.errors import CertificateError, InputError, RefusedError, clip, printable
 from codesign.units import counted, format_count
 
@@ -17,56 +22,25 @@ if TYPE_CHECKING:
     from codesign.certificates.check import Verdict
     from codesign.certificates.form import Certificate
 
-_FILE = click.Path(exists=True, dir_okay=False, path_type=Path)
 _MOST = 12
 
 
-@click.command(name="verify-front", short_help="Check the certificate of a front. Nothing is simulated.")
-@click.argument("file", type=_FILE)
-@click.option(
-    "--store", type=_FILE, help="Check too that it is the certificate of the exploration in this store."
-)
-@click.option(
-    "--condition",
-    "conditions",
-    multiple=True,
-    metavar="AXIS=VALUE",
-    help="With --store: the condition that it was written for, as in hwsw report.",
-)
-@need_option
-@click.option("--complete", is_flag=True, help="Refuse it where designs were not computed.")
-@click.option("--json", "as_json", is_flag=True, help="Print the verdict as JSON.")
-def verify_front(
-    file: Path,
-    store: Path | None,
-    conditions: tuple[str, ...],
-    needs: tuple[str, ...],
-    complete: bool,
-    as_json: bool,
-) -> None:
-    """Check the certificate in FILE: whether its front follows from the figures stated. Nothing is simulated.
-
-    What the certificate says and nothing in it shows is counted as taken on trust.
-
-    The exit code is 3 where it is refused, and 1 where FILE cannot be read as a certificate.
-    """
-    from codesign.certificates.check import check
-    from codesign.certificates.file import read_certificate
-
-    if store is None and (conditions or needs):
-        option = "--condition" if conditions else "--need"
+def verify_front(asked: VerifyFront) -> None:
+    """Check the certificate in FILE: whether its front follows from the figures stated. Nothing is simulated."""
+    if asked.store is None and (asked.conditions or asked.needs):
+        option = "--condition" if asked.conditions else "--need"
         raise InputError("needs a store", option, "name it too: --store STORE")
-    certificate = read_certificate(file)
+    certificate = read_certificate(asked.file)
     try:
         verdict = check(certificate)
     except CertificateError as fault:
-        raise RefusedError(f"refused: {fault.what}", str(file), fault.hint) from fault
-    if complete and verdict.missing:
+        raise RefusedError(f"refused: {fault.what}", str(asked.file), fault.hint) from fault
+    if asked.complete and verdict.missing:
         what = f"refused: {counted(verdict.missing, 'design')} not computed"
-        raise RefusedError(what, str(file), "complete the exploration, and write it again")
-    if store is not None:
-        _compare(certificate, file, store, conditions, needs)
-    if as_json:
+        raise RefusedError(what, str(asked.file), "complete the exploration, and write it again")
+    if asked.store is not None:
+        _compare(certificate, asked.file, asked.store, asked.conditions, asked.needs)
+    if asked.as_json:
         click.echo(json.dumps(_document(certificate, verdict)))
         return
     click.echo(_sentence(certificate, verdict))
@@ -79,18 +53,20 @@ def verify_front(
     click.echo()
     click.echo(f"study    {certificate.digests.study}")
     click.echo(f"content  {certificate.digests.content}")
-    if store is not None:
-        click.echo(f"It is the certificate of the exploration in {printable(str(store), None)}.")
+    if asked.store is not None:
+        click.echo(f"It is the certificate of the exploration in {printable(str(asked.store), None)}.")
 
 
 def _compare(
-    certificate: Certificate, file: Path, store: Path, conditions: tuple[str, ...], needs: tuple[str, ...]
+    certificate: Certificate,
+    file: Path,
+    store: Path,
+    conditions: Mapping[str, object],
+    needs: tuple[str, ...],
 ) -> None:
-    from codesign.exploration import load_study
-    from codesign.exploration.certify import differences
-
-    study = load_study(store).needing(needs).at(settings_of(conditions, "--condition"))
-    different = differences(certificate, study)
+    # Only here: a check by itself needs nothing of what it checks.
+    study = load("codesign.exploration:load_study")(store).needing(needs).at(conditions)
+    different = load("codesign.exploration.certify:differences")(certificate, study)
     if different:
         what = f"refused: it is not of the exploration in {store}: they differ in {clip(', '.join(different), 200)}"
         hint = f"write its certificate: hwsw report {store} --certify FILE"
@@ -106,8 +82,6 @@ def _sentence(certificate: Certificate, verdict: Verdict) -> str:
 
 
 def _counts(verdict: Verdict) -> dict[str, int]:
-    from codesign.certificates.form import WORDS
-
     return {WORDS[claim]: count for claim, count in verdict.designs.items() if count}
 
 

@@ -2,6 +2,7 @@ from .cluster import ClusterExecutor
 from .designs import Design, StudyPoint
 from .document import study_schema
 from .executor import Executor, ProcessExecutor, SerialExecutor
+from .explain_run import explain_run
 from .front import non_dominated
 from .outcomes import Outcomes
 from .reasons import ReasonCount
@@ -29,6 +30,7 @@ __all__ = [
     "Store",
     "Study",
     "StudyPoint",
+    "explain_run",
     "explore",
     "load_study",
     "non_dominated",

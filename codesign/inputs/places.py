@@ -100,6 +100,11 @@ def parse_place(text: str, option: str) -> tuple[int, int] | Point:
     return int(first), int(second)
 
 
+def place_value(place: tuple[int, int] | Point) -> list[int] | dict[str, float]:
+    """A place as YAML has it."""
+    return {"x": place.x, "y": place.y} if isinstance(place, Point) else list(place)
+
+
 def cell_text(cell: tuple[int, int]) -> str:
     """A cell as messages show it."""
     return f"({cell[0]}, {cell[1]})"

@@ -18,11 +18,13 @@ from codesign.errors import CodesignError, InputError, SpecError, choose_hint, c
 from codesign.figures import label
 from codesign.inputs import Platform, list_platforms, load_platform
 from codesign.inputs.files import renamed
+from codesign.inputs.places import Place
 from codesign.maps.grid import Cell, OccupancyGrid
 from codesign.planners.interface import Planner
 from codesign.results.result import Reason
 from codesign.scenarios.run import bind
 from codesign.system import catalog, problem_of
+from codesign.system.map_text import place_on
 from codesign.system.outcome import fit_system
 from codesign.system.problem_map import grid_of
 
@@ -46,12 +48,12 @@ class Beginning:
 
 
 def beginning(
-    board: str, planner_name: str, map_file: Path | None, goal: Cell | None, folder: Path
+    board: str, planner_name: str, map_file: Path | None, goal: Place | None, folder: Path
 ) -> Beginning:
     """A platform and a workload for ``folder``: the first style and parameters of the planner that fit the board.
 
     ``map_file``: None: the map of the shipped workload ``labyrinth``.
-    ``goal``: (row, column); None: the free cell nearest to the middle of the map, in its largest connected area.
+    ``goal``: None: the free cell nearest to the middle of the map, in its largest connected area.
 
     Raises:
         InputError: no such board or planner, the planner takes no map, or nothing of it fits; MapError: the map cannot
@@ -67,6 +69,7 @@ def beginning(
         goal = middle_of_largest(grid)
         goal_text = ", the cell nearest to the middle of the map in its largest area; --goal chooses another"
     else:
+        goal = place_on(grid, goal, "--goal")
         maps.check_cells(grid.free, [goal], where="--goal")
     area, free = int(maps.reachable(grid.free, [goal]).sum()), int(grid.free.sum())
     goal_text = f"goal: [{goal[0]}, {goal[1]}]{goal_text}; {area:,} of {free:,} free cells lead to it"

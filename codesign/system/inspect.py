@@ -20,6 +20,7 @@ from codesign.inputs.faults import validate
 from codesign.inputs.files import is_path
 from codesign.inputs.host_file import HOSTS
 from codesign.inputs.part_file import PARTS
+from codesign.inputs.places import Place, place_value
 from codesign.inputs.problem import ProblemSpec
 from codesign.inputs.value_types import default_text, type_text
 from codesign.inputs.yaml_tree import read_document
@@ -244,18 +245,16 @@ def problem_of(workload: Workload) -> ProblemSpec:
     return workload.problem
 
 
-def problem_from_map(
-    file: Path, goal: tuple[int, int], start: tuple[int, int], reach: float | None = None
-) -> ProblemSpec:
-    """The problem of one goal and one start, (row, column), on a map file; ``reach``: see ``ProblemSpec``.
+def problem_from_map(file: Path, goal: Place, start: Place, reach: float | None = None) -> ProblemSpec:
+    """The problem of one goal and one start on a map file; ``reach``: see ``ProblemSpec``.
 
     Raises:
-        SpecError: there is no such file, or a cell is on no map; at --map, --goal and --start.
+        SpecError: there is no such file, or a place is none; at --map, --goal and --start.
     """
     tree: dict[str, Any] = {
         "map": {"file": str(file.resolve())},
-        "goals": [list(goal)],
-        "starts": [list(start)],
+        "goals": [place_value(goal)],
+        "starts": [place_value(start)],
     }
     tree |= {} if reach is None else {"reach": reach}
     try:

@@ -23,7 +23,7 @@ def place_on(grid: OccupancyGrid, place: Cell | Point, option: str) -> Cell:
     if isinstance(place, Point):
         if grid.frame is None:
             what = f"{place} is in metres, and the map does not say how large a cell is"
-            raise InputError(what, option, "add --resolution, such as 5cm, or write ROW,COLUMN")
+            raise InputError(what, option, "write ROW,COLUMN, or give the map a resolution, such as 5cm")
         place = grid.frame.cell(place.x, place.y)
     if not (0 <= place[0] < grid.rows and 0 <= place[1] < grid.columns):
         what, hint = outside_map(place, grid.shape)

@@ -14,8 +14,8 @@ from pydantic import BaseModel
 
 import codesign
 from codesign import plugin
-from codesign.cli import COMMANDS
 from codesign.cli import main as cli
+from codesign.cli.requests import COMMANDS
 from codesign.records import RECORD_TYPES, ArrayOf, Record
 from codesign.trace.schemas import plan_of, schema_name, topic_of
 from docs.make_reference.docstrings import markdown, signature_text
@@ -101,11 +101,12 @@ def _first_paragraph(function: Any) -> str:
 
 def commands_page() -> list[str]:
     """Every command with its arguments and options."""
+    known = {name: each.text for name, each in COMMANDS.items() if " " not in name}
     lines = ["# Commands", "", "MADE", "", "| command | what it does |", "|---|---|"]
-    lines += [f"| [`hwsw {name}`](#hwsw-{name}) | {sentence(text)} |" for name, (_, text) in COMMANDS.items()]
+    lines += [f"| [`hwsw {name}`](#hwsw-{name}) | {sentence(text)} |" for name, text in known.items()]
     lines += ["", *_exit_codes()]
     context = click.Context(cli, info_name="hwsw")
-    for name in COMMANDS:
+    for name in known:
         command = cli.get_command(context, name)
         assert command is not None
         lines += _command(f"hwsw {name}", command, 2)

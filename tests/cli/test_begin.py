@@ -122,7 +122,7 @@ def test_init_overwrites_nothing(hwsw: Run, tmp_path: Path) -> None:
         (("--board", "zynk"), "--board: there is no shipped platform 'zynk'\n  hint: did you mean zynq?"),
         (("--planner", "wave"), "no planner is named 'wave'"),
         (("--planner", "velocity_obstacle"), "velocity_obstacle plans on no map with a goal"),
-        (("--goal", "1;2"), "--goal: '1;2' is no cell"),
+        (("--goal", "1;2"), "--goal: '1;2' is no place"),
         (("--goal", "6,6"), "--goal: goal (6, 6) is on an obstacle"),
         (("--goal", "500,0"), "is outside of the map"),
         (("--map", "walls.txt"), "--map: the map has no free cell"),

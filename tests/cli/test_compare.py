@@ -133,8 +133,8 @@ def test_compare_applies_each_setting_where_it_exists_and_drops_none_in_silence(
     [
         (["--memory", "0B"], "--memory: '0B' is too small\n"),
         (["--memory", "7b"], "--memory: '7b' is too small\n"),
-        (["--map", "MAP", "--goal=-1,2", "--start=0,0"], "--goal: '-1,2' is no cell\n"),
-        (["--map", "MAP", "--goal=1,2,3", "--start=0,0"], "--goal: '1,2,3' is no cell\n"),
+        (["--map", "MAP", "--goal=1;2", "--start=0,0"], "--goal: '1;2' is no place\n"),
+        (["--map", "MAP", "--goal=1,2,3", "--start=0,0"], "--goal: '1,2,3' is no place\n"),
     ],
 )
 def test_an_option_without_a_meaning_is_refused_by_name(

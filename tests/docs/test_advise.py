@@ -12,7 +12,8 @@ import pytest
 from click.testing import Result
 from places import ROOT
 
-from codesign.cli.advise import advise
+from codesign.cli.request import command_of
+from codesign.cli.requests import COMMANDS
 
 Run = Callable[..., Result]
 
@@ -37,5 +38,6 @@ def test_the_worked_question_has_the_output_of_the_page(
 
 def test_the_table_names_every_option() -> None:
     named = set(re.findall(r"^\| `(--[a-z]+)`", PAGE.read_text(encoding="utf-8"), re.MULTILINE))
-    options = {name for parameter in advise.params for name in parameter.opts if name.startswith("--")}
+    command = command_of("advise", COMMANDS)
+    options = {name for parameter in command.params for name in parameter.opts if name.startswith("--")}
     assert named == options - {"--json"}

@@ -11,7 +11,8 @@ from click.testing import Result
 from places import ROOT
 from rtl_tools import needs
 
-from codesign.cli.rtl import verify
+from codesign.cli import requests
+from codesign.cli.request import command_of
 from codesign.rtl.design import PREFIX
 
 Run = Callable[..., Result]
@@ -37,5 +38,6 @@ def test_a_command_has_the_output_of_the_page(hwsw: Run, command: str, output: s
 def test_the_table_names_every_option() -> None:
     rows = re.findall(r"^\| (`--.*?) \|", PAGE, re.MULTILINE)
     named = {name for row in rows for name in re.findall(r"--[a-z]+", row)}
-    options = {name for parameter in verify.params for name in parameter.opts if name.startswith("--")}
+    command = command_of("verify", requests.COMMANDS)
+    options = {name for parameter in command.params for name in parameter.opts if name.startswith("--")}
     assert named == options - {"--set", "--point", "--debug"}

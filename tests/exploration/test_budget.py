@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import click
 import pytest
-from click.testing import CliRunner
 from hypothesis import given
 from hypothesis import strategies as st
 
-from codesign.cli.options import budget_options
+from codesign.cli.request import command_of
+from codesign.cli.requests import COMMANDS
 from codesign.errors import InputError
 from codesign.exploration.budget import Budget
 
@@ -75,13 +75,10 @@ def test_an_empty_budget_is_refused(wrong: dict[str, float]) -> None:
     ],
 )
 def test_the_options_of_a_budget(written: list[str], read: tuple[int | None, int | None] | None) -> None:
-    given: list[tuple[int | None, int | None]] = []
-
-    @click.command()
-    @budget_options
-    def command(points: int | None, time_ms: int | None) -> None:
-        given.append((points, time_ms))
-
-    outcome = CliRunner().invoke(command, written)
-    assert given == ([] if read is None else [read])
-    assert (outcome.exit_code == 0) == (read is not None)
+    explore = command_of("explore", COMMANDS)
+    if read is None:
+        with pytest.raises((InputError, click.ClickException)):
+            explore.make_context("explore", ["labyrinth", *written])
+        return
+    given = explore.make_context("explore", ["labyrinth", *written]).params
+    assert (given["points"], given["time_ms"]) == read

@@ -14,7 +14,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import codesign
-from codesign.cli.options import settings_of
+from codesign.cli.values import settings_of
 from codesign.errors import InputError
 from codesign.exploration import Study, explore, load_study
 from codesign.exploration.conditions import Conditions

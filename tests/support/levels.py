@@ -50,6 +50,7 @@ LEVELS: list[list[str]] = [
     ["bags"],
     ["report"],
     ["exports"],
+    ["face"],
     [""],
     ["cli"],
     ["__main__"],
@@ -65,4 +66,4 @@ ROOM_ORDER = ["published", "measured", "plan", "styles", "rtl", "paper"]
 
 
 # trace depends on records alone: nothing of the simulation may know it.
-MAY_USE_TRACE = {"trace", "exports", "", "cli", "__main__"}
+MAY_USE_TRACE = {"trace", "exports", "face", "", "cli", "__main__"}

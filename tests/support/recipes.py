@@ -25,7 +25,7 @@ class Recipe:
         self.named = {name.replace("ROOM", room) for name in named for room in ROOMS}
         if (folder / "codesign").exists():
             return
-        for name in ("codesign", "platforms", "workloads", "tests", "parts", "hosts", "maps"):
+        for name in ("codesign", "docs", "platforms", "workloads", "tests", "parts", "hosts", "maps"):
             if (ROOT / name).exists():
                 shutil.copytree(ROOT / name, folder / name, ignore=shutil.ignore_patterns("__pycache__"))
         shutil.copy(ROOT / "pyproject.toml", folder)

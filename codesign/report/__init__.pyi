@@ -1,0 +1,100 @@
+from .aggregated import spread_table
+from .answer import Answer, answer
+from .canvas import Picture
+from .certainty import winners_certainty_table
+from .comparison_page import comparison_page
+from .comparison_tables import comparison_table
+from .explain_tables import (
+    effects_table,
+    explanation_sentence,
+    explanation_tables,
+)
+from .front_picture import front_picture
+from .map_pictures import drive_picture, map_picture, moment_picture
+from .pictures import (
+    run_map_picture,
+    run_pictures,
+    run_timeline_picture,
+    workload_map_picture,
+)
+from .planner_tables import planner_tables
+from .render import render_csv, render_markdown, render_text, write_csv
+from .reproduction_page import reproduction_page
+from .reproduction_tables import (
+    findings_table,
+    reproduction_csv,
+    reproduction_sources_table,
+    reproduction_table,
+)
+from .result_page import records_page, result_page
+from .result_tables import result_reasons_table, result_tables
+from .schedule_picture import schedule_picture
+from .study_answer import study_sentence, study_tables
+from .study_page import study_page
+from .study_tables import (
+    best_table,
+    front_table,
+    infeasible_table,
+    nearest_table,
+    reasons_table,
+    study_csv,
+    study_table,
+    write_study_csv,
+)
+from .table import Cell, Column, Table
+from .timelines import account_picture, mission_timeline_picture, timeline_picture
+from .winners_table import winners_table
+
+__all__ = [
+    "Answer",
+    "Cell",
+    "Column",
+    "Picture",
+    "Table",
+    "account_picture",
+    "answer",
+    "best_table",
+    "comparison_page",
+    "comparison_table",
+    "drive_picture",
+    "effects_table",
+    "explanation_sentence",
+    "explanation_tables",
+    "findings_table",
+    "front_picture",
+    "front_table",
+    "infeasible_table",
+    "map_picture",
+    "mission_timeline_picture",
+    "moment_picture",
+    "nearest_table",
+    "planner_tables",
+    "reasons_table",
+    "records_page",
+    "render_csv",
+    "render_markdown",
+    "render_text",
+    "reproduction_csv",
+    "reproduction_page",
+    "reproduction_sources_table",
+    "reproduction_table",
+    "result_page",
+    "result_reasons_table",
+    "result_tables",
+    "run_map_picture",
+    "run_pictures",
+    "run_timeline_picture",
+    "schedule_picture",
+    "spread_table",
+    "study_csv",
+    "study_page",
+    "study_sentence",
+    "study_table",
+    "study_tables",
+    "timeline_picture",
+    "winners_certainty_table",
+    "winners_table",
+    "workload_map_picture",
+    "write_csv",
+    "write_study_csv",
+]
