@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from codesign import maps
 from codesign.planners.wavefront import published
 from codesign.planners.wavefront.plan.grid import WaveMap, check_map
+from codesign.planners.wavefront.plan.reference import adder_circuit
 from codesign.planners.wavefront.plan.tracking import Tracker, octile_length
 from codesign.planners.wavefront.plan.wave import obstacle_potentials, run_wave
 
@@ -139,8 +140,6 @@ class AdderRun:
 
 def adder_run(sample: Sample) -> AdderRun:
     """Clock equation 3 on a map until nothing changes."""
-    from codesign.planners.wavefront.plan.reference import adder_circuit
-
     potentials, cycles, updates = adder_circuit(sample.free, [sample.goal])
     reached = updates[potentials > 0]
     return AdderRun(cycles, float(reached.mean()), int(reached.max()))
