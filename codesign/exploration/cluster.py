@@ -26,7 +26,7 @@ import time
 from collections.abc import Callable, Coroutine, Generator, Iterable, Iterator, Sequence
 from concurrent.futures import CancelledError, Future, ThreadPoolExecutor
 from contextlib import contextmanager
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from queue import Empty, SimpleQueue
@@ -37,7 +37,7 @@ from codesign.errors import CodesignError, InputError, RunError
 from codesign.exploration.evaluation import Done, Evaluator
 from codesign.exploration.identity import code_digest, digests_of, package_digest
 from codesign.exploration.partition import Work
-from codesign.exploration.work_queue import BATCHES_AHEAD, BatchSize, Packing, WorkQueue, drawn
+from codesign.exploration.work_queue import Packing, Seat, WorkQueue
 from codesign.interrupts import held
 from codesign.system.memory import share_of_memory
 from codesign.units import counted
@@ -53,34 +53,21 @@ _SECONDS_BETWEEN_LOOKS = 1.0
 _SECONDS_TO_JOIN = 120.0
 
 
-@dataclass(eq=False)
-class Batch:
-    """Works under way on a seat. ``task``: of dask, which computes them."""
+class _Seat(Seat):
+    """A worker. ``held``: what computes there; None until it has it. The tasks of dask lead to its ``batches``."""
 
-    works: list[Work]
-    task: distributed.Future
-
-
-@dataclass(eq=False)
-class Seat:
-    """A worker. ``held``: what computes there; None until it has it. ``batches``: under way, the first one first."""
-
-    address: str
-    held: distributed.Future | None = None
-    batches: list[Batch] = field(default_factory=list)
-
-    @property
-    def works(self) -> list[Work]:
-        """All works under way."""
-        return [work for batch in self.batches for work in batch.works]
+    def __init__(self, address: str) -> None:
+        super().__init__(address)
+        self.address = address
+        self.held: distributed.Future | None = None
 
 
 @dataclass(frozen=True)
 class Came:
-    """A batch came in: what came of its first works, in order. ``seconds``: what they took."""
+    """A batch came in: what came of its first ``works``, in order. ``seconds``: what they took."""
 
-    seat: Seat
-    batch: Batch
+    seat: _Seat
+    works: Sequence[Work]
     done: Sequence[Done]
     seconds: float
 
@@ -148,30 +135,29 @@ class Crew:
         self._data: bytes = dumps(_Computing(evaluate))
         self._sending: asyncio.Future[Any] | None = None
         self._sent: distributed.Future | None = None
-        self._seats: dict[str, Seat] = {}
+        self._seats: dict[str, _Seat] = {}
         self._events: SimpleQueue[Callable[[], Came | Left | None]] = SimpleQueue()
         self._looked = -_SECONDS_BETWEEN_LOOKS
         self.refused: dict[str, str] = {}
         self.cold = False
 
     @property
-    def ready(self) -> list[Seat]:
+    def ready(self) -> list[_Seat]:
         """The workers that take batches."""
         return [seat for seat in self._seats.values() if seat.held is not None]
 
     @property
-    def joining(self) -> list[Seat]:
+    def joining(self) -> list[_Seat]:
         """The workers that are looked over."""
         return [seat for seat in self._seats.values() if seat.held is None]
 
-    def send(self, seat: Seat, works: list[Work]) -> None:
+    def send(self, seat: _Seat, works: list[Work]) -> None:
         """Send a batch to a worker; no work of it is begun after twice the seconds of a batch."""
         with held():
             data = pickle.dumps(works, pickle.HIGHEST_PROTOCOL)
             future = self._submit(seat.address, node.compute, seat.held, data, 2 * SECONDS_A_BATCH)
-            batch = Batch(works, future)
-            seat.batches.append(batch)
-            self._begun(self._fetch(future), partial(self._came, seat, batch))
+            seat.batches[future] = works
+            self._begun(self._fetch(future), partial(self._came, seat, future))
 
     def next(self, seconds: float) -> Came | Left | None:
         """What happens next; None after so many seconds, or where nothing has to be done about it.
@@ -203,7 +189,7 @@ class Crew:
             self._events.put(partial(self._left, seat, expected=False))
         for address in there:
             if address not in self._seats and address not in self.refused:
-                self._seats[address] = seat = Seat(address)
+                self._seats[address] = seat = _Seat(address)
                 self.client.subscribe_topic(address, partial(self._heard, seat))
                 self._begun(self._join(address), partial(self._joined, seat))
 
@@ -267,7 +253,7 @@ class Crew:
             )
             return (None, fault) if fault else (holding, "")
 
-    def _joined(self, seat: Seat, end: Future[Any]) -> None:
+    def _joined(self, seat: _Seat, end: Future[Any]) -> None:
         if self._seats.get(seat.address) is not seat:
             return
         try:
@@ -283,8 +269,8 @@ class Crew:
             self.refused[seat.address] = fault
             self._let_go(self._seats.pop(seat.address))
 
-    def _came(self, seat: Seat, batch: Batch, end: Future[Any]) -> Came | Left | None:
-        if batch not in seat.batches:
+    def _came(self, seat: _Seat, task: distributed.Future, end: Future[Any]) -> Came | Left | None:
+        if task not in seat.batches:
             return None
         try:
             done, seconds = end.result()
@@ -299,15 +285,14 @@ class Crew:
                 f"worker {seat.address} failed: {type(wrong).__name__}: {wrong}",
                 hint="finished points are kept; look into the worker's log",
             ) from wrong
-        seat.batches.remove(batch)
-        return Came(seat, batch, done, seconds)
+        return Came(seat, seat.batches.pop(task), done, seconds)
 
-    def _heard(self, seat: Seat, event: tuple[float, Any]) -> None:
+    def _heard(self, seat: _Seat, event: tuple[float, Any]) -> None:
         """Note in the thread of the client that a worker left."""
         if isinstance(event[1], dict) and event[1].get("action") == "remove-worker":
             self._events.put(partial(self._left, seat, bool(event[1].get("expected"))))
 
-    def _left(self, seat: Seat, expected: bool) -> Left | None:
+    def _left(self, seat: _Seat, expected: bool) -> Left | None:
         # A worker that begins again may have the address of the one that died.
         if self._seats.get(seat.address) is not seat:
             return None
@@ -316,10 +301,10 @@ class Crew:
         self._looked = -_SECONDS_BETWEEN_LOOKS
         return Left(works, expected) if works else None
 
-    def _let_go(self, seat: Seat) -> None:
+    def _let_go(self, seat: _Seat) -> None:
         """Cancel what is under way on a seat that is a seat no more."""
-        futures = [batch.task for batch in seat.batches] + ([seat.held] if seat.held is not None else [])
-        seat.batches, seat.held = [], None
+        futures = [*seat.batches, *([seat.held] if seat.held is not None else [])]
+        seat.batches, seat.held = {}, None
         if self.client.status == "running":
             self.client.unsubscribe_topic(seat.address)
             if futures:
@@ -406,24 +391,22 @@ class ClusterExecutor:
         Raises:
             RunError: a worker cannot compute what this process does, no worker is left, or the scheduler went away.
         """
-        queue = WorkQueue(works, evaluate, max(1, self.workers))
-        size = BatchSize(SECONDS_A_BATCH)
+        queue = WorkQueue(works, evaluate.space, max(1, self.workers), SECONDS_A_BATCH)
         with _quiet():
             crew = Crew(self.client, evaluate)
             try:
                 self._gather(crew)
                 told = False
-                while self._work(crew, queue, size):
+                while self._work(crew, queue):
                     if crew.cold and not told:
                         told = True
                         self.compiling()
                     match crew.next(self.patience):
-                        case Came(seat=seat, batch=batch, done=done, seconds=seconds):
-                            size.take(seconds, len(done))
-                            queue.put_back(batch.works[len(done) :], seat.address)
-                            _hand_out(crew, queue, size)
-                            for work, each in zip(batch.works, done, strict=False):
-                                yield from queue.take(replace(each, work=work))
+                        case Came() as batch:
+                            came = queue.came(batch.seat, batch.works, batch.done, batch.seconds)
+                            queue.hand_out(crew.ready, crew.send)
+                            for done in came:
+                                yield from queue.take(done)
                         case Left(works=lost, expected=True):
                             queue.put_back(lost)
                         case Left(works=lost):
@@ -444,7 +427,7 @@ class ClusterExecutor:
         if crew.refused:
             raise _refusal(crew)
 
-    def _work(self, crew: Crew, queue: WorkQueue, size: BatchSize) -> bool:
+    def _work(self, crew: Crew, queue: WorkQueue) -> bool:
         """Give all workers something to do; whether anything is left to wait for.
 
         Raises:
@@ -453,7 +436,7 @@ class ClusterExecutor:
         until = time.monotonic() + self.patience
         while True:
             queue.workers = max(1, len(crew.ready))
-            _hand_out(crew, queue, size)
+            queue.hand_out(crew.ready, crew.send)
             if any(seat.batches for seat in crew.ready):
                 return True
             if crew.ready or queue.is_empty():
@@ -464,14 +447,6 @@ class ClusterExecutor:
 
     def _infos(self) -> list[dict[str, Any]]:
         return list((workers_of(self.client) or {}).values())
-
-
-def _hand_out(crew: Crew, queue: WorkQueue, size: BatchSize) -> None:
-    """Give each worker a batch, and then each a second one."""
-    for depth in range(BATCHES_AHEAD):
-        for seat in crew.ready:
-            if len(seat.batches) <= depth and (works := drawn(queue, seat.address, seat.works, size.works)):
-                crew.send(seat, works)
 
 
 def _refusal(crew: Crew) -> RunError:

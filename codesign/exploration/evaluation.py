@@ -6,7 +6,7 @@ import contextlib
 import time
 import traceback
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import wraps
 from pathlib import Path, PurePath
@@ -17,7 +17,7 @@ from codesign.exploration.explored import Explored
 from codesign.exploration.identity import canonical_digest, code_digest, files_read
 from codesign.exploration.partition import Alone, Together, Work
 from codesign.exploration.simulator import Simulator, grid_for
-from codesign.exploration.space import DesignPoint, Space, group_limit
+from codesign.exploration.space import DesignPoint, Space
 from codesign.exploration.store import Entry, EntryState
 from codesign.inputs.files import data_folder
 from codesign.memo import Memo
@@ -45,7 +45,7 @@ class Done:
     - ``computations``: those that were computed anew, as JSON by their digest. ``simulated``: how many simulations it
       took. ``ran``: a plan was computed, so that kernels are compiled.
     - ``why_apart``: why nothing came of it, so that its points have to be simulated each by itself
-      (``Evaluator.alone``); "" where something came of it.
+      (``apart``); "" where something came of it.
     - ``interrupt``: what struck meanwhile; ``work`` is then what was done before.
     - ``took_s``: seconds that it took where it was computed; ``simulating_s`` of them were simulations of ``priced``
       points. None where this process loaded or compiled kernels meanwhile.
@@ -105,22 +105,9 @@ class Evaluator(ABC):
     def __call__(self, work: Work) -> Done:
         """What came of work; a point that raises becomes a failed one."""
 
-    def points(self, work: Work) -> Iterator[DesignPoint]:
-        """The points of work, in order."""
-        return iter(work.points) if isinstance(work, Alone) else map(self.space.point, work.indices)
-
     def files(self) -> dict[Path, str]:
         """The files that each worker reads, by a digest of what they hold now; not those that ship."""
         return {}
-
-    def alone(self, work: Work, workers: int) -> list[Work]:
-        """The points of work, to be simulated each by itself: enough works that all workers end at about the same time.
-
-        Points that one worker simulates in a row share what they have in common.
-        """
-        points = tuple(self.points(work))
-        limit = group_limit(len(points), workers)
-        return [Alone(points[begin : begin + limit]) for begin in range(0, len(points), limit)]
 
 
 class PointByPoint(Evaluator):
@@ -133,7 +120,7 @@ class PointByPoint(Evaluator):
     @timed
     def __call__(self, work: Work) -> Done:
         """The entries of the points, in order."""
-        return _one_by_one(work, self.points(work), self.evaluate)
+        return _one_by_one(work, work.points_of(self.space), self.evaluate)
 
 
 class Pricer(Evaluator):
@@ -164,7 +151,7 @@ class Pricer(Evaluator):
         """What came of work."""
         if isinstance(work, Together):
             return self._together(work)
-        return _one_by_one(work, self.points(work), self._simulator)
+        return _one_by_one(work, work.points_of(self.space), self._simulator)
 
     def files(self) -> dict[Path, str]:
         """Parts, hosts, calibrations and maps of axes, which are not in the pickle of this."""

@@ -26,10 +26,10 @@ import signal
 import sys
 import threading
 import time
-from collections.abc import Generator, Iterable, Iterator
+from collections.abc import Generator, Hashable, Iterable, Iterator
 from concurrent.futures import Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
-from dataclasses import replace
+from functools import partial
 from multiprocessing import forkserver, get_context, parent_process
 from multiprocessing.context import BaseContext
 from multiprocessing.process import BaseProcess
@@ -39,7 +39,7 @@ from typing import Any, Protocol
 from codesign.errors import RunError
 from codesign.exploration.evaluation import Done, Evaluator
 from codesign.exploration.partition import Work
-from codesign.exploration.work_queue import BATCHES_AHEAD, DEATH_HINT, BatchSize, Packing, WorkQueue, drawn
+from codesign.exploration.work_queue import DEATH_HINT, Packing, Seat, WorkQueue
 from codesign.interrupts import held
 from codesign.kernel_cache import compiled_once, reload_kernel_folder
 from codesign.node import in_turn
@@ -82,7 +82,7 @@ class SerialExecutor:
 
     def run(self, works: Iterable[Work], evaluate: Evaluator) -> Generator[Done, None, None]:
         """What came of each work, in order."""
-        queue = WorkQueue(works, evaluate, 1)
+        queue = WorkQueue(works, evaluate.space, 1)
         while (work := queue.next(())) is not None:
             done = evaluate(work)
             if done.interrupt is None:
@@ -120,28 +120,19 @@ class ProcessExecutor:
         """
         processes = _Processes(self.workers, evaluate)
         try:
-            yield from processes.run(WorkQueue(works, evaluate, self.workers))
+            yield from processes.run(WorkQueue(works, evaluate.space, self.workers, _SECONDS_A_BATCH))
         finally:
             processes.end()
 
 
-class _Seat:
-    """A worker process.
+class _Seat(Seat):
+    """A worker process. ``started``: comes to its end once the process runs."""
 
-    ``started``: comes to its end once the process runs. ``batches``: under way, each by what will come of it.
-    """
-
-    def __init__(self, number: int, evaluate: Evaluator) -> None:
-        self.number = number
+    def __init__(self, number: Hashable, evaluate: Evaluator) -> None:
+        super().__init__(number)
         self.pool = ProcessPoolExecutor(1, _context(), _start_worker, (evaluate, dict(os.environ)))
         self.started: Future[Any] | None = None
-        self.batches: dict[Future[Any], list[Work]] = {}
         self._process: BaseProcess | None = None
-
-    @property
-    def works(self) -> list[Work]:
-        """All works under way."""
-        return [work for batch in self.batches.values() for work in batch]
 
     @property
     def process(self) -> BaseProcess | None:
@@ -157,8 +148,7 @@ class _Processes:
 
     def __init__(self, workers: int, evaluate: Evaluator) -> None:
         self._workers, self._evaluate = workers, evaluate
-        self._size = BatchSize(_SECONDS_A_BATCH)
-        self._seats: dict[int, _Seat] = {}
+        self._seats: dict[Hashable, _Seat] = {}
         self._ready: list[_Seat] = []
         self._events: SimpleQueue[tuple[_Seat, Future[Any]]] = SimpleQueue()
 
@@ -171,12 +161,14 @@ class _Processes:
         for number in range(0 if queue.is_empty() else self._workers):
             self._begin(number)
         while True:
-            self._hand_out(queue)
-            if not self._under_way and queue.is_empty():
+            # Until all workers run, each has one work at a time: the first one would take those of the others.
+            starting = len(self._ready) < self._workers
+            queue.hand_out(self._ready, partial(self._send, queue), one_by_one=starting)
+            if not any(seat.batches for seat in self._ready) and queue.is_empty():
                 break
             # In the order in which they came: where a worker died, what it had finished is first.
             seat, future = self._events.get()
-            if self._seats[seat.number] is not seat:
+            if self._seats[seat.name] is not seat:
                 continue
             try:
                 outcome = future.result()
@@ -186,12 +178,8 @@ class _Processes:
             if future is seat.started:
                 self._ready.append(seat)
                 continue
-            came, seconds = outcome
-            works = seat.batches.pop(future)
-            self._size.take(seconds, len(came))
-            queue.put_back(works[len(came) :], seat.number)
-            for work, done in zip(works, came, strict=False):
-                yield from queue.take(replace(done, work=work))
+            for done in queue.came(seat, seat.batches.pop(future), *outcome):
+                yield from queue.take(done)
         for seat in self._ready:
             seat.pool.shutdown()
 
@@ -202,11 +190,7 @@ class _Processes:
             for seat in self._seats.values():
                 seat.pool.shutdown(wait=False, cancel_futures=True)
 
-    @property
-    def _under_way(self) -> bool:
-        return any(seat.batches for seat in self._ready)
-
-    def _begin(self, number: int) -> None:
+    def _begin(self, number: Hashable) -> None:
         """Start a worker."""
         with held():
             seat = self._seats[number] = _Seat(number, self._evaluate)
@@ -216,25 +200,12 @@ class _Processes:
     def _heed(self, seat: _Seat, future: Future[Any]) -> None:
         future.add_done_callback(lambda future: self._events.put((seat, future)))
 
-    def _hand_out(self, queue: WorkQueue) -> None:
-        """Give each worker a batch, and then each a second one.
-
-        Until all workers run, each has one work at a time: the first one would take those of the others.
-        """
-        full = len(self._ready) == self._workers
-        for depth in range(BATCHES_AHEAD if full else 1):
-            for seat in [*self._ready]:
-                if len(seat.batches) <= depth:
-                    count = self._size.works if full else 1
-                    if batch := drawn(queue, seat.number, seat.works, count):
-                        self._send(seat, batch, queue)
-
-    def _send(self, seat: _Seat, batch: list[Work], queue: WorkQueue) -> None:
+    def _send(self, queue: WorkQueue, seat: _Seat, batch: list[Work]) -> None:
         with held():
             try:
-                future = seat.pool.submit(_batch, batch, 2 * self._size.seconds)
+                future = seat.pool.submit(_batch, batch, 2 * _SECONDS_A_BATCH)
             except BrokenProcessPool as broken:
-                queue.put_back(batch, seat.number)
+                queue.put_back(batch, seat.name)
                 self._ready.remove(seat)
                 future = Future()
                 future.set_exception(broken)
@@ -252,7 +223,7 @@ class _Processes:
         if future is seat.started:
             raise RunError(f"a worker process died{cause} as it started", hint=DEATH_HINT)
         self._ready = [each for each in self._ready if each is not seat]
-        self._begin(seat.number)
+        self._begin(seat.name)
         yield from queue.after_death(seat.works, cause)
 
 

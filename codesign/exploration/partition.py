@@ -10,7 +10,7 @@ import hashlib
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from codesign.errors import CodesignError
 from codesign.exploration.explored import Explored
 from codesign.exploration.order import Order
-from codesign.exploration.space import MAX_GROUP, DesignPoint, Space, canonical
+from codesign.exploration.space import MAX_GROUP, DesignPoint, Space, canonical, group_limit
 from codesign.inputs import Platform
 from codesign.inputs.document import KeyPath
 from codesign.inputs.edit import PLATFORM_AXIS, Movable, design_point
@@ -39,6 +39,7 @@ class Alone:
     """Points that are simulated each by itself."""
 
     points: tuple[DesignPoint, ...]
+    kin: ClassVar[None] = None
 
     @property
     def indices(self) -> tuple[int, ...]:
@@ -52,6 +53,10 @@ class Alone:
 
     def __len__(self) -> int:
         return len(self.points)
+
+    def points_of(self, _space: Space) -> Iterator[DesignPoint]:
+        """The points, in order."""
+        return iter(self.points)
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,9 +84,23 @@ class Together:
     def __len__(self) -> int:
         return len(self.numbers)
 
+    def points_of(self, space: Space) -> Iterator[DesignPoint]:
+        """The points, in order."""
+        return map(space.point, self.indices)
+
 
 Work = Alone | Together
 """What one worker computes in a row."""
+
+
+def apart(space: Space, work: Work, workers: int) -> list[Alone]:
+    """The points of work, to be simulated each by itself: enough works that all workers end at about the same time.
+
+    Points that one worker simulates in a row share what they have in common.
+    """
+    points = tuple(work.points_of(space))
+    limit = group_limit(len(points), workers)
+    return [Alone(points[begin : begin + limit]) for begin in range(0, len(points), limit)]
 
 
 class Turns:
@@ -204,11 +223,13 @@ class Parting:
         places = np.flatnonzero(sound)[order]
         edges = np.flatnonzero(np.diff(group[places])) + 1
         groups = np.split(places, edges) if len(places) else []
+        kin = self._kin_axes()
         for members in (own for group in groups for own in self._by_part(group, part)):
             specs = Specs(models, {name: numbers[members] for name, numbers in which.items()}, len(members))
             axes = self.space.values(int(self.points[members[0]]))
-            kin = self._kin(members[0])
-            yield Together(self.points[members], axes, specs, self._key(members), kin)
+            own_kin = None if kin is None else tuple(int(self.levels[axis][members[0]]) for axis in kin)
+            key = key_of(self.space, {axis: column[members] for axis, column in self.levels.items()})
+            yield Together(self.points[members], axes, specs, key, own_kin)
         for begin in range(0, len(alone), MAX_GROUP):
             some = self.points[alone[begin : begin + MAX_GROUP]].tolist()
             yield Alone(tuple(map(self.space.point, some)))
@@ -216,19 +237,16 @@ class Parting:
     def _by_part(self, members: NDArray[np.intp], part: NDArray[np.intp]) -> list[NDArray[np.intp]]:
         """The points of a group; apart by part where a parameter is left to a search, as its value may depend on it."""
         numbers = np.unique(part[members])
-        if len(numbers) == 1 or not self._is_searched(self.space.values(int(self.points[members[0]]))):
+        if len(numbers) == 1:
+            return [members]
+        try:
+            mapping = self.explored.point(self.space.values(int(self.points[members[0]])))[1].mapping
+        except CodesignError:
+            return [members]
+        if not any(each.parameters.to_find for each in mapping.values()):
             return [members]
         return [members[part[members] == number] for number in numbers]
 
-    def _is_searched(self, axes: Mapping[str, Any]) -> bool:
-        """Whether a parameter of a point is left to a search (``Architecture.find``)."""
-        try:
-            mapping = self.explored.point(axes)[1].mapping
-        except CodesignError:
-            return False
-        return any(each.parameters.to_find for each in mapping.values())
-
-    @cached_property
     def _kin_axes(self) -> list[str] | None:
         """The axes that move what works share; None where no axis leaves it."""
         moved = {axis for axes in self.priced.values() for axis in axes}
@@ -237,24 +255,21 @@ class Parting:
         own = [axis for axis in rest if not movable.is_shared_across(axis)]
         return None if own == rest else own
 
-    def _kin(self, member: int) -> Kin | None:
-        axes = self._kin_axes
-        return None if axes is None else tuple(int(self.levels[axis][member]) for axis in axes)
 
-    def _key(self, members: NDArray[np.intp]) -> str:
-        """SHA-256 over the axes of the points and what their values stand for."""
-        values: dict[str, Any] = {}
-        digest = hashlib.sha256(self.space.fingerprint.encode())
-        for axis, column in self.levels.items():
-            own = column[members] + 1
-            met = np.bincount(own) > 0
-            used, numbers = np.flatnonzero(met) - 1, np.cumsum(met)[own] - 1
-            texts = [canonical(self.space.axes[axis][level]) if level >= 0 else "" for level in used.tolist()]
-            contents = self.space.contents.get(axis, {})
-            values[axis] = [[text, contents.get(text, "")] for text in texts]
-            digest.update(numbers.astype(np.int32).tobytes())
-        digest.update(canonical(values).encode())
-        return digest.hexdigest()
+def key_of(space: Space, levels: Mapping[str, NDArray[np.int32]]) -> str:
+    """SHA-256 over the axes of points and what their values stand for. ``levels``: see ``Parting``."""
+    values: dict[str, Any] = {}
+    digest = hashlib.sha256(space.fingerprint.encode())
+    for axis, column in levels.items():
+        own = column + 1
+        met = np.bincount(own) > 0
+        used, numbers = np.flatnonzero(met) - 1, np.cumsum(met)[own] - 1
+        texts = [canonical(space.axes[axis][level]) if level >= 0 else "" for level in used.tolist()]
+        contents = space.contents.get(axis, {})
+        values[axis] = [[text, contents.get(text, "")] for text in texts]
+        digest.update(numbers.astype(np.int32).tobytes())
+    digest.update(canonical(values).encode())
+    return digest.hexdigest()
 
 
 def _shapes(models: Sequence[Hardware | None]) -> NDArray[np.int32]:

@@ -124,7 +124,7 @@ def explore(
         if searching is not None and isinstance(evaluator, Pricer):
             why = enumerated(searching, explored, space, budget)
         kind = Tally if searching is None or why else Rounds
-        tally = kind(space, section, where, progress, specs)
+        tally = kind(space, section, where, progress)
         provenance = provenance_of(explored.platforms.values(), explored.workload)
         definition = definition_text(explored, section, specs, provenance)
         run = _Run(
@@ -145,7 +145,8 @@ def explore(
             tally.search = run.in_place_of(searching, why, budget or Budget())
         excluded = boxes_of(run.kept, run.key, run.decisions)
     names = [each.name for each in explored.platforms.values()]
-    return replace(tally.study(platform_text(names), workload.name, provenance), excluded=excluded)
+    study = tally.study(platform_text(names), workload.name, provenance, specs)
+    return replace(study, excluded=excluded)
 
 
 @dataclass(frozen=True)
@@ -344,9 +345,9 @@ def load_study(path: Path | str, show: Show = silent) -> Study:
             kept = Kept(store, space, str(path))
             planned = read_plan(plan, len(space))
             if len(space) > MAX_STUDY_POINTS:
-                tally: Tally = searched_before(kept, section, planned, definition.specs)
+                tally: Tally = searched_before(kept, section, planned)
             else:
-                tally = Tally(space, section, str(path), specs=definition.specs)
+                tally = Tally(space, section, str(path))
                 for done in tracked(
                     kept.everything(planned),
                     show,
@@ -355,7 +356,9 @@ def load_study(path: Path | str, show: Show = silent) -> Study:
                     size=lambda done: len(done.work),
                 ):
                     tally.take_kept(done)
-            study = tally.study(definition.platform, definition.workload, definition.provenance)
+            study = tally.study(
+                definition.platform, definition.workload, definition.provenance, definition.specs
+            )
             key = hashlib.sha256(text.encode()).hexdigest()
             whole = Space(section.axes, "", when=section.when)
             searched = search_of_study(kept, key, whole, study.chosen)

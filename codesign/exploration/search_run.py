@@ -28,7 +28,6 @@ from codesign.exploration.search import Problem, RandomSearch, Search, Searched,
 from codesign.exploration.search_bound import BoundSearch
 from codesign.exploration.search_optuna import nsga2, tpe
 from codesign.exploration.space import Space, points_of
-from codesign.exploration.specs import Specs
 from codesign.exploration.tally import Tally
 from codesign.inputs import searching as limits
 from codesign.inputs.exploration import Exploration
@@ -318,9 +317,9 @@ def enumerated(searching: Searching, explored: Explored, space: Space, budget: B
     )
 
 
-def searched_before(kept: Kept, section: Exploration, plan: Plan, specs: Specs) -> Rounds:
+def searched_before(kept: Kept, section: Exploration, plan: Plan) -> Rounds:
     """The outcomes of what was asked for in a space that is too large to hold."""
-    rounds = Rounds(kept.space, section, kept.where, specs=specs)
+    rounds = Rounds(kept.space, section, kept.where)
     conditions = len(Conditions(section.conditions, section.aggregate).each)
     designs = kept.designs_of(plan, conditions)
     rounds.begin(points_of(designs, conditions))

@@ -79,9 +79,8 @@ class Tally:
         section: Exploration,
         where: str | None,
         progress: Callable[[Progress], None] | None = None,
-        specs: Specs | None = None,
     ) -> None:
-        self.space, self.section, self.where, self.specs = space, section, where, specs
+        self.space, self.section, self.where = space, section, where
         self.progress = progress
         self.total = len(space)
         self.outcomes = self._begun()
@@ -130,7 +129,7 @@ class Tally:
         self._take(done)
         self.report()
 
-    def study(self, platform: str, workload: str, provenance: Provenance) -> Study:
+    def study(self, platform: str, workload: str, provenance: Provenance, specs: Specs) -> Study:
         """The outcomes so far as a study."""
         section = self.section
         return Study(
@@ -143,7 +142,7 @@ class Tally:
             dict(section.conditions),
             dict(section.aggregate),
             provenance,
-            self.specs,
+            specs,
             section.when,
             dict(section.figures),
             self.simulated if self._computed else None,

@@ -17,15 +17,19 @@ store keeps (``Packing``). To write a block takes most of what keeping takes. So
 
 from __future__ import annotations
 
-from collections import Counter, deque
+from collections import Counter, defaultdict, deque
 from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
 from dataclasses import replace
+from typing import Any, TypeVar
 
 from codesign.exploration.blocks import block_of
-from codesign.exploration.evaluation import Done, Evaluator
-from codesign.exploration.partition import Alone, Kin, Together, Work
+from codesign.exploration.evaluation import Done
+from codesign.exploration.partition import Alone, Kin, Work, apart
 from codesign.exploration.shared import Parts
+from codesign.exploration.space import Space
 from codesign.exploration.store import Entry, EntryState
+
+S = TypeVar("S", bound="Seat")
 
 BATCHES_AHEAD = 2
 """The batches of each worker: one in hand, and one ahead."""
@@ -57,12 +61,20 @@ class BatchSize:
         return max(1, min(self._most, round(self.seconds / max(self._a_work, 1e-6))))
 
 
-def drawn(queue: WorkQueue, seat: Hashable, busy: Sequence[Work], count: int) -> list[Work]:
-    """At most so many works for a seat on which ``busy`` is under way."""
-    batch: list[Work] = []
-    while len(batch) < count and (work := queue.next([*busy, *batch], seat)) is not None:
-        batch.append(work)
-    return batch
+class Seat:
+    """A worker, as the queue sees it. ``name``: tells it from the others.
+
+    ``batches``: the works under way, by what will come of them, the first ones first.
+    """
+
+    def __init__(self, name: Hashable) -> None:
+        self.name = name
+        self.batches: dict[Any, list[Work]] = {}
+
+    @property
+    def works(self) -> list[Work]:
+        """All works under way."""
+        return [work for batch in self.batches.values() for work in batch]
 
 
 MOST_WAITING = 64
@@ -84,7 +96,7 @@ class Dealer:
     def __init__(self, works: Iterable[Work], late: Callable[[int], bool] = lambda _: False) -> None:
         self._works, self._late = iter(works), late
         self._first: deque[Work] = deque()
-        self._waiting: dict[Hashable, deque[Together]] = {}
+        self._waiting = defaultdict[Hashable, deque[Work]](deque)
         self._seat_of: dict[Kin, Hashable] = {}
 
     def __iter__(self) -> Iterator[Work]:
@@ -99,22 +111,22 @@ class Dealer:
             return work
         while sum(map(len, self._waiting.values())) < MOST_WAITING:
             work = next(self._works, None)
-            if not isinstance(work, Together) or work.kin is None:
-                if work is None:
-                    break
+            if work is None:
+                break
+            if work.kin is None:
                 return work
             owner = self._seat_of.setdefault(work.kin, seat)
             if owner == seat:
                 return work
-            self._waiting.setdefault(owner, deque()).append(work)
+            self._waiting[owner].append(work)
         self._take_over(seat)
         return self._own(seat)
 
     def put_back(self, works: Sequence[Work], seat: Hashable = SOME_SEAT) -> None:
         """Take works back: they are the next ones of the seat that began their kin, and else of any seat."""
         for work in reversed(works):
-            if isinstance(work, Together) and work.kin is not None and self._seat_of.get(work.kin) == seat:
-                self._waiting.setdefault(seat, deque()).appendleft(work)
+            if work.kin is not None and self._seat_of.get(work.kin) == seat:
+                self._waiting[seat].appendleft(work)
             else:
                 self._first.appendleft(work)
 
@@ -130,9 +142,9 @@ class Dealer:
 
     def _own(self, seat: Hashable) -> Work | None:
         """The first work that waits for a seat."""
-        waiting = self._waiting.get(seat, ())
+        waiting = self._waiting[seat]
         while waiting:
-            work = self._waiting[seat].popleft()
+            work = waiting.popleft()
             if not self._late(len(work)):
                 return work
         return None
@@ -151,7 +163,7 @@ class Dealer:
             self._seat_of[kin] = seat
         taken = set(map(id, moved))
         self._waiting[owner] = deque(work for work in theirs if id(work) not in taken)
-        self._waiting.setdefault(seat, deque()).extend(moved)
+        self._waiting[seat].extend(moved)
 
 
 DEATH_HINT = (
@@ -163,15 +175,16 @@ DEATH_HINT = (
 class WorkQueue:
     """The works to come: those under suspicion first, each alone; then the others, as ``Dealer`` deals them.
 
-    - ``workers``: how many compute; points that are simulated by themselves are dealt out to so many.
+    - ``space``: of the points. ``workers``: how many compute; points that are simulated by themselves are dealt out to
+      so many. ``seconds``: how long a batch is to take.
     - ``suspects``: works that were under way when a worker died.
     """
 
-    def __init__(self, works: Iterable[Work], evaluate: Evaluator, workers: int) -> None:
-        self.workers = workers
+    def __init__(self, works: Iterable[Work], space: Space, workers: int, seconds: float = 0.0) -> None:
+        self.workers, self.size = workers, BatchSize(seconds)
         self.suspects: deque[Work] = deque()
         self._dealer = works if isinstance(works, Dealer) else Dealer(works)
-        self._evaluate = evaluate
+        self._space = space
         self._trials: list[Work] = []
 
     def next(self, busy: Sequence[Work], seat: Hashable = SOME_SEAT) -> Work | None:
@@ -182,6 +195,27 @@ class WorkQueue:
             self._trials.append(self.suspects.popleft())
             return self._trials[-1]
         return self._dealer.draw(seat)
+
+    def hand_out(
+        self, seats: Sequence[S], send: Callable[[S, list[Work]], None], *, one_by_one: bool = False
+    ) -> None:
+        """Give each worker a batch, and then each a second one; or each one work at a time."""
+        for depth in range(1 if one_by_one else BATCHES_AHEAD):
+            for seat in [*seats]:
+                if len(seat.batches) > depth:
+                    continue
+                batch: list[Work] = []
+                most = 1 if one_by_one else self.size.works
+                while len(batch) < most and (work := self.next([*seat.works, *batch], seat.name)) is not None:
+                    batch.append(work)
+                if batch:
+                    send(seat, batch)
+
+    def came(self, seat: Seat, works: Sequence[Work], done: Sequence[Done], seconds: float) -> list[Done]:
+        """What came of the first works of a batch, with these works again; the others are next. For ``take``."""
+        self.size.take(seconds, len(done))
+        self.put_back(works[len(done) :], seat.name)
+        return [replace(each, work=work) for work, each in zip(works, done, strict=False)]
 
     def on_trial(self, work: Work) -> bool:
         """Whether a work is computed alone, as a worker died while it was under way before."""
@@ -195,7 +229,7 @@ class WorkQueue:
         """Give what came in, or put its points into the queue where they are to be computed apart."""
         self._ended(done.work)
         if done.apart:
-            self._dealer.add(self._evaluate.alone(done.work, self.workers))
+            self._dealer.add(apart(self._space, done.work, self.workers))
         else:
             yield done
 
@@ -214,7 +248,7 @@ class WorkQueue:
             if not self._ended(work):
                 self.suspects.append(work)
                 continue
-            points = tuple(self._evaluate.points(work))
+            points = tuple(work.points_of(self._space))
             if len(points) > 1:
                 self.suspects.extendleft(Alone((point,)) for point in reversed(points))
                 continue

@@ -17,7 +17,7 @@ from codesign.errors import SpecError
 from codesign.exploration.blocks import block_of, plan_of, read_block, read_plan
 from codesign.exploration.evaluation import Pricer
 from codesign.exploration.explored import Explored
-from codesign.exploration.partition import Alone, Together, parted
+from codesign.exploration.partition import Alone, Together, apart, parted
 from codesign.exploration.shared import Parts
 from codesign.exploration.space import Space
 from codesign.exploration.store import EntryState
@@ -207,7 +207,7 @@ def test_other_work_is_simulated_by_itself() -> None:
         together = pricer(work)
         assert together.priced is None
         assert together.apart
-        alone = [pricer(each) for each in pricer.alone(work, 1)]
+        alone = [pricer(each) for each in apart(pricer.space, work, 1)]
         assert sum(len(done.entries) for done in alone) == len(work.indices)
         assert all(entry.state is EntryState.DONE for done in alone for entry in done.entries)
 
