@@ -18,7 +18,7 @@ from codesign.exploration.search import Trace
 from codesign.exploration.store import MemoryStore
 from codesign.figures import FIGURES
 from codesign.inputs import searching
-from codesign.inputs.axis_values import axis_form
+from codesign.inputs.axes import axis_form
 from codesign.inputs.exploring import exploring
 
 SEEDS = range(5)

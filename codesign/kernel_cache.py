@@ -13,6 +13,7 @@ import os
 import platform
 import stat
 import sys
+import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -170,8 +171,6 @@ def _may_write(folder: Path) -> bool:
 
 def _private_folder() -> str | None:
     # Imported late: it is slow to import, and seldom needed.
-    import tempfile
-
     try:
         user = os.getuid() if hasattr(os, "getuid") else 0
         folder = os.path.join(tempfile.gettempdir(), f"hwsw-codesign-{user}")

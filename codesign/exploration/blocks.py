@@ -14,6 +14,7 @@ from itertools import chain, islice
 from typing import Any
 
 import numpy as np
+import zstandard
 from numpy.typing import NDArray
 from pydantic import TypeAdapter
 
@@ -29,8 +30,6 @@ _MOST_BYTES = 2**30
 
 def compressed(data: bytes) -> bytes:
     """The bytes, shorter."""
-    import zstandard
-
     return zstandard.compress(data, _LEVEL)
 
 
@@ -40,8 +39,6 @@ def expanded(data: bytes) -> bytes:
     Raises:
         ValueError: the bytes are damaged, or too many come of them.
     """
-    import zstandard
-
     try:
         # Checked before: as many bytes are taken as the frame says.
         size = zstandard.get_frame_parameters(data).content_size

@@ -24,7 +24,7 @@ from codesign.exploration.claims import Claims
 from codesign.exploration.space import Box
 from codesign.exploration.table import Table
 from codesign.inputs.aggregate import rule_as_written
-from codesign.inputs.boxes import value_text
+from codesign.inputs.axes import value_text
 
 
 def certify(table: Table, path: Path | str, excluded: Sequence[Box] | None = None) -> Verdict:

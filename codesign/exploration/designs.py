@@ -25,7 +25,7 @@ from codesign.exploration.sensitivity import axis_effects
 from codesign.exploration.table import Table
 from codesign.figures import ResultFigure, label
 from codesign.inputs import Platform, Workload
-from codesign.inputs.boxes import value_text
+from codesign.inputs.axes import value_text
 from codesign.maps import OccupancyGrid
 from codesign.progress import Show, silent
 from codesign.records import Listener

@@ -22,7 +22,7 @@ from codesign.exploration.conditions import order_of
 from codesign.exploration.constraints import Floats
 from codesign.exploration.search import Problem, RandomSearch, Search
 from codesign.exploration.space import Box
-from codesign.inputs.boxes import value_text
+from codesign.inputs.axes import value_text
 from codesign.inputs.searching import POPULATION, STARTUP, Searching
 
 if TYPE_CHECKING:

@@ -32,7 +32,7 @@ from codesign.explanation import AxisEffect
 from codesign.exploration.groups import Groups
 from codesign.exploration.table import Table
 from codesign.figures import ResultFigure
-from codesign.inputs.boxes import When, ordered
+from codesign.inputs.axes import When, ordered
 
 NO_SPREAD = 1e-12
 """A figure does not vary if its standard deviation is below this share of its largest value."""

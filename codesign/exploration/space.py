@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from codesign.inputs.boxes import Part, When, ordered, parts_of, value_text
+from codesign.inputs.axes import Part, When, ordered, parts_of, value_text
 
 MAX_GROUP = 16
 

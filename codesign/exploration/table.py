@@ -33,7 +33,7 @@ from codesign.figures import FIGURES, ResultFigure
 from codesign.figures import figure_of as figure_named
 from codesign.inputs import Platform, Workload
 from codesign.inputs.aggregate import Rule
-from codesign.inputs.boxes import When
+from codesign.inputs.axes import When
 from codesign.inputs.constraint import Constraint, needs_of
 from codesign.inputs.derived import DerivedFigure
 from codesign.inputs.exploration import not_kept

@@ -11,9 +11,10 @@ from dataclasses import dataclass
 from typing import Any
 
 from codesign.errors import Fault, UnsuitedError, clip, show
-from codesign.inputs.conditional_axes import conditions_of, edits_of, is_unsound, settings_of
+from codesign.inputs.axes import MAX_VALUES, in_circle, listed, refusals
 from codesign.inputs.document import Document, KeyPath, Origin, put
 from codesign.inputs.edit import (
+    ENTRIES,
     PLATFORM_AXIS,
     PROBLEM,
     SCENARIO,
@@ -24,18 +25,64 @@ from codesign.inputs.edit import (
     entry_of,
     moves,
     no_variant,
+    validated,
     with_variant,
 )
 from codesign.inputs.exploration import MAX_AXES, MAX_POINTS, overlap
 from codesign.inputs.faults import Keep, Teller
 from codesign.inputs.platform import Platform, no_such
 from codesign.inputs.platform_axis import platform_axis_faults
-from codesign.inputs.ranges import MAX_VALUES
-from codesign.inputs.revalidate import ENTRIES, validated
 from codesign.inputs.roles import ROLES
 from codesign.inputs.workload import BASE, MAX_VARIANTS, Workload
 from codesign.inputs.yaml_tree import MAX_FAULTS
 from codesign.models import TaskParameters
+
+
+def conditions_of(document: Document, axis: str, axes: Mapping[str, Any]) -> dict[str, tuple[Any, ...]]:
+    """The other axes that an axis depends on, with the values for which it exists, as far as they can be read."""
+    explore = document.tree.get("explore")
+    when = explore.get("when") if isinstance(explore, dict) else None
+    if not isinstance(when, dict) or axis not in when:
+        return {}
+    if not all(isinstance(each, dict) for each in when.values()) or in_circle(axes, when):
+        return {}
+    chosen = {other: listed(raw, axes[other]) for other, raw in when[axis].items() if other in axes}
+    return {other: values for other, values in chosen.items() if values}
+
+
+def is_unsound(document: Document, axis: str, axes: Mapping[str, Any]) -> bool:
+    """Whether what an axis depends on is at fault: it may not exist where the axis does not fit."""
+    explore = document.tree.get("explore")
+    when = explore.get("when") if isinstance(explore, dict) else None
+    if not isinstance(when, dict) or axis not in when:
+        return False
+    lists = {name: values if isinstance(values, list) else [] for name, values in axes.items()}
+    mappings = isinstance(when[axis], dict) and all(isinstance(each, dict) for each in when.values())
+    if not mappings or in_circle(axes, when):
+        return True
+    chosen = {other: listed(raw, lists.get(other, ())) for other, raw in when[axis].items()}
+    return any(name == axis for name, _ in refusals(lists, {axis: chosen}))
+
+
+def settings_of(document: Document, axis: str, axes: Mapping[str, Any]) -> dict[str, Any]:
+    """The first values of other axes for which an axis exists; those of platform and variant left out."""
+    settings: dict[str, Any] = {}
+    for other, values in conditions_of(document, axis, axes).items():
+        settings |= settings_of(document, other, axes)
+        if other not in (VARIANT_AXIS, PLATFORM_AXIS):
+            settings[other] = values[0]
+    return settings
+
+
+def edits_of(movable: Movable, values: Mapping[str, Any]) -> dict[KeyPath, Any]:
+    """What puts values in the places of axes, of those that move the same section as the last one."""
+    *_, last = values
+    section = movable.path(last)[0]
+    edits: dict[KeyPath, Any] = {}
+    for axis, value in values.items():
+        edits |= movable.edits(axis, value) if movable.path(axis)[0] == section else {}
+    return edits
+
 
 MAX_WORK = 4_000_000
 """Values of a file, times the points that are made to check its axes; what is beyond is left to the points."""

@@ -8,8 +8,9 @@ from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import Annotated, Any, Literal
 
+import numpy as np
 from pydantic import Field, PlainSerializer, PlainValidator, ValidationError, WithJsonSchema
 
 from codesign.errors import choose_hint, clip, show
@@ -18,20 +19,22 @@ from codesign.figures import label as label_of
 from codesign.inputs.expression import (
     FUNCTIONS,
     MAX_TEXT,
+    Column,
     Node,
+    Why,
+    as_number,
+    column,
     evaluate,
     evaluate_ends,
     figure_node,
+    known_units,
     no_figure,
     parse,
     undefined,
+    unit_text,
     why_undefined,
 )
-from codesign.inputs.unit_powers import known_units, unit_text
 from codesign.models import RefusalError, SpecModel, details_of, raise_all, refusal_details
-
-if TYPE_CHECKING:
-    from codesign.inputs.expression import Column, Why
 
 MAX_FIGURES = 16
 MAX_NAME = 60
@@ -74,8 +77,6 @@ class DerivedFigure(ResultFigure):
 
     def of(self, figure: Callable[[str], float | None]) -> float | None:
         """Its value for one point, by the values of the declared figures; None where it has none."""
-        from codesign.inputs.expression_values import as_number, column
-
         value = as_number(evaluate(self.node, lambda name: column(figure(name)))) / self.size
         return value if math.isfinite(value) else None
 
@@ -88,8 +89,6 @@ class DerivedFigure(ResultFigure):
 
         The first that holds an entry is its reason: equal to ``why_none`` for each entry by itself.
         """
-        import numpy as np
-
         late = np.isnan(derived_column(self, columns))
         whys = [*undefined(self.node, columns), (_TOO_LARGE, late)]
         return [(why, np.broadcast_to(where, late.shape)) for why, where in whys]
@@ -128,8 +127,6 @@ def _again(*given: Any) -> DerivedFigure:
 
 def constant_of(node: Node) -> float:
     """The value of an expression without figures, in base units."""
-    from codesign.inputs.expression_values import as_number
-
     return as_number(evaluate(node, no_figure))
 
 
@@ -145,8 +142,6 @@ def derived_ends(
     figure: DerivedFigure, ends: Callable[[str], tuple[Column, Column]]
 ) -> tuple[Column, Column]:
     """The least and the greatest value of a derived figure inside the intervals of its ``names``; NaN: none."""
-    import numpy as np
-
     low, high = (_in_unit(each, figure) for each in evaluate_ends(figure.node, ends))
     none = np.isnan(low) | np.isnan(high)
     return np.where(none, np.nan, low), np.where(none, np.nan, high)
@@ -160,8 +155,6 @@ def derived_bounds(
     NaN where none of them rests on an interval, or where it has no value somewhere inside them. ``columns``: their
     values, 1-d; ``bounds``: the ends of their intervals, NaN where they rest on none.
     """
-    import numpy as np
-
     unsure = np.zeros(1, np.bool_)
 
     def ends(name: str) -> tuple[Column, Column]:
@@ -181,7 +174,6 @@ def derived_interval(
     interval: Callable[[str], tuple[float, float] | None],
 ) -> tuple[float, float] | None:
     """``derived_bounds`` of one result; None in the place of NaN."""
-    import numpy as np
 
     def columns(name: str) -> Column:
         held = value(name)
@@ -196,8 +188,6 @@ def derived_interval(
 
 
 def _in_unit(values: Column, figure: DerivedFigure) -> Column:
-    import numpy as np
-
     with np.errstate(over="ignore"):
         own = values / figure.size
     return np.where(np.isfinite(own), own, np.nan)
@@ -378,9 +368,9 @@ def _with_column(
     taken = {*names, *COLUMNS, *(each.name for each in others), *(each.column for each in others)} - {
         figure.name
     }
-    for column in (figure.column, f"{figure.column}_low", f"{figure.column}_high"):
-        if column in taken:
-            what = f"{figure.name} in {figure.unit} has the column {figure.column} of tables, and {column} is another"
+    for own in (figure.column, f"{figure.column}_low", f"{figure.column}_high"):
+        if own in taken:
+            what = f"{figure.name} in {figure.unit} has the column {figure.column} of tables, and {own} is another"
             raise RefusalError(what, "choose another name", of_key=True)
     return figure
 

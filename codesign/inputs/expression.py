@@ -17,23 +17,24 @@ Rejected: libraries. Those that are kept up evaluate Python's own syntax tree, w
 
 from __future__ import annotations
 
+import math
 import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
-from typing import TYPE_CHECKING
+from functools import cache, reduce
+from types import MappingProxyType
+
+import numpy as np
+from numpy.typing import NDArray
 
 from codesign.errors import choose_hint, clip, show
-from codesign.inputs.unit_powers import NUMBER, Powers, known_units, raised, times, unit_text
 from codesign.models import RefusalError
-from codesign.units import counted
+from codesign.units import PICOSECONDS_PER_SECOND, SCALES, Dimension, counted
 
-if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
+Column = NDArray[np.float64]
+Why = tuple[str, NDArray[np.bool_]]
 
-    Column = NDArray[np.float64]
-    Why = tuple[str, NDArray[np.bool_]]
 
 MAX_TEXT = 500
 MAX_DEPTH = 32
@@ -361,8 +362,6 @@ def evaluate(node: Node, values: Callable[[str], Column]) -> Column:
     Args:
         values: the column of a figure, in base units: float64, all of one shape; of one result, of no axes.
     """
-    from codesign.inputs.expression_values import apply, constant
-
     if node.operation == "figure":
         return values(node.name)
     if node.operation == "number":
@@ -376,8 +375,6 @@ def evaluate_ends(node: Node, ends: Callable[[str], tuple[Column, Column]]) -> t
     Figures are taken to vary independently. Where they do not (both rest on one clock), the interval is too wide, and
     never too narrow.
     """
-    from codesign.inputs.expression_values import apply_to_ends, constant
-
     if node.operation == "figure":
         return ends(node.name)
     if node.operation == "number":
@@ -393,8 +390,6 @@ def why_undefined(node: Node, values: Callable[[str], float | None]) -> str | No
     >>> why_undefined(node, {"cycles": 100.0, "slices": 4.0}.get)
     'division by zero in cycles / (slices - 4)'
     """
-    from codesign.inputs.expression_values import column
-
     whys = undefined(node, lambda name: column(values(name)))
     return next((reason for reason, where in whys if where), None)
 
@@ -407,8 +402,6 @@ def undefined(node: Node, values: Callable[[str], Column]) -> Iterator[Why]:
 
     The first that holds an entry is its reason: an operand comes before the operation.
     """
-    import numpy as np
-
     for operand in node.operands:
         yield from undefined(operand, values)
     without = np.isnan(evaluate(node, values))
@@ -418,3 +411,154 @@ def undefined(node: Node, values: Callable[[str], Column]) -> Iterator[Why]:
     if node.operation == "/":
         yield f"division by zero in {node.text}", without & (evaluate(node.operands[1], values) == 0)
     yield f"{_UNDEFINED.get(node.operation, 'a number too large')} in {node.text}", without
+
+
+Ends = tuple[Column, Column]
+
+
+def constant(value: Fraction) -> Column:
+    """A number as a column without an axis."""
+    return column(float(value))
+
+
+def column(value: float | None) -> Column:
+    """The figure of one result as a column without an axis; NaN of none."""
+    return np.asarray(math.nan if value is None else value, np.float64)
+
+
+def as_number(values: Column) -> float:
+    """The entry of a column without an axis."""
+    return float(values)
+
+
+def _divided(left: Column, right: Column) -> Column:
+    return np.where(right == 0, math.nan, left / np.where(right == 0, 1.0, right))
+
+
+def _logarithm(values: Column) -> Column:
+    # By math: numpy's own loops differ in the last bit by the length of the column and the processor.
+    flat = [math.log(value) if value > 0 else math.nan for value in np.ravel(values).tolist()]
+    return np.array(flat, np.float64).reshape(np.shape(values))
+
+
+_OPERATIONS: Mapping[str, Callable[[Sequence[Column]], Column]] = {
+    "+": lambda of: of[0] + of[1],
+    "-": lambda of: of[0] - of[1],
+    "*": lambda of: of[0] * of[1],
+    "/": lambda of: _divided(*of),
+    "negative": lambda of: -of[0],
+    "min": lambda of: reduce(np.minimum, of),
+    "max": lambda of: reduce(np.maximum, of),
+    "sqrt": lambda of: np.sqrt(of[0]),
+    "log": lambda of: _logarithm(of[0]),
+    "abs": lambda of: np.abs(of[0]),
+}
+
+
+def apply(operation: str, operands: Sequence[Column]) -> Column:
+    """The operation on columns, entry by entry; NaN where it has no finite value."""
+    with np.errstate(all="ignore"):
+        values = np.asarray(_OPERATIONS[operation](operands), np.float64)
+        return np.where(np.isfinite(values), values, math.nan)
+
+
+def apply_to_ends(operation: str, operands: Sequence[Ends]) -> Ends:
+    """The ends of an operation on intervals: all of its values lie between them."""
+    lows, highs = [low for low, _ in operands], [high for _, high in operands]
+    if operation == "-":
+        return apply("-", [lows[0], highs[1]]), apply("-", [highs[0], lows[1]])
+    if operation == "negative":
+        return apply("negative", highs), apply("negative", lows)
+    if operation == "abs":
+        inside = (lows[0] <= 0) & (highs[0] >= 0)
+        corners = [np.abs(lows[0]), np.abs(highs[0])]
+        return np.where(inside, 0.0, apply("min", corners)), apply("max", corners)
+    if operation in ("*", "/"):
+        # Each is monotone in each operand, so the ends are among the corners; a divisor that may be 0 has none.
+        corners = [apply(operation, [left, right]) for left in operands[0] for right in operands[1]]
+        ends = apply("min", corners), apply("max", corners)
+        crossed = (lows[1] <= 0) & (highs[1] >= 0) if operation == "/" else np.zeros_like(lows[1], bool)
+        return np.where(crossed, math.nan, ends[0]), np.where(crossed, math.nan, ends[1])
+    return apply(operation, lows), apply(operation, highs)
+
+
+Powers = tuple[tuple[str, Fraction], ...]
+"""Base unit and its power, which is not 0, by the name of the unit; empty of a plain number."""
+
+NUMBER: Powers = ()
+
+_POWERS: Mapping[Dimension, Mapping[str, int]] = MappingProxyType(
+    {
+        Dimension.TIME: {"s": 1},
+        Dimension.FREQUENCY: {"s": -1},
+        Dimension.DATA: {"b": 1},
+        Dimension.DATA_RATE: {"b": 1, "s": -1},
+        Dimension.POWER: {"J": 1, "s": -1},
+        Dimension.ENERGY: {"J": 1},
+        Dimension.LENGTH: {"m": 1},
+        Dimension.CURRENT: {"A": 1},
+        Dimension.VOLTAGE: {"J": 1, "s": -1, "A": -1},
+        Dimension.SPEED: {"m": 1, "s": -1},
+        Dimension.ACCELERATION: {"m": 1, "s": -2},
+        Dimension.TURN_RATE: {"rad": 1, "s": -1},
+        Dimension.MONEY: {"USD": 1},
+        Dimension.RATE: {"s": -1},
+    }
+)
+_OWN: Mapping[str, tuple[Fraction, Powers]] = MappingProxyType(
+    {
+        "1": (Fraction(1), NUMBER),
+        "%": (Fraction(1, 100), NUMBER),
+        "bits": (Fraction(1), (("b", Fraction(1)),)),
+        "cells": (Fraction(1), (("cells", Fraction(1)),)),
+    }
+)
+"""Units of figures that no quantity of a spec has, and the percent."""
+
+
+def times(left: Powers, right: Powers, sign: int = 1) -> Powers:
+    """The powers of a product; with ``sign`` -1, of a quotient."""
+    powers = dict(left)
+    for unit, power in right:
+        powers[unit] = powers.get(unit, Fraction(0)) + sign * power
+    return tuple(sorted((unit, power) for unit, power in powers.items() if power))
+
+
+def raised(powers: Powers, power: Fraction) -> Powers:
+    """The powers of a power; of a square root with 1/2."""
+    return tuple((unit, each * power) for unit, each in powers if power)
+
+
+@cache
+def known_units() -> Mapping[str, tuple[Fraction, Powers]]:
+    """The size in base units, and the powers, of every unit that has one word or one sign in it."""
+    units = dict(_OWN)
+    for dimension, scale in SCALES.items():
+        powers = tuple(sorted((unit, Fraction(power)) for unit, power in _POWERS[dimension].items()))
+        per_base = PICOSECONDS_PER_SECOND if dimension is Dimension.TIME else 1
+        units |= {unit: (size / per_base, powers) for unit, size in scale.units.items()}
+    return MappingProxyType(units)
+
+
+def unit_text(powers: Powers) -> str:
+    """A unit as people write it: the unit of a quantity where one fits, else its base units.
+
+    >>> unit_text((("J", Fraction(1)), ("s", Fraction(1)))), unit_text((("J", Fraction(1)), ("s", Fraction(-1))))
+    ('J s', 'W')
+    >>> unit_text((("J", Fraction(1, 2)), ("s", Fraction(-2))))
+    'J^(1/2) / s^2'
+    """
+    bases = {scale.base for dimension, scale in SCALES.items() if dimension is not Dimension.TIME}
+    named = {powers: unit for unit, (size, powers) in known_units().items() if size == 1 and unit in bases}
+    if powers in named or not powers:
+        return named.get(powers, "1")
+    above = [_power_text(unit, power) for unit, power in powers if power > 0]
+    below = [f"/ {_power_text(unit, -power)}" for unit, power in powers if power < 0]
+    return " ".join([*above, *below])
+
+
+def _power_text(unit: str, power: Fraction) -> str:
+    """A unit and its power, as an expression reads it behind a number."""
+    if power == 1:
+        return unit
+    return f"{unit}^{power}" if power.denominator == 1 else f"{unit}^({power})"

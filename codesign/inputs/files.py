@@ -12,7 +12,7 @@ from typing import Any
 
 from codesign.errors import InputError, SpecError, choose_hint, clip
 from codesign.inputs.document import Document
-from codesign.inputs.plain_tree import document_from
+from codesign.inputs.kept_document import document_from
 from codesign.inputs.yaml_tree import parse_document, read_document
 
 Source = str | Path | Mapping[str, Any] | Document

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
-from codesign.inputs.boxes import ordered
+from codesign.inputs.axes import ordered
 from codesign.inputs.document import KeyPath, Origin, put
 from codesign.inputs.edit import SCENARIO, VARIANT_AXIS, Movable, design_point, moves
 from codesign.inputs.exploration import Exploration

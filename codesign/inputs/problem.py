@@ -9,7 +9,7 @@ from pydantic import Field, ValidationInfo, WrapValidator, field_validator, mode
 from codesign.errors import outside_map, show
 from codesign.inputs.map_spec import GeneratedMap, Map, Seed, Share
 from codesign.inputs.places import Place, Point, ScenarioLine, as_list
-from codesign.inputs.task import Change
+from codesign.inputs.tasks import Change
 from codesign.models import RefusalError, SpecModel, Task, raise_all, refusal_details
 
 

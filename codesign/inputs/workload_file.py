@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from codesign.inputs.axis_forms import with_listed_axes
+from codesign.inputs.axes import with_listed_axes
 from codesign.inputs.checks import workload_faults
 from codesign.inputs.faults import validate
 from codesign.inputs.files import Source, read_spec, shipped_names

@@ -11,7 +11,7 @@ from codesign.errors import Fault, outside_map
 from codesign.inputs import Workload, fault
 from codesign.inputs.problem import ProblemSpec
 from codesign.inputs.scenario import ReplanPolicy
-from codesign.inputs.task import DeclaredChange, DrawnChange
+from codesign.inputs.tasks import DeclaredChange, DrawnChange
 from codesign.models import Task
 from codesign.planners.interface import LOWER_BOUND, Cell, MapChange, Planner, Problem
 from codesign.planners.job import Job

@@ -13,11 +13,10 @@ from codesign.errors import SpecError
 from codesign.exploration.explored import Explored
 from codesign.exploration.space import Space
 from codesign.inputs import Workload, held, pin
-from codesign.inputs.axis_forms import with_listed_axes
+from codesign.inputs.axes import MAX_VALUES, with_listed_axes
 from codesign.inputs.exploration import Exploration
 from codesign.inputs.exploring import exploring
 from codesign.inputs.kept_document import kept_document, read_kept
-from codesign.inputs.ranges import MAX_VALUES
 from codesign.inputs.yaml_tree import parse_document
 
 WORKLOAD = """kind: workload

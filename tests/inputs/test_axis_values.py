@@ -8,9 +8,8 @@ import pytest
 
 import codesign
 from codesign.errors import InputError, SpecError
-from codesign.inputs.axis_values import axis_form, axis_values
+from codesign.inputs.axes import MAX_VALUES, axis_form, axis_values
 from codesign.inputs.exploring import exploring
-from codesign.inputs.ranges import MAX_VALUES
 
 
 @pytest.mark.parametrize(

@@ -17,16 +17,18 @@ from codesign.inputs.expression import (
     MAX_DEPTH,
     MAX_NODES,
     MAX_TEXT,
+    Column,
     Node,
+    as_number,
+    column,
     evaluate,
     evaluate_ends,
     figure_node,
     parse,
     parse_comparison,
+    unit_text,
     why_undefined,
 )
-from codesign.inputs.expression_values import Column, as_number, column
-from codesign.inputs.unit_powers import unit_text
 from codesign.models import RefusalError
 
 NAMES = ("a", "b", "c")
