@@ -68,6 +68,18 @@ def parse_runs(content: bytes, where: str) -> OccupancyGrid:
     return OccupancyGrid(np.array([free]), source=where)
 '''
 
+SEARCH = '''
+
+class Backwards(RandomSearch):
+    """All designs, the last one first."""
+
+    name = "backwards"
+
+    def __init__(self, problem: Problem, seed: int) -> None:
+        super().__init__(problem, seed)
+        self._order = [*range(self._size - 1, -1, -1)]
+'''
+
 GENERATOR = '''def stripes(rows: int, columns: int) -> OccupancyGrid:
     """Every third column an obstacle, but for its first cell."""
     rows, columns = _size(rows, columns)
@@ -304,6 +316,27 @@ TOYS = [
                     '    toy_bits: Annotated[int, Field(ge=1, description="a toy")] = 7\n',
                 ),
             )
+        },
+    ),
+    Toy(
+        "a search of a space",
+        "import codesign; from codesign.exploration.budget import Budget\n"
+        "study = codesign.explore('virtex4-pci', 'labyrinth', search='backwards', budget=Budget(points=2))\n"
+        "print(study.search.traces[0].designs)",
+        "[3527, 3526]",
+        edits={
+            "exploration/search.py": (("", SEARCH),),
+            "exploration/search_run.py": (
+                (
+                    "from codesign.exploration.search import",
+                    "from codesign.exploration.search import Backwards\n",
+                ),
+                (
+                    '    "bound": lambda',
+                    '    "backwards": lambda problem, searching: Backwards(problem, searching.seed),\n',
+                ),
+            ),
+            "inputs/searching.py": (('"bound"]', '"backwards", '),),
         },
     ),
 ]
