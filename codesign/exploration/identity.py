@@ -56,7 +56,7 @@ _OF_RESULTS = frozenset(
             "store",
         ),
         *("blocks", "definition", "shared", "specs"),
-        *("aggregation", "bounds", "constraints", "designs", "front", "outcomes", "rows"),
+        *("aggregation", "bounds", "conditions", "constraints", "front"),
         *("search", "search_bound"),
     )
 )
