@@ -7,7 +7,7 @@ from typing import Any
 
 from codesign.errors import InputError, clip
 from codesign.inputs import parse_value
-from codesign.inputs.axis_values import axis_form
+from codesign.inputs.axes import axis_form
 
 
 def settings_of(texts: Iterable[str], option: str = "--set") -> dict[str, object]:
