@@ -21,7 +21,7 @@ from codesign.errors import InputError, choose_hint, clip, show
 
 
 class Status(StrEnum):
-    """Where a figure comes from, strongest first."""
+    """The kind of source of a figure, strongest first."""
 
     PUBLISHED = "published"
     CALIBRATED = "calibrated"
@@ -93,9 +93,9 @@ class ResultFigure:
       is made of parts, such as cycles by phase, counts as their sum.
     - ``description``: what it is, as JSON Schema and docs say it. ``label``: what tables and plots call it; by default
       its name in words.
-    - ``unit``: of its value; by default that of its name, else ``1``, for a number of things or a share. A limit of s,
-      W, J or m is written with a unit.
-    - ``maximise``: whether more of it is better. ``counted``: a count is a whole number, a share is told as percent.
+    - ``unit``: of its value; by default the unit in its name, else ``1``, for a number of things or a share. A limit of
+      s, W, J or m is written with a unit.
+    - ``maximise``: True if more of it is better. ``counted``: a count is a whole number, a share is told as percent.
     - ``of_whole_path``: a mission that ended before its goals has none: the earlier it failed, the less it would be.
     - ``value``: computes it from the result, where it has no field of its own.
     """
@@ -124,7 +124,7 @@ class ResultFigure:
 
     @property
     def path(self) -> str:
-        """Where it stands in a result, such as ``quality.clearance_mean``."""
+        """Its place in a result, such as ``quality.clearance_mean``."""
         return f"{self.within}.{self.name}".lstrip(".")
 
     @property
@@ -144,17 +144,17 @@ class ResultFigure:
 
     @property
     def is_resource(self) -> bool:
-        """Whether it is a resource of a chip. A design without a chip takes none of it."""
+        """True if it is a resource of a chip. A design without a chip takes none of it."""
         return self.within == "resources"
 
     @property
     def direction(self) -> Literal["maximise", "minimise"]:
-        """Which of two designs it prefers: the one with more of it, or with less."""
+        """The direction that is better: more of it, or less."""
         return "maximise" if self.maximise else "minimise"
 
     @property
     def aim(self) -> str:
-        """What an exploration looks for, in words: ``least time``."""
+        """The aim of an exploration for it, in words: ``least time``."""
         return f"{'most' if self.maximise else 'least'} {self.label}"
 
 
@@ -379,7 +379,7 @@ def _words(name: str) -> str:
 
 
 def weakest(*statuses: Status) -> Status:
-    """The status of a figure made from others: that of its weakest ingredient.
+    """The status of a figure made from others: the status of its weakest ingredient.
 
     >>> weakest(Status.PUBLISHED, Status.ASSUMED)
     <Status.ASSUMED: 'assumed'>

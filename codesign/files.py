@@ -32,7 +32,7 @@ _passing: set[Path] = set()
 
 
 def cache_folder() -> Path:
-    """The folder of all caches: that of ``CODESIGN_CACHE_DIR``, or ``hwsw-codesign`` in the user's cache folder."""
+    """The folder of all caches: ``CODESIGN_CACHE_DIR`` if set, else ``hwsw-codesign`` in the user's cache folder."""
     named = os.environ.get(CACHE_VARIABLE)
     if named:
         return Path(named)
@@ -159,7 +159,7 @@ def landing(path: Path) -> Path:
 
 
 def is_stream(path: Path) -> bool:
-    """Whether ``path`` is a FIFO or a character device, which are written to and never replaced."""
+    """True if ``path`` is a FIFO or a character device: both are written to and never replaced."""
     try:
         mode = path.stat().st_mode
     except (OSError, ValueError):
@@ -168,7 +168,7 @@ def is_stream(path: Path) -> bool:
 
 
 def is_special(path: Path) -> bool:
-    """Whether ``path`` exists and is no regular file but a folder, device, FIFO or socket."""
+    """True if ``path`` exists and is no regular file but a folder, device, FIFO or socket."""
     try:
         return not stat.S_ISREG(path.stat().st_mode)
     except (OSError, ValueError):

@@ -1,4 +1,4 @@
-"""How Ctrl-C, SIGTERM and SIGHUP (a closed terminal) end a command: within about two seconds, whatever it is doing.
+"""Ctrl-C, SIGTERM and SIGHUP (a closed terminal) end a command within about two seconds, whatever it is doing.
 
 Python runs the handler of a signal in the main thread, between two Python instructions. It never runs inside a compiled
 kernel, which may take minutes. So the handler interrupts the main thread as usual, and a second thread, the watcher,
@@ -205,7 +205,7 @@ def child(
 
 @contextmanager
 def _guard(process: subprocess.Popen[bytes]) -> Iterator[None]:
-    """Until the end of the block: a shell ends the tool once this process is gone, however it ended.
+    """A shell ends the tool once this process is gone, however it ended; this holds until the end of the block.
 
     Only this process can write to the shell's input, so the input ends with it.
     """

@@ -2,7 +2,7 @@
 
 Where neither this package's folder nor the user's cache is writable, kernels get a private temporary folder.
 
-A worker of a cluster keeps its kernels in a folder of its node, as a home folder may be that of many nodes. A folder of
+A worker of a cluster keeps its kernels in a folder of its node, as many nodes may share a home folder. A folder of
 kernels bears any number of readers and one writer. So of all workers on a machine, one at a time compiles, and a worker
 that waited finds the kernel there (``compiled_once``).
 """
@@ -66,7 +66,7 @@ def kernel_folders() -> tuple[Path, ...]:
 
 
 def is_cold() -> bool:
-    """Whether no kernel is compiled yet: no folder has an index of numba."""
+    """True if no kernel is compiled yet: no folder has an index of numba."""
     return not any(next(folder.rglob("*.nbi"), None) for folder in kernel_folders() if folder.is_dir())
 
 
@@ -124,7 +124,7 @@ def keep_kernels_on_node(digest: str) -> str:
 
 
 def compiled_once(compute: Callable[[], T]) -> T:
-    """What ``compute`` gives; of all processes that call this, one at a time compiles the kernels that it needs.
+    """The result of ``compute``. Of all processes that call this, one at a time compiles the kernels that it needs.
 
     ``compute`` begins again where a kernel is missing. Processes with folders of kernels of their own
     (``NUMBA_CACHE_DIR``) do not wait for each other.
@@ -162,7 +162,7 @@ def _user_cache() -> Path:
 
 
 def _may_write(folder: Path) -> bool:
-    """Whether ``folder`` can be written to, or can be made in its nearest existing parent."""
+    """True if ``folder`` can be written to, or can be made in its nearest existing parent."""
     path = os.path.abspath(folder)
     while not os.path.lexists(path):
         path = os.path.dirname(path)

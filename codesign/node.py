@@ -1,7 +1,7 @@
-"""What runs on a worker of a cluster: it shows what it is made of, takes what computes, and computes batches of work.
+"""The code on a worker of a cluster: it reports its versions, takes a function, and computes batches of work.
 
 A worker imports this module before any kernel, so that its kernels are kept in a folder of its node. All else comes as
-bytes that are read afterwards. It knows nothing of what is computed.
+bytes that are read afterwards. It does not know the kind of work.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ def introduced(digest: str) -> dict[str, Any]:
     """Keep the kernels of this worker on its node, and say what it is made of.
 
     - ``versions``: see there. ``host``, ``process``: where it runs.
-    - ``fault``: why it cannot be used; "" where it can. ``cold``: whether its node has no kernel yet.
+    - ``fault``: why it cannot be used; "" where it can. ``cold``: True if its node has no kernel yet.
     """
     try:
         fault = keep_kernels_on_node(digest)
@@ -55,7 +55,7 @@ def introduced(digest: str) -> dict[str, Any]:
 
 
 class Held:
-    """What computes, as it is held by a worker: the bytes that it came as, until it is needed.
+    """The function of a worker: the bytes that it came as, until it is needed.
 
     A worker that runs short of memory may write it to its disk and read it again.
     """
@@ -65,7 +65,7 @@ class Held:
 
     @cached_property
     def compute(self) -> Callable[[Any], Any]:
-        """Computes one work."""
+        """Computes one item of work."""
         compute: Callable[[Any], Any] = pickle.loads(self._data)
         return compute
 
@@ -74,25 +74,25 @@ class Held:
 
 
 def hold(data: bytes, digest: str) -> Held:
-    """Take what computes."""
+    """Take the function of a worker."""
     keep_kernels_on_node(digest)
     return Held(data)
 
 
 def compute(held: Held, works: bytes, seconds: float) -> tuple[list[Any], float]:
-    """What came of the first works of a batch; see ``in_turn``.
+    """The results of the first items of a batch; see ``in_turn``.
 
-    A process computes one batch at a time, whatever
-    number of threads it has: what computes is not for several, and threads of Python do not compute side by side.
+    A process computes one batch at a time, whatever number of threads it has: the function is not for several threads,
+    and threads of Python do not compute side by side.
     """
     with _COMPUTING:
         return in_turn(lambda work: compiled_once(lambda: held.compute(work)), pickle.loads(works), seconds)
 
 
 def in_turn(compute: Callable[[Any], Any], works: Iterable[Any], seconds: float) -> tuple[list[Any], float]:
-    """What came of the first works, in order, and the seconds that it took.
+    """The results of the first items, in order, and the seconds that they took.
 
-    No work is begun after so many seconds; the first one always is.
+    No item is begun after ``seconds``; the first one always is.
     """
     begun = time.monotonic()
     came: list[Any] = []

@@ -1,4 +1,4 @@
-"""How far long work is: said by whatever works, and shown by whatever called it.
+"""The progress of long work: the code that computes reports it, and its caller shows it.
 
 Work that may take over two seconds takes a ``Show``, and calls it with an ``Advance``. It does not know whether
 anything is shown. ``codesign.cli.progress`` shows it on a terminal.
@@ -23,7 +23,7 @@ _SECONDS_BETWEEN_SAMPLES = 0.25
 
 @dataclass(frozen=True)
 class Advance:
-    """How far work is.
+    """The progress of work.
 
     - ``done``: of ``total``. ``total`` is None where it is not known.
     - ``words``: what is counted, or what is done, in words.
@@ -145,7 +145,7 @@ def plans_shown(show: Show) -> Iterator[None]:
 
 
 def plan_track(words: str, total: int) -> Track:
-    """How far a plan is: for planners. It may end before ``total``."""
+    """The progress of a plan, for planners. It may end before ``total``."""
     return Track(_plans.get(), words, total, bound=True)
 
 

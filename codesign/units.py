@@ -54,11 +54,11 @@ class Dimension(StrEnum):
 
 @dataclass(frozen=True)
 class Scale:
-    """How a dimension is written and held.
+    """The notation of a dimension and the number inside.
 
     - ``base``: the unit of the number inside. ``whole``: it is an integer.
     - ``units``: accepted units and their size in ``base``, smallest first.
-    - ``most``: the largest accepted value in ``base``. ``zero``: whether 0 is accepted.
+    - ``most``: the largest accepted value in ``base``. ``zero``: True if 0 is accepted.
     - ``example``: a quantity as a user writes it.
     """
 

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 @njit(cache=True, nogil=True)
 def visible(blocked: NDArray[np.bool_], y0: int, x0: int, y1: int, x1: int) -> bool:
-    """Whether the segment between two points crosses neither the inside of a blocked cell nor a gap without width.
+    """True if the segment between two points crosses neither the inside of a blocked cell nor a gap without width.
 
     Exact, in whole numbers. A gap without width is a border between two blocked cells, or a corner at which two blocked
     cells meet diagonally.
@@ -107,7 +107,7 @@ def _from_box(box: NDArray[np.int64], y: int, x: int) -> tuple[int, int]:
 
 @njit(cache=True, nogil=True)
 def _enters(blocked: NDArray[np.bool_], box: NDArray[np.int64], y: int, x: int) -> bool:
-    """Whether a path may enter the cell of a box at its point (y, x): not at a corner between two blocked cells."""
+    """True if a path may enter the cell of a box at its point (y, x): not at a corner between two blocked cells."""
     if box[0] == box[2] or (y != box[0] and y != box[2]) or (x != box[1] and x != box[3]):
         return True
     row, column = (box[0] + box[2]) // 4, (box[1] + box[3]) // 4

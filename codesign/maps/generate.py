@@ -2,7 +2,7 @@
 
 Mazes, rooms and the spiral share one construction: a lattice of rooms with walls between, and a choice of the walls
 that have a door. Random choices use the raw 64-bit stream of PCG64 alone. numpy keeps this stream from version to
-version; it does not keep those of ``Generator``'s methods.
+version; it does not keep the streams of ``Generator``'s methods.
 """
 
 from __future__ import annotations

@@ -93,7 +93,7 @@ class OccupancyGrid:
 
     @property
     def frame(self) -> Frame | None:
-        """Where the cells lie in metres; None without a resolution. Without an origin, the lower left is (0, 0)."""
+        """The place of the cells in metres; None without a resolution. Without an origin, the lower left is (0, 0)."""
         if self.resolution is None:
             return None
         return Frame(self.rows, self.resolution, self.origin or (0.0, 0.0, 0.0))

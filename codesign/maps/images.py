@@ -91,7 +91,7 @@ def _map_server_unknown(image: GreyImage, opaque: NDArray[np.bool_] | None) -> N
 
 
 def is_image(content: bytes) -> bool:
-    """Whether the content begins like a PNG, a BMP or a netpbm image."""
+    """True if the content begins like a PNG, a BMP or a netpbm image."""
     return content.startswith(tuple(_SIGNATURES.values())) or re.match(rb"P[1-7][\s#]", content) is not None
 
 

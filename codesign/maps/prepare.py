@@ -24,14 +24,14 @@ _ROUNDING = 1e-9
 
 
 class Unknown(StrEnum):
-    """What a cell counts as that the map says nothing about."""
+    """The meaning of a cell that the map says nothing about."""
 
     BLOCKED = "blocked"
     FREE = "free"
 
 
 class Crop(StrEnum):
-    """Which part of the map is planned on.
+    """The part of the map that is planned on.
 
     ``none``: all of it. ``free``: the rectangle around all free cells. ``reachable``: the rectangle around the free
     cells that are joined to a goal or to a named start, across sides or corners.
@@ -70,7 +70,7 @@ class Radius:
 
 @dataclass(frozen=True)
 class Steps:
-    """What is done to a map before cropping.
+    """The steps that prepare a map before cropping.
 
     ``resolution``: metres a cell, for a map that does not say it itself.
     """
@@ -130,8 +130,8 @@ def downsample(grid: OccupancyGrid, factor: int) -> OccupancyGrid:
 
     A coarse cell is free where all its cells are free, so a path of the coarse map is one of the fine map. It is
     unknown where one of its cells is unknown and it is not free. Where the size is no multiple, the last row and column
-    of coarse cells reach beyond the map, and are blocked. The resolution grows by the factor. The origin is that of the
-    lower left coarse cell.
+    of coarse cells reach beyond the map, and are blocked. The resolution grows by the factor. The origin belongs to
+    the lower left coarse cell.
     """
     down, right = -grid.rows % factor, -grid.columns % factor
 
@@ -173,7 +173,7 @@ class Window:
         return np.ascontiguousarray(inside)
 
     def holds(self, cell: Cell) -> bool:
-        """Whether the cell lies in the window."""
+        """True if the cell lies in the window."""
         return 0 <= cell[0] - self.row < self.rows and 0 <= cell[1] - self.column < self.columns
 
 

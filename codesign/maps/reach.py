@@ -187,7 +187,7 @@ def _boxes(cells: NDArray[np.int64], half: int) -> NDArray[np.int64]:
 
 
 def clearance(free: NDArray[np.bool_]) -> NDArray[np.float64]:
-    """Float64 H×W, in cells: distance from the centre of a cell to that of the nearest obstacle; 0 on an obstacle.
+    """Float64 H×W, in cells: distance between the centres of a cell and of the nearest obstacle; 0 on an obstacle.
 
     Cells outside of the map are obstacles, so a cell of the border has a clearance of at most 1.
     """

@@ -1,6 +1,6 @@
 """Maps of ROS map_server: a YAML file that describes how to read an image.
 
-The rules are those of nav2_map_server (map_io.cpp). ROS 1 differs for ``raw`` with ``negate``, and for transparent
+The rules come from nav2_map_server (map_io.cpp). ROS 1 differs for ``raw`` with ``negate``, and for transparent
 pixels. So do releases of Nav2 up to Jazzy for transparent pixels in ``trinary``: they average alpha with the colours,
 which makes an opaque grey lighter.
 """

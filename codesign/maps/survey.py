@@ -1,4 +1,4 @@
-"""What a map holds: its size, its free, blocked and unknown cells, its components, and what cropping would save."""
+"""The contents of a map: size, free, blocked and unknown cells, components, and what cropping would save."""
 
 from __future__ import annotations
 

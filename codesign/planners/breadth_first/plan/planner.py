@@ -1,7 +1,7 @@
 """Breadth-first search as a ``Planner``.
 
 The plan is one search, from the first start of the problem to the nearest goal. The time of an architecture style is
-that of this search. A robot at another cell plans anew, so quality and trajectories come from one search for each
+the time of this search. A robot at another cell plans anew, so quality and trajectories come from one search for each
 start. For task ``field`` the plan is the search from the goal until the queue is empty.
 """
 
@@ -73,7 +73,7 @@ class BreadthFirst(Planner):
         return {"load": LoadParameters, "search": SearchParameters, "track": TrackParameters}
 
     def check(self, job: Job[Problem, SearchParameters]) -> tuple[str, str] | None:
-        """A search begins at a start, so one is required; that of a field at the goal, so there is one."""
+        """A search begins at a start, so one is required; the search of a field begins at its only goal."""
         problem = job.problem
         if problem.task is Task.FIELD and len(problem.goals) > 1:
             text = (

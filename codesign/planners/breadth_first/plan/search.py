@@ -48,7 +48,7 @@ class BreadthFirstPlan:
 
     @property
     def reached(self) -> bool:
-        """Whether a goal was popped."""
+        """True if a goal was popped."""
         return self.goal is not None
 
     @cached_property

@@ -161,7 +161,7 @@ def triangle_directions(limbs: NDArray[np.uint64], free: NDArray[np.bool_], only
 
 @njit(cache=True, nogil=True)
 def _may_enter(limbs: Any, free: Any, row: int, column: int, r: int, c: int, guarded: bool) -> Any:
-    """Whether a step between two cells touches no obstacle (and rises, where guarded)."""
+    """True if a step between two cells touches no obstacle (and rises, where guarded)."""
     # A diagonal step passes the corner between the two cells beside it:
     #
     #   from  .        both cells beside the step have to be free, or the trajectory

@@ -71,7 +71,7 @@ class Stages(Protocol):
         """
 
     def ends(self, precision: int) -> bool:
-        """Whether a run would end after a stage at this precision. Called after such a stage was run to its end."""
+        """True if a run would end after a stage at this precision. Called after such a stage was run to its end."""
 
 
 def best_schedule(stages: Stages, candidates: Iterable[int], last: int, *, may_end: bool = True) -> Schedule:
@@ -81,7 +81,7 @@ def best_schedule(stages: Stages, candidates: Iterable[int], last: int, *, may_e
         stages: their costs and bounds.
         candidates: the precisions that may come before ``last``; those not below it are left out.
         last: fractional bits of the last stage.
-        may_end: whether a run may end at an earlier precision (``Stages.ends``). A schedule that reaches such a
+        may_end: True if a run may end at an earlier precision (``Stages.ends``). A schedule that reaches such a
             precision ends there.
 
     Raises:
@@ -163,7 +163,7 @@ class _Search:
         return {**dict.fromkeys(self._rungs, to_last), self._last: 0}
 
     def _measured(self, so_far: Price, begin: int, end: int, ahead: int) -> bool:
-        """Whether a stage was run to its end, and not cut off."""
+        """True if a stage was run to its end, and not cut off."""
         assert self._incumbent is not None, "the series was run"
         most = self._incumbent[0] - so_far[0] - ahead
         if most >= self._stages.least(begin, end):

@@ -26,7 +26,7 @@ ROUNDS = 40
 """Rounds of inverse iteration."""
 
 SCALE = 300
-"""φ is taken in units of 2^-300: exact for every entry above 2^-248."""
+"""φ is taken in units of 2^-300: exact for every value above 2^-248."""
 
 _SAFE = 1e-9
 """Relative room for the rounding of doubles, far above it."""

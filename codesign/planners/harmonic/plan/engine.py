@@ -84,7 +84,7 @@ class Engine:
 
     @property
     def settled(self) -> bool:
-        """Whether no visit would change a bit any more."""
+        """True if no visit would change a bit any more."""
         return not self._state.active.any()
 
     def run(
@@ -95,7 +95,7 @@ class Engine:
         promote_after: int | None = None,
         converged: StageEnd | None = None,
     ) -> Iterator[VisitBatch | StageEnd]:
-        """One stage at ``precision``, not below that of the stage before.
+        """One stage at ``precision``, not below the precision of the stage before.
 
         Raises RunError if it would never end. With ``most_sweeps`` it ends with a fault at that number of sweeps, or at
         the sweep that shows that the values repeat. With ``promote_after`` it ends without a fault at that number.
@@ -217,7 +217,7 @@ class Engine:
 
 
 def _in_turns(blocks: int, first: int, count: int) -> NDArray[np.int32]:
-    """``count`` blocks in turns, from the block ``first`` on."""
+    """``count`` blocks from the block ``first`` on, and again from the first after the last."""
     # A division a visit would take longer than many a visit.
     turns = -(-(first + count) // blocks)
     every = np.broadcast_to(np.arange(blocks, dtype=np.int32), (turns, blocks)).ravel()

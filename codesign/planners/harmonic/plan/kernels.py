@@ -37,11 +37,10 @@ the kernel (reference counts at every use, 5 times slower), hence addresses; cal
 and state on the stack each, a fifth of a visit), hence ``forceinline``, which takes less time to compile than
 ``inline="always"``; smaller segments (up to 1.4 times slower).
 
-``planes`` does the arithmetic of a group, ``visits`` that of a block, ``borders`` that between blocks; here are the
-sweeps. Numba keeps the compiled ``advance`` and ``lift`` until *this* file changes, and sees no edit in the
-functions that they call. So
-CALLED_DIGEST is here, and a test compares it with those files. After an edit there, the new digest here makes numba
-compile anew.
+``planes`` does the arithmetic of a group, ``visits`` the work of a block, ``borders`` the exchange between blocks;
+here are the sweeps. Numba keeps the compiled ``advance`` and ``lift`` until *this* file changes, and sees no edit in
+the functions that they call. So CALLED_DIGEST is here, and a test compares it with those files. After an edit there,
+the new digest here makes numba compile anew.
 """
 
 from __future__ import annotations
@@ -88,7 +87,7 @@ def lift(old_layout, old, layout, new, shift, signed):
 
 @njit(forceinline=True, nogil=True)
 def _has_room(layout, state, block, iterations):
-    """Whether a visit cannot need more planes than there is room for, here or in a neighbouring block."""
+    """True if a visit cannot need more planes than there is room for, here or in a neighbouring block."""
     # d of a visit adds up at most I steps, each below 2^active: active + bit_length(I) planes hold it. The 8 more are
     # room for the two planes of r below its steps and for carries under way in ``planes``. The neighbours' r grows by
     # d of this visit.
@@ -113,7 +112,7 @@ def _has_room(layout, state, block, iterations):
 
 @njit(nogil=True)
 def _same(layout, state):
-    """Whether r is what the snapshot holds."""
+    """True if r equals the snapshot."""
     for block in range(layout.down * layout.across):
         if get(state.active, block) != get(state.snapshot_active, block):
             return False
@@ -127,7 +126,7 @@ def _same(layout, state):
 
 @njit(nogil=True)
 def _repeats(layout, state, control):
-    """Whether r is what it was at an earlier sweep (Brent's method), so that the sweeps would never end."""
+    """True if r is the same as at an earlier sweep (Brent's method), so that the sweeps would never end."""
     # Without a sign values only rise up to a bound; with one, finitely many states in a deterministic sweep either
     # settle or come back. The snapshot is renewed at sweeps 1, 3, 7, 15, ..: once it lies on the cycle and the wait is
     # as long as the cycle, the two meet.

@@ -2,8 +2,8 @@
 # The compiler of numba gives types to the kernels.
 """Conversions between wide values and bit planes, once a stage, cell by cell in 64-bit limbs.
 
-Wide values are uint64 arrays, rows × columns × limbs, least significant limb first. Bit planes and their layout are
-those of ``kernels``.
+Wide values are uint64 arrays, rows × columns × limbs, least significant limb first. Bit planes are laid out as
+in ``kernels``.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ def _half(limbs, row, column, half):
 
 @njit(cache=True, nogil=True)
 def _all_zero(limbs, row, column):
-    """Whether a cell and its neighbours are 0, as most are at the start."""
+    """True if a cell and its neighbours are 0, as most are at the start."""
     last_row, last_column = limbs.shape[0] - 1, limbs.shape[1] - 1
     some = np.uint64(0)
     for limb in range(limbs.shape[2]):
@@ -44,7 +44,7 @@ def _all_zero(limbs, row, column):
 
 @njit(cache=True, nogil=True)
 def _rows_with_values(limbs):
-    """Whether some value of a row, of the one above or of the one below is not 0."""
+    """By row: True if some value of the row, or of the row above or below, is not 0."""
     rows = limbs.shape[0]
     some = np.zeros(rows + 2, np.bool_)
     for row in range(rows):
@@ -241,7 +241,7 @@ def raise_field(layout, limbs, shift, planes, widths, signed, raised):
 
 @njit(cache=True, nogil=True)
 def _greater(limbs, row, column, other_row, other_column):
-    """Whether the value at the first cell is greater than at the second; cells outside the map hold 0."""
+    """True if the value at the first cell is greater than at the second; cells outside the map hold 0."""
     if row < 0 or column < 0 or row >= limbs.shape[0] or column >= limbs.shape[1]:
         return False
     for limb in range(limbs.shape[2] - 1, -1, -1):

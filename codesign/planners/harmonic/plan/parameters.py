@@ -15,7 +15,7 @@ from codesign.models import RefusalError, SpecModel, TaskParameters
 
 MAX_PRECISION = 1023
 MAX_CANDIDATES = 128
-"""The most candidates of a search: those of 1,023 bits by eight."""
+"""The most candidates of a search: the precisions up to 1,023 bits by eight."""
 
 
 class Termination(StrEnum):
@@ -273,7 +273,7 @@ class RelaxParameters(TaskParameters):
 
     @property
     def promote_after(self) -> Mapping[int, int]:
-        """By precision, the sweeps after which a stage is left; no entry: it runs until it has settled."""
+        """By precision, the sweeps after which a stage is left. A stage that has none runs until it has settled."""
         if not isinstance(self.promote, Promotion):
             return _NO_PROMOTION
         return dict.fromkeys(self.precisions[:-1], self.promote.after)
@@ -296,7 +296,7 @@ class RelaxParameters(TaskParameters):
 
     @property
     def begins_at_bound(self) -> bool:
-        """Whether a first plan begins at the result of task ``lower_bound``, where it is mapped."""
+        """True if a first plan begins at the result of task ``lower_bound``, where it is mapped."""
         return self.start is not Start.ZERO
 
     def block_shape(self, rows: int, columns: int) -> tuple[int, int]:

@@ -132,7 +132,7 @@ class Harmonic(Planner):
         return by_sides(job.problem)
 
     def map_work(self, job: Job[Problem, RelaxParameters]) -> tuple[MapWork, ...]:
-        """Where the sender fills pockets, a flood of the map."""
+        """A flood of the map where the sender fills pockets."""
         return fill_work(job.problem, job.parameters)
 
     def plan(self, job: Job[Problem, RelaxParameters]) -> HarmonicPlan:
@@ -165,7 +165,7 @@ class Harmonic(Planner):
         return self._flows(job.problem, parameters, parameters.precisions[-1])
 
     def flows_after(self, job: Job[Problem, RelaxParameters]) -> tuple[Flow, ...]:
-        """As ``flows``, with the field at the precision of the plan: it may stop before the last one."""
+        """The same as ``flows``, with the field at the precision of the plan: it may stop before the last one."""
         return self._flows(job.problem, job.parameters, job.plan.precision)
 
     def _flows(self, problem: Problem, parameters: RelaxParameters, reached: int) -> tuple[Flow, ...]:

@@ -27,9 +27,9 @@ def quality(
 ) -> Quality:
     """The quality of ``field`` on ``problem``. It depends on nothing else, so it may be kept by their digests.
 
-    ``share_reaching_goal`` belongs to the cell-by-cell ascent. Paths are those of the guarded robot
-    (``trajectory.Ascent``) from ``problem.starts``. A start on a goal counts as arrived and has no ratio. The mean
-    clearance weights every piece of a path by its length.
+    ``share_reaching_goal`` belongs to the cell-by-cell ascent. The guarded robot (``trajectory.Ascent``) takes
+    the paths, from ``problem.starts``. A start on a goal counts as arrived and has no ratio. The mean clearance weights
+    every piece of a path by its length.
 
     ``wrong_cells``: 0 where the run was sound and its values began below. There may be some where the published
     termination ended a stage early, or where the values began above (not ``from_below``), as after an earlier plan.

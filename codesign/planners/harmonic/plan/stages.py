@@ -31,7 +31,7 @@ class Stage:
 
     @property
     def ends_a_run(self) -> bool:
-        """Whether a run that stops without local maxima stops here: the stage settled, and left none."""
+        """True if a run that stops without local maxima stops here: the stage settled, and left none."""
         return self.local_maxima == 0 and not self.promoted
 
     @property

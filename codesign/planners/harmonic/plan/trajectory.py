@@ -29,7 +29,7 @@ DEFAULT_STEP = 0.5
 
 
 class Ending(StrEnum):
-    """Why a trajectory ends: at a goal, before an obstacle, where no direction rises, at the bound on steps."""
+    """The end of a trajectory: at a goal, before an obstacle, where no direction rises, at the bound on steps."""
 
     GOAL = "goal"
     OBSTACLE = "obstacle"
@@ -57,7 +57,7 @@ class Trajectory:
 
     @property
     def arrived(self) -> bool:
-        """Whether it ends at a goal."""
+        """True if it ends at a goal."""
         return self.ending is Ending.GOAL
 
     @property

@@ -1,4 +1,4 @@
-"""Compiled sweeps over the layout of ``layout``, many nodes at a time: bit for bit those of loops in raster order.
+"""Compiled sweeps over the layout of ``layout``, many nodes at a time: bit for bit the same as loops in raster order.
 
 Limits of a node and sweep: in raster order every node waits for its western neighbour: two additions, a multiplication
 and an addition, 12 to 16 cycles. Nodes of a diagonal have no such chain. Their limit is the traffic between registers
@@ -82,7 +82,7 @@ def _apart(
     quarter: float,
     keep: float,
 ) -> Any:
-    """As ``_in_place``, with the new values in ``target``."""
+    """The same as ``_in_place``, with the new values in ``target``."""
     top = np.int64(0)
     for k in range(target.size):
         old = here[k]

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 class Diagonals:
     """The places of nodes: node (i, j) of the padded grid lies at ``base[i + j] + i``.
 
-    ``rows``, ``columns``: of the grid with its ring. ``base``: int64, one entry a diagonal. ``position``: int64, rows ×
+    ``rows``, ``columns``: of the grid with its ring. ``base``: int64, one value a diagonal. ``position``: int64, rows ×
     columns, ``base[i + j] + i`` written out.
     """
 

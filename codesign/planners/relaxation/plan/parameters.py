@@ -41,8 +41,8 @@ DEFAULT_METHOD = Method.AM
 class Boundary(StrEnum):
     """The fixed values on obstacles and on goals.
 
-    The potential of ``deep_goal`` is that of ``low_goal`` times 2^1000. It has 600 decades before a value becomes 0,
-    where ``low_goal`` has 300.
+    The potential of ``deep_goal`` is the potential of ``low_goal`` times 2^1000. It has 600 decades before a value
+    becomes 0, where ``low_goal`` has 300.
     """
 
     DEEP_GOAL = "deep_goal"
@@ -52,7 +52,7 @@ class Boundary(StrEnum):
 
     @property
     def values(self) -> tuple[float, float]:
-        """The value of an obstacle and that of a goal.
+        """The values of an obstacle and of a goal.
 
         >>> Boundary.LOW_GOAL.values
         (0.0, -1.0)
@@ -67,7 +67,7 @@ class Boundary(StrEnum):
 
     @property
     def upwards(self) -> bool:
-        """Whether the path to a goal goes up."""
+        """True if the path to a goal goes up."""
         return self is Boundary.HIGH_GOAL
 
 

@@ -171,7 +171,7 @@ class Relaxation(Planner):
     def path_from(
         self, problem: Problem, plan: Plan, start: tuple[float, float]
     ) -> tuple[NDArray[np.float64], bool]:
-        """The path of the gradient descent search from a position: that of its cell without the cell's middle."""
+        """The path of the gradient descent search from a position: the path of its cell without the cell's middle."""
         cell = cell_of(problem, start)
         if cell is None:
             return np.array([start], np.float64), False

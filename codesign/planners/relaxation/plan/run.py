@@ -150,7 +150,7 @@ class Run:
         return values[layout.position], tally, levels * self.nodes * tally.iterations
 
     def half_sweeps(self) -> tuple[Values, Tally, int]:
-        """As ``full_sweeps``, over the nodes of the goals' colour; the others are filled in."""
+        """The same as ``full_sweeps``, over the nodes of the goals' colour; the others are filled in."""
         from codesign.planners.relaxation.plan import kernels
 
         rows, columns = self.movable.shape

@@ -40,7 +40,7 @@ class Descent:
 
     @property
     def arrived(self) -> bool:
-        """Whether it ends at a goal."""
+        """True if it ends at a goal."""
         return self.ending is Ending.GOAL
 
     @property

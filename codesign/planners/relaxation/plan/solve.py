@@ -67,12 +67,12 @@ class Solution:
 
     @property
     def converged(self) -> bool:
-        """Whether the change is below the tolerance, or no bit changes any more."""
+        """True if the change is below the tolerance, or no bit changes any more."""
         return self.ended is End.CONVERGED
 
     @property
     def stagnated(self) -> bool:
-        """Whether rounding keeps the run from its end."""
+        """True if rounding keeps the run from its end."""
         return self.ended is End.STAGNATED
 
 
@@ -98,7 +98,7 @@ def solve(
         goals: (row, column) pairs on free cells.
         method: ``gs``, ``sor``, ``am``, ``mam``, ``red_black``, ``jacobi``, ``half_sweep_am``, ``direct``.
         omega: over-relaxation, 0 < ω < 2; None: 1.
-        r: that of the second level of ``mam``.
+        r: the relaxation factor of the second level of ``mam``.
         tolerance: the run ends once no value changes by this share of the goal's in one iteration (the paper: 1e-15).
             None: once each cell that can reach a goal has a lower one among its four neighbours, which is checked every
             ``run.CHECK_EVERY`` iterations.

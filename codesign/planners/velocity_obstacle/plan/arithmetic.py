@@ -87,7 +87,7 @@ class Shifts:
 
 
 def shifts_of(formats: Formats) -> Shifts:
-    """Fractional bits of each product less those of its result."""
+    """Fractional bits of each product less the fractional bits of its result."""
     return Shifts(
         # A product has the fractional bits of both factors: v t → r, a t → v, a t²/2 → r (equations 2a, 2b), the
         # acceleration (v_c - v) / t → a, and a gain of the PID times an error, K e → a.
@@ -194,7 +194,7 @@ def double(problem: RobotsProblem, parameters: AvoidParameters) -> Arithmetic:
 
 
 def fixed(problem: RobotsProblem, parameters: AvoidParameters, width: int | None = None) -> Arithmetic:
-    """The constants in fixed point of ``width`` bits (those of the parameters by default).
+    """The constants in fixed point of ``width`` bits (by default the parameters' width).
 
     Limits are rounded to the safe side: the radius and the range up, changes of velocity down.
 

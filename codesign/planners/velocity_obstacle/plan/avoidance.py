@@ -79,7 +79,7 @@ class Avoidance:
 
     @property
     def in_step(self) -> bool:
-        """Whether every update was decided within its time step."""
+        """True if every update was decided within its time step."""
         return len(self.times) == self.updates + 1
 
     @cached_property

@@ -32,9 +32,9 @@ def least_range(problem: RobotsProblem, parameters: AvoidParameters) -> float:
 def _coarse_array(problem: RobotsProblem, parameters: AvoidParameters) -> tuple[str, str] | None:
     """The array of velocities must be fine enough for the acceleration.
 
-    From every velocity of the array the robot must reach that of the next speed and the next direction in one step of
-    its acceleration, and that of the next direction alone with √½ of it. Otherwise it may circle at a low speed for
-    ever. Values are shares of the greatest speed: in these no limit is too small or too large for a double.
+    From every velocity of the array the robot must reach two others in one step: with its acceleration the next
+    speed and direction, and with √½ of it the next direction alone. Otherwise it may circle at a low speed for ever.
+    Values are shares of the greatest speed: in these no limit is too small or too large for a double.
     """
     reach = problem.acceleration / problem.speed * parameters.step
     chord = 2.0 * math.sin(math.pi / parameters.directions)

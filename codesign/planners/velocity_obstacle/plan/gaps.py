@@ -16,7 +16,7 @@ _HALVINGS = 64
 def pair_gaps(
     cells: NDArray[np.float64], speeds: NDArray[np.float64], seconds: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Least distance between the centres of each pair over a run, cells, float64, one entry a pair.
+    """Least distance between the centres of each pair over a run, cells, float64, one value a pair.
 
     ``cells``: float64 (m + 1) × n × 2, the ends of m legs. ``speeds``: float64 (m + 1) × n × 2, the velocities there,
     cells/s. ``seconds``: float64 m, the time of each leg.
@@ -37,10 +37,10 @@ def first_touches(
     drift: NDArray[np.float64],
     limit: float,
 ) -> NDArray[np.float64]:
-    """When the centres of each pair first come nearer than ``limit`` (cells) on one leg, as a share of it.
+    """The moment on one leg when the centres of each pair first come nearer than ``limit`` (cells), as a share of it.
 
     ``before``, ``after``: float64 n × 2, the ends of the leg, cells. ``drift``: float64 n × 2, v0 T of ``pair_gaps``:
-    where the velocities at its begin alone would lead, cells. Float64, one entry a pair; infinity where they stay away.
+    where the velocities at its begin alone would lead, cells. Float64, one value a pair; infinity where they stay away.
     """
     count = len(before)
     first = np.empty(count * (count - 1) // 2)

@@ -73,7 +73,7 @@ def _wide_product(a: Any, b: Any) -> Any:
 def on_course(
     x: Any, y: Any, vx: Any, vy: Any, radius_squared: Any, approaching: Any, range_squared: Any = NO_RANGE
 ) -> Any:
-    """Whether a relative position and velocity are on a collision course (equation 4)."""
+    """True if a relative position and velocity are on a collision course (equation 4)."""
     if x * x + y * y > range_squared or (approaching and x * vx + y * vy >= 0):
         return False
     # A collision is the contrary of equation 4, |r|²|V|² - (r·V)² ≥ R²|V|²: with Lagrange, (r × V)² < R²|V|².
@@ -105,7 +105,7 @@ def _to_goal(x: Any, y: Any, bounds: Any, directions: Any) -> Any:
 def _is_safe(
     own: Any, x: Any, y: Any, vx: Any, vy: Any, stepped: Any, velocity: Any, constants: Any, approaching: Any
 ) -> Any:
-    """Whether a trial of robot ``own`` at (x, y) with the velocity (vx, vy) is on no collision course with another."""
+    """True if a trial of robot ``own`` at (x, y) with the velocity (vx, vy) is on no collision course with another."""
     # A trial that leaves its word is refused, as by the overflow bit of the unit.
     if not (_fits(x, constants[LIMIT]) and _fits(y, constants[LIMIT])):
         return False
@@ -330,7 +330,7 @@ def act(
 
 @njit(cache=True, nogil=True)
 def at_rest(velocity: Any, arrived: Any) -> Any:
-    """Whether all robots have arrived and stand."""
+    """True if all robots have arrived and stand."""
     for robot in range(len(velocity)):
         if not arrived[robot] or velocity[robot, 0] != 0 or velocity[robot, 1] != 0:
             return False

@@ -66,7 +66,7 @@ class Loop:
 
     @property
     def over(self) -> bool:
-        """Whether no update follows."""
+        """True if no update follows."""
         return self._resting or self.departure is not None or self.updates >= self.parameters.updates
 
     @property

@@ -40,7 +40,7 @@ class Responsibility(StrEnum):
 
 
 class Detector(StrEnum):
-    """Which products the collision detector forms; the answer is the same."""
+    """The products that the collision detector forms; the answer is the same."""
 
     PUBLISHED = "published"
     CROSS_PRODUCT = "cross_product"
@@ -114,7 +114,7 @@ class Gains(SpecModel):
 
 
 def _stays_within(proportional: float, derivative: float) -> bool:
-    """Whether D ≤ √P - P, but for the rounding of doubles: (0.81, 0.09) is on the bound."""
+    """True if D ≤ √P - P, but for the rounding of doubles: (0.81, 0.09) is on the bound."""
     both = proportional + derivative
     # A product becomes infinite where a power of it is an error.
     return both * both <= proportional * (1.0 + 1e-12)

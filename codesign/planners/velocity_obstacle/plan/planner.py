@@ -23,7 +23,7 @@ from codesign.planners.velocity_obstacle.plan.quality import arrival_updates, qu
 from codesign.planners.velocity_obstacle.plan.reference import BRAKE
 
 STATE_BYTES = 120
-"""Bytes of a robot at one update: 44 in words, 32 in cells, and those of the run's quality."""
+"""Bytes of a robot at one update: 44 in words, 32 in cells, and the rest for the run's quality."""
 
 COORDINATE_BITS = 16
 """A coordinate on a link, whatever the width of the words inside: assumed, two bytes on a serial line."""

@@ -48,7 +48,7 @@ def arrival_steps(plan: Avoidance) -> list[int | None]:
 
 
 def run_gaps(plan: Avoidance) -> NDArray[np.float64]:
-    """Least distance between the centres of each pair over a run, cells, one entry a pair."""
+    """Least distance between the centres of each pair over a run, cells, one value a pair."""
     from codesign.planners.velocity_obstacle.plan.gaps import pair_gaps
 
     return pair_gaps(plan.cells, plan.speeds, np.diff(plan.times) * plan.step)

@@ -1,6 +1,6 @@
 """The algorithm in plain lines, in either arithmetic. The compiled kernel equals it bit for bit.
 
-Modules are those of Dubey et al. 2013, sections III and IV; the equations are theirs.
+The modules and the equations come from Dubey et al. 2013, sections III and IV.
 """
 
 from __future__ import annotations
@@ -101,13 +101,13 @@ def coll_detect(
 
 
 def target_check(numbers: Arithmetic, robot: RobotState) -> bool:
-    """Whether the robot's centre is within the tolerance of its target."""
+    """True if the robot's centre is within the tolerance of its target."""
     x, y = robot.target[0] - robot.position[0], robot.target[1] - robot.position[1]
     return bool(x * x + y * y <= numbers.tolerance_squared)
 
 
 def to_goal(numbers: Arithmetic, robot: RobotState) -> int:
-    """The direction of the array of velocities that is nearest to that of the target."""
+    """The direction of the array of velocities that is nearest to the direction of the target."""
     x, y = robot.target[0] - robot.position[0], robot.target[1] - robot.position[1]
     along, across = max(abs(x), abs(y)), min(abs(x), abs(y))
     direction = sum(1 for cosine, sine in numbers.bounds if across * cosine > along * sine)
@@ -219,7 +219,7 @@ def pid(
 
 
 def fits(numbers: Arithmetic, *values: Number) -> bool:
-    """Whether every value fits the words; doubles always do."""
+    """True if every value fits the words; doubles always do."""
     if numbers.formats is None:
         return True
     limit = 1 << (numbers.formats.width - 1)

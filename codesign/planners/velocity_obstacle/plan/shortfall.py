@@ -1,4 +1,4 @@
-"""Why robots of a run did not arrive, and a remedy: other parameters with which all robots arrive, as tried."""
+"""The reason that robots of a run did not arrive, and a remedy: other parameters with which all arrive, as tried."""
 
 from __future__ import annotations
 

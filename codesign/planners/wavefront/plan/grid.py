@@ -43,7 +43,7 @@ class Neighbours:
 
     @property
     def corner_cutting(self) -> bool:
-        """Whether a diagonal step may pass between obstacles."""
+        """True if a diagonal step may pass between obstacles."""
         return int(self.beside.shape[1]) == 0
 
     def flat(self, shape: Sequence[int]) -> tuple[NDArray[np.int32], NDArray[np.int32]]:

@@ -80,7 +80,7 @@ def _release(
 
 @njit(cache=True, nogil=True)
 def _blocked(potentials: NDArray[np.int32], cell: int, beside: NDArray[np.int32]) -> bool:
-    """Whether an obstacle stands beside a diagonal step from ``cell``."""
+    """True if an obstacle stands beside a diagonal step from ``cell``."""
     #   from  b        b: the cells beside a diagonal step, CLOSED at an obstacle. In three dimensions there are more.
     #    b    cell
     for offset in beside:  # noqa: SIM110 - numba compiles no generator

@@ -12,14 +12,14 @@ from codesign.planners.wavefront.plan.grid import DELAYS, MAX_DELAY, MAX_EXTRA_D
 
 
 class WaveEnd(StrEnum):
-    """When the wave ends."""
+    """The end of the wave."""
 
     STARTS = "starts"
     WHOLE_MAP = "whole_map"
 
 
 class Paths(StrEnum):
-    """Which paths are tracked."""
+    """The paths that are tracked."""
 
     SHORTEST = "shortest"
     SAFE = "safe"
@@ -33,7 +33,7 @@ class Course(StrEnum):
 
 
 class ReadOut(StrEnum):
-    """How the potentials leave the array."""
+    """The read-out of the potentials from the array."""
 
     ADDRESSED = "addressed"
     CHAIN = "chain"
@@ -136,7 +136,7 @@ class PropagateParameters(TaskParameters):
         return self
 
     def tile_shape(self, rows: int, columns: int) -> tuple[int, int]:
-        """Rows and columns of a tile on a map of ``rows`` × ``columns``: by default those of the map.
+        """Rows and columns of a tile on a map of ``rows`` × ``columns``: by default the map's own.
 
         A tile larger than the map is a partial tile: its other nodes hold obstacles.
         """

@@ -70,7 +70,7 @@ def problem_map(problem: Problem, parameters: PropagateParameters) -> WaveMap:
 
 
 def waits(problem: Problem, parameters: PropagateParameters) -> bool:
-    """Whether the wave waits for a start. A field is a wave to its own end, whatever the parameters say."""
+    """True if the wave waits for a start. A field is a wave to its own end, whatever the parameters say."""
     return parameters.stop is WaveEnd.STARTS and problem.task is not Task.FIELD and bool(problem.starts)
 
 
@@ -91,7 +91,7 @@ def stop_cells(problem: Problem, stops: tuple[Cell, ...]) -> NDArray[np.int64]:
 def compute_plan(
     problem: Problem, parameters: PropagateParameters, stops: tuple[Cell, ...] | None = None
 ) -> WavefrontPlan:
-    """Run the wave without a clock, until it has reached ``stops``: by default those of ``stops_of``.
+    """Run the wave without a clock, until it has reached ``stops``: by default ``stops_of``.
 
     Raises:
         MapError: a goal or start that cannot be used, or a start that no path joins to a goal while the wave
@@ -141,7 +141,7 @@ def sizing_stops(problem: Problem, parameters: PropagateParameters) -> tuple[Cel
 def sizing_plan(problem: Problem, parameters: PropagateParameters) -> WavefrontPlan:
     """The plan with the largest potential that a design is sized for: a wave to the farthest start, or to its end.
 
-    Of a replan both maps count, and the plan is that of the map with the larger one.
+    Of a replan both maps count, and the plan belongs to the map with the larger potential.
     """
     plans = [
         cached_plan(each, parameters, sizing_stops(each, parameters))

@@ -103,7 +103,7 @@ class Wavefront(Planner):
         """The map, F and Z of every cell; the potentials; the path of the first start, a cell at a time.
 
         A local course sends its next ``steps`` cells at every pose. A complete course sends all cells of the path.
-        Where the wave cannot reach a start, as in a drive that begins walled in, the sizes are those of a wave that
+        Where the wave cannot reach a start, as in a drive that begins walled in, the sizes belong to a wave that
         does not wait for the start.
         """
         problem, parameters = job.problem, job.parameters
@@ -164,7 +164,7 @@ class Wavefront(Planner):
     ) -> tuple[NDArray[np.float64], bool]:
         """The path from ``start`` by the rule of the plan; ``start`` alone where no wave comes.
 
-        Of a start beyond the wave of this plan, the path is that of a request of its own.
+        A start beyond the wave of this plan gets the path of a request of its own.
 
         Raises:
             MapError: a start outside of the map or on an obstacle.
@@ -190,7 +190,7 @@ class Wavefront(Planner):
 
 
 def value_bits(problem: Problem, parameters: PropagateParameters) -> int:
-    """Bits of a cell that tracking reads: those of its register, and for safe paths also those of p^d."""
+    """Bits of a cell that tracking reads: its register, and for safe paths also p^d."""
     bits = parameters.register_bits
     if bits is None:
         bits = register_bits(sizing_plan(problem, parameters).largest_potential)

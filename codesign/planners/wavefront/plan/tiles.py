@@ -25,7 +25,7 @@ NEVER = np.iinfo(np.int32).max
 
 @dataclass(frozen=True)
 class Visits:
-    """The visits of tiles, one entry each, in order.
+    """The visits of tiles, one value each, in order.
 
     ``tile``: int32, raster number. ``span``: int64, cycles from the first emission to the last emission or arrival.
     ``largest``: the largest potential that any visit met, which may be above the final ones.

@@ -1,9 +1,9 @@
-"""The potentials: when the wave reaches each cell (Möller and Paschke 1998, "Computation of Potential Vectors").
+"""The potentials: the arrival of the wave at each cell (Möller and Paschke 1998, "Computation of Potential Vectors").
 
 A wave starts from the source cells at time 0 and passes from cell to cell with a delay of 2 cycles for a straight
-step and 3 for a diagonal one. The time of its arrival is the potential. The potentials equal those of Dijkstra's
-algorithm on the graph with weights 2 and 3, bit for bit. ``reference`` computes the same in a few plain lines, and
-clocks the circuit cycle by cycle.
+step and 3 for a diagonal one. The time of its arrival is the potential. The potentials equal the distances of
+Dijkstra's algorithm on the graph with weights 2 and 3, bit for bit. ``reference`` computes the same in a few plain
+lines, and clocks the circuit cycle by cycle.
 
 The error against the true distance: a path of a straight and b diagonal steps has octile length a + √2 b and potential
 2 (a + 1.5 b), and a + √2 b ≤ a + 1.5 b ≤ (1.5 / √2)(a + √2 b). So half the potential, and the octile length of the
