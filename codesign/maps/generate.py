@@ -68,6 +68,7 @@ def spiral(rows: int, columns: int, *, corridor: int = 1, wall: int = 1) -> Occu
     """
     rows, columns = _size(rows, columns)
     corridor, wall, lattice = _winding(rows, columns, corridor, wall)
+    # The corridor takes the first row of rooms. A quarter turn of the rest puts the next side on top.
     remaining = np.arange(lattice[0] * lattice[1], dtype=np.int64).reshape(lattice)
     pieces = []
     while remaining.size:
@@ -130,6 +131,8 @@ def random_obstacles(
     density, seed = _share("density", density), _integer("seed", seed, 0, 2**64 - 1)
     size = _integer("size", size, 1, min(rows, columns, MAX_OBSTACLE))
     anchors = rows + size - 1, columns + size - 1
+    # Each square draws a number, and a cell keeps the least of all squares over it. Covered are the cells with the
+    # least numbers, so a higher density only adds cells.
     thrown = _stream(seed)(anchors[0] * anchors[1]).reshape(anchors)
     covered_at = _sliding_minimum(_sliding_minimum(thrown, size).T, size).T
     covered = round(density * rows * columns)
@@ -191,6 +194,7 @@ def _spanning_doors(
     from scipy.sparse import csr_array
     from scipy.sparse.csgraph import minimum_spanning_tree
 
+    # The walls of the lattice: beside each other first, then one below the other. Then a random order of all.
     index = np.arange(lattice[0] * lattice[1], dtype=np.int32).reshape(lattice)
     first = np.concatenate([index[:, :-1].ravel(), index[:-1].ravel()])
     second = np.concatenate([index[:, 1:].ravel(), index[1:].ravel()])
@@ -218,10 +222,11 @@ def _carve(
 ) -> NDArray[np.bool_]:
     """Bool array: rooms on a lattice with walls between, and doors ``door`` wide at ``places`` (0 where None).
 
-    ``size``: rows and columns of the map, which cut the last rooms; None: all rooms are whole.
+    ``size``: rows and columns of the map, which cut the last rooms; None if all rooms are whole.
     """
     pitch = room[0] + wall, room[1] + wall
     rows, columns = size or (lattice[0] * pitch[0] - wall, lattice[1] * pitch[1] - wall)
+    # A cell is free where its row and its column both cross a room.
     free = np.outer(np.arange(rows) % pitch[0] < room[0], np.arange(columns) % pitch[1] < room[1])
     first, second = doors
     if places is None:
@@ -229,6 +234,7 @@ def _carve(
     beside = second == first + 1
     if lattice[1] == 1:
         beside = np.zeros_like(beside)
+    # Doors to the right (axis 1), then doors down (axis 0): ``along`` their wall, and ``across`` it.
     for axis, chosen in ((1, beside), (0, ~beside)):
         along, total = 1 - axis, (rows, columns)[1 - axis]
         position = np.stack(np.divmod(first[chosen], lattice[1]))

@@ -62,6 +62,7 @@ def read_image(path: str | os.PathLike[str]) -> OccupancyGrid:
 def parse_image(content: bytes, where: str) -> OccupancyGrid:
     """The grid of ``read_image`` from the content of a file. ``where``: the file, for errors."""
     image = decode_image(content, where)
+    # 128 / 255 of full light and of full opacity, compared in whole numbers.
     light = image.level * 255 >= 128 * image.full * image.channels
     opaque = None if image.opacity is None else image.opacity * 255 >= 128 * image.full
     grey = _map_server_unknown(image, opaque)
@@ -82,6 +83,7 @@ def _map_server_unknown(image: GreyImage, opaque: NDArray[np.bool_] | None) -> N
     It is one where 205 is the grey of most opaque pixels that are neither nearly black nor nearly white. So an edited
     map counts, and a photograph does not.
     """
+    # Greys as 255ths of white, in whole numbers: 205, and all between 1 and 254.
     white = image.full * image.channels
     unknown = image.level * 255 == 205 * white
     between = (image.level * 255 > white) & (image.level * 255 < 254 * white)
@@ -200,6 +202,7 @@ def _decode_by_pillow(content: bytes, kind: str, where: str) -> GreyImage:
         ) from None
     if array.ndim == 2:
         array = array[:, :, None]
+    # The last of two or of four channels is the opacity.
     alpha = array.shape[2] in (2, 4)
     colours = array[:, :, :-1] if alpha else array
     opacity = array[:, :, -1].astype(np.int64) if alpha else None

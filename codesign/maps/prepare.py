@@ -136,6 +136,7 @@ def downsample(grid: OccupancyGrid, factor: int) -> OccupancyGrid:
     down, right = -grid.rows % factor, -grid.columns % factor
 
     def tiles(cells: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        # Axes 1 and 3 run within a coarse cell.
         filled = np.pad(cells, ((0, down), (0, right)))
         return filled.reshape(filled.shape[0] // factor, factor, -1, factor)
 

@@ -33,6 +33,7 @@ def nearest_free(free: NDArray[np.bool_], cell: Cell) -> Cell | None:
         return None
     row = min(max(cell[0], 0), free.shape[0] - 1)
     column = min(max(cell[1], 0), free.shape[1] - 1)
+    # Cells stand in raster order, and argmin gives the first of equals.
     nearest = int(np.argmin((rows - row) ** 2 + (columns - column) ** 2))
     return int(rows[nearest]), int(columns[nearest])
 
@@ -97,6 +98,7 @@ def reachable(
 
     cells = check_cells(free, goals)
     labels, _ = ndimage.label(free, np.ones((3, 3)))
+    # A flag for each component, set where a goal lies in it, is looked up by the labels of all cells.
     wanted = np.zeros(int(labels.max()) + 1, dtype=np.bool_)
     wanted[labels[cells[:, 0], cells[:, 1]]] = True
     result: NDArray[np.bool_] = wanted[labels]
@@ -112,6 +114,7 @@ def largest_component(free: NDArray[np.bool_]) -> NDArray[np.bool_]:
     from scipy import ndimage
 
     labels, count = ndimage.label(as_free(free))
+    # Label 0 is all cells that are not free.
     sizes = np.bincount(labels.ravel(), minlength=count + 1)[1:]
     return np.asarray(labels == 1 + int(sizes.argmax()) if count else np.zeros_like(free))
 
@@ -160,7 +163,7 @@ def least_distance(
         free: bool H×W.
         sources: free cells; with ``point``, one.
         targets: free cells.
-        point: whether a path begins at the middle of the source cell.
+        point: True if a path begins at the middle of the source cell.
         most: tests of visibility at most.
 
     Raises:

@@ -87,6 +87,7 @@ def _classify(image: GreyImage, description: _Description) -> tuple[NDArray[np.b
     """(free, unknown), by the rules in ``read_ros``."""
     white = image.full * image.channels
     if description.mode == "raw":
+        # In mode raw a pixel is the occupancy in per cent itself.
         per_cent = np.rint(image.level * (255 / white))
         unknown = per_cent > 100
         return (per_cent / 100 < description.free_thresh) & ~unknown, unknown

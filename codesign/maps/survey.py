@@ -88,6 +88,7 @@ def survey(grid: OccupancyGrid, crop: Crop = Crop.NONE, at: Cell | None = None) 
     """
     from scipy import ndimage
 
+    # Label 0 is all cells that are not free.
     labels, count = ndimage.label(grid.free)
     sizes = np.bincount(labels.ravel(), minlength=count + 1)[1:]
     largest = _first(largest_component(grid.free)) if count else None
@@ -118,6 +119,7 @@ def picture(grid: OccupancyGrid, part: Window, at: Cell | None = None) -> list[s
     free = part.of(grid.free)
     unknown = np.zeros(free.shape, np.bool_) if grid.unknown is None else part.of(grid.unknown) & ~free
     side = max(1, -(-part.columns // MOST_COLUMNS), -(-part.rows // (2 * MOST_ROWS)))
+    # Each square of cells becomes one shade. A character shows two rows, so an odd last row is repeated.
     open_, walls = _counts(free, side), _counts(~free & ~unknown, side)
     filled = (walls > 0) & (side * walls >= open_)
     shades = np.where(filled, _WALL, np.where(open_ > 0, _OPEN, _DARK))
@@ -144,6 +146,7 @@ def _known(grid: OccupancyGrid, part: Window, at: Cell | None) -> Window:
     if at is not None and part.holds(at):
         known = known.copy()
         known[at[0] - part.row, at[1] - part.column] = True
+    # The least rectangle around all known cells.
     rows, columns = (np.flatnonzero(known.any(axis=axis)) for axis in (1, 0))
     if not len(rows):
         return part

@@ -97,6 +97,7 @@ def parse_cells(
                 f"{where}:{number}:{column}",
                 "give all rows the same length (blanks at the end of a line count)",
             )
+    # One look-up for the whole map: 0 obstacle, 1 free, 2 any other character.
     kinds = np.full(256, 2, dtype=np.uint8)
     kinds[np.frombuffer(obstacle, dtype=np.uint8)] = 0
     kinds[np.frombuffer(free, dtype=np.uint8)] = 1

@@ -33,7 +33,7 @@ class BreadthFirstPlan:
         queue_depth: the most cells in the queue at once.
         directions: int8 rows × columns, the side (0..3 = north, south, west, east) of a cell on which its discoverer
             lies; -1 at the start and where the search did not reach.
-        everywhere: whether it is a search from a goal until the queue was empty (``search_everywhere``). Then the
+        everywhere: True if it is a search from a goal until the queue was empty (``search_everywhere``). Then the
             directions lead from every cell to that goal, and ``path`` is the goal alone.
     """
 

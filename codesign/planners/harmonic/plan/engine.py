@@ -38,11 +38,11 @@ SPARE_PLANES = 16
 class Engine:
     """Runs stage after stage of one relaxation.
 
-    ``spare_planes``: planes allocated above those in use; None: as many as a visit may need. ``budget``: see
-    ``BUDGET``. ``transposed``: whether rows and columns are exchanged inside; None: where that takes fewer vectors.
+    ``spare_planes``: planes allocated above those in use; None means as many as a visit may need. ``budget``: see
+    ``BUDGET``. ``transposed``: True if rows and columns are exchanged inside; None means where it takes fewer vectors.
     None of these arguments changes a result.
 
-    ``published``: whether stages end by the published test, not by the sound one. It may be changed between stages.
+    ``published``: True if stages end by the published test, not by the sound one. It may be changed between stages.
     """
 
     def __init__(

@@ -285,7 +285,7 @@ class RelaxParameters(TaskParameters):
 
     @property
     def no_search(self) -> tuple[str, str, str] | None:
-        """The reason why no best schedule can be found, its key, and the remedy; None: it can be."""
+        """The reason why no best schedule can be found, its key, and the remedy; None if it can be."""
         if self.termination is not Termination.SOUND:
             what = f"termination {self.termination.value}: costs of stages do not add up over a schedule"
             return what, "termination", "the best schedule can be found for termination: sound"

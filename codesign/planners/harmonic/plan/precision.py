@@ -119,7 +119,7 @@ def converged_field(
         free: bool, rows × columns.
         goals: (row, column) pairs on free cells.
         precision: bits.
-        bounds: of the same map and goals, for several precisions of one map; None: computed here.
+        bounds: of the same map and goals, for several precisions of one map; None means computed here.
     """
     start = (bounds or FieldBounds(free, goals)).lower(precision)
     rows, columns = free.shape

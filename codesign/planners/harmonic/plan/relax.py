@@ -178,7 +178,7 @@ def relax(
             the whole schedule.
         record_visits: keep the iterations of every visit (4 bytes each).
         most_sweeps: end the run at a stage that has not settled after this many sweeps, or never will; ``fault`` gives
-            the reason. None: without a bound.
+            the reason. None means without a bound.
         promote_after: by precision, the sweeps after which a stage is left though it has not settled. Such a stage
             never ends the run. The last precision of the schedule is not among them.
 
@@ -241,7 +241,7 @@ def stage_cost(
     iterations: int,
     termination: str = "sound",
 ) -> tuple[Stage, Field]:
-    """Run exactly one stage at ``precision`` from a field at a lower one (None: from zero).
+    """Run exactly one stage at ``precision`` from a field at a lower one (None means from zero).
 
     Under sound termination the resulting field does not depend on the stages before. So stage costs add up, and the
     best schedule is a shortest path over precisions.

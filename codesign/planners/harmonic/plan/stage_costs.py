@@ -144,7 +144,7 @@ class SimulatedStages:
         return self._memo.get(key, lambda: self._simulated(begin, end, most)[0])
 
     def _field(self, precision: int) -> Field | None:
-        """The field after any stage to a precision; None: zero."""
+        """The field after any stage to a precision; None if it is zero."""
         return self._least_field(precision) if precision else None
 
     def _least_field(self, precision: int) -> Field:

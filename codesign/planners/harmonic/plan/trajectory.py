@@ -75,8 +75,8 @@ class Ascent:
         goals: (row, column) pairs on free cells.
         rule: how the direction at a cell is chosen.
         step: length of a step in cells, above 0, at most 1.
-        guarded: whether the robot keeps to a rising path (see ``follow``).
-        most_steps: bound on the steps of one trajectory; None: twice the most steps of a rising path.
+        guarded: True if the robot keeps to a rising path (see ``follow``).
+        most_steps: bound on the steps of one trajectory; None means twice the most steps of a rising path.
 
     Raises:
         MapError: a goal is not on a free cell. InputError: another argument is unusable.

@@ -83,7 +83,7 @@ class Run:
 
     Args:
         free: bool, rows × columns. reachable: the free cells that a path joins to a goal. goals: int64 n × 2.
-        acceleration: ω and r. tolerance: the run ends below this change; None: by descents. most: iterations.
+        acceleration: ω and r. tolerance: the run ends below this change; None means by descents. most: iterations.
     """
 
     def __init__(

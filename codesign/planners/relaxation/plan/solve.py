@@ -97,10 +97,10 @@ def solve(
         free: bool, rows × columns, at most 2**24 cells. Obstacles surround the map.
         goals: (row, column) pairs on free cells.
         method: ``gs``, ``sor``, ``am``, ``mam``, ``red_black``, ``jacobi``, ``half_sweep_am``, ``direct``.
-        omega: over-relaxation, 0 < ω < 2; None: 1.
+        omega: over-relaxation, 0 < ω < 2; None means 1.
         r: the relaxation factor of the second level of ``mam``.
         tolerance: the run ends once no value changes by this share of the goal's in one iteration (the paper: 1e-15).
-            None: once each cell that can reach a goal has a lower one among its four neighbours, which is checked every
+            None ends it once each cell that can reach a goal has a lower one among its four neighbours, checked every
             ``run.CHECK_EVERY`` iterations.
         boundary: ``deep_goal`` (obstacles 0, goals −2^1000), ``low_goal`` (0, −1), ``high_walls`` (1, 0),
             ``high_goal`` (0, 1).

@@ -266,7 +266,7 @@ def width_fault(problem: RobotsProblem, parameters: AvoidParameters, width: int)
 
 
 def least_width(problem: RobotsProblem, parameters: AvoidParameters) -> int | None:
-    """The narrowest words that suit this problem, or None: no words of up to 24 bits do."""
+    """The narrowest words that suit this problem, or None if no words of up to 24 bits do."""
     widths = range(LEAST_WIDTH, MOST_WIDTH + 1)
     return next((width for width in widths if width_fault(problem, parameters, width) is None), None)
 

@@ -43,7 +43,7 @@ def arrival_updates(plan: Avoidance) -> list[int | None]:
 
 
 def arrival_steps(plan: Avoidance) -> list[int | None]:
-    """For each robot the time steps before its arrival, or None: the begin of that update."""
+    """For each robot the time steps before the update of its arrival; None if it did not arrive."""
     return [None if update is None else int(plan.begins[update]) for update in arrival_updates(plan)]
 
 

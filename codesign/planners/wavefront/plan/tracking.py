@@ -36,7 +36,7 @@ def track(
         free, corner_cutting, extra_delay, delays: the arguments of ``propagate``.
         potentials: the result of ``propagate``.
         start: a cell that the wave reached.
-        steps: the most steps (the paper's local course); None: the whole path.
+        steps: the most steps (the paper's local course); None means the whole path.
         obstacle_potentials: p^d, the result of ``wave.obstacle_potentials``.
 
     Raises:

@@ -50,7 +50,7 @@ def propagate(
         stop: the wave ends with the cycle that reaches this cell. Cells farther away stay unreached; cells at the same
             distance are reached. The circuit takes ``stop_cycle`` cycles.
         limit: the wave ends after this potential.
-        corner_cutting: whether a diagonal step may pass between obstacles, as in the paper; without, the cells beside
+        corner_cutting: True if a diagonal step may pass between obstacles, as in the paper; without, the cells beside
             it must be free too.
         extra_delay: cycles, 0 to 63, that the wave needs to enter each cell beyond the step's own ("special
             penalties", section "Conclusion").
