@@ -21,7 +21,7 @@ from codesign.errors import InputError, choose_hint, clip, show
 
 
 class Status(StrEnum):
-    """The kind of source of a figure, strongest first."""
+    """Where a figure comes from, strongest first."""
 
     PUBLISHED = "published"
     CALIBRATED = "calibrated"

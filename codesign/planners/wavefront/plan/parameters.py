@@ -12,14 +12,14 @@ from codesign.planners.wavefront.plan.grid import DELAYS, MAX_DELAY, MAX_EXTRA_D
 
 
 class WaveEnd(StrEnum):
-    """The end of the wave."""
+    """When the wave ends."""
 
     STARTS = "starts"
     WHOLE_MAP = "whole_map"
 
 
 class Paths(StrEnum):
-    """The paths that are tracked."""
+    """Which paths are tracked."""
 
     SHORTEST = "shortest"
     SAFE = "safe"
@@ -33,7 +33,7 @@ class Course(StrEnum):
 
 
 class ReadOut(StrEnum):
-    """The read-out of the potentials from the array."""
+    """How the potentials leave the array."""
 
     ADDRESSED = "addressed"
     CHAIN = "chain"
