@@ -12,7 +12,7 @@ from itertools import chain
 from typing import Any, Literal
 
 from codesign.advice.boards import Board
-from codesign.inputs.components import FpgaComponent, MemoryComponent, ProcessorComponent
+from codesign.inputs.components import MemoryComponent
 from codesign.inputs.workload import PLACE_KEYS
 from codesign.models import TaskParameters
 from codesign.planners.interface import LOAD, Planner, Problem
@@ -22,8 +22,6 @@ from codesign.planners.styles import Architecture, Designs
 from codesign.system import catalog
 from codesign.system.assemble import memory_law
 from codesign.system.place import DETECT
-
-Component = FpgaComponent | ProcessorComponent
 
 Where = Literal["fabric", "host", "split"]
 """The placement of a design: all on an FPGA, all on a processor, or a task on another component."""
@@ -79,7 +77,7 @@ def chains_of(board: Board, problem: Problem) -> Iterator[tuple[Candidate, ...]]
             if planner is None or planner.problem_model is not None:
                 continue
             for name, spec in board.platform.components.items():
-                if isinstance(spec, Component) and spec.type == style.component_type:
+                if spec.plans and spec.type == style.component_type:
                     yield from _on_component(board, problem, plug_in, planner, style, name)
 
 
