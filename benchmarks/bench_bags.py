@@ -37,7 +37,7 @@ def run() -> list[dict[str, Any]]:
 
 
 def _times(bag: Path, folder: Path) -> dict[str, str]:
-    from codesign.bags import Choices, Topics, facts_of, read_bag
+    from codesign.views.bags import Choices, Topics, facts_of, read_bag
 
     read, drawn = [], []
     for _ in range(REPEATS):

@@ -7,10 +7,10 @@ import time
 from typing import Any
 
 from benchmarks.bench_study import synthetic
-from codesign.certificates.check import check
-from codesign.certificates.file import packed, unpacked
-from codesign.errors import CertificateError
-from codesign.exploration.certify import certificate_of
+from codesign.ground.errors import CertificateError
+from codesign.study.certificates.check import check
+from codesign.study.certificates.file import packed, unpacked
+from codesign.study.certify import certificate_of
 
 
 def run() -> list[Any]:

@@ -7,10 +7,10 @@ from collections.abc import Callable, Iterable
 from itertools import islice
 from typing import Any
 
-from codesign.exploration.space import Space
 from codesign.inputs import design_point, load_platform
 from codesign.inputs.faults import context_of
 from codesign.inputs.workload import Workload
+from codesign.study.space import Space
 from codesign.system import catalog
 
 PASSES = 5

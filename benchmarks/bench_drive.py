@@ -14,11 +14,11 @@ import simpy
 
 from codesign import load_platform, load_workload, maps
 from codesign.components import Granularity
-from codesign.records import MessageRecord, PoseRecord, Record, TaskRecord
-from codesign.scenarios import bind
-from codesign.scenarios.drive.mission import FinishedDrive, drive
+from codesign.ground.records import MessageRecord, PoseRecord, Record, TaskRecord
 from codesign.system.build import build
-from codesign.trace import McapListener, MemoryListener
+from codesign.system.scenarios import bind
+from codesign.system.scenarios.drive.mission import FinishedDrive, drive
+from codesign.views.trace import McapListener, MemoryListener
 
 REAL = Path(__file__).parents[1].parent / "shared" / "maps" / "movingai" / "cities" / "Berlin_0_256.map"
 MOST_SECONDS, LEAST_REPLANS = 60.0, 100

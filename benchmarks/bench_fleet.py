@@ -14,11 +14,11 @@ from codesign.inputs import load_platform
 from codesign.planners.velocity_obstacle.plan import avoid
 from codesign.planners.velocity_obstacle.published import Style
 from codesign.planners.velocity_obstacle.styles.timing import update_costs
-from codesign.scenarios import bind
-from codesign.scenarios.fleet.flight import fly
 from codesign.system import catalog
 from codesign.system.build import build
-from codesign.trace.listeners import McapListener
+from codesign.system.scenarios import bind
+from codesign.system.scenarios.fleet.flight import fly
+from codesign.views.trace.listeners import McapListener
 
 MOST_SECONDS = 10.0
 """What 64 robots × 500 updates may take."""

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from codesign.exploration.front import non_dominated
+from codesign.study.front import non_dominated
 
 _BLOCK = 512
 _BOTH = 24_000

@@ -23,16 +23,16 @@ import numpy as np
 
 import codesign
 from codesign import maps
-from codesign.calibrate.host_costs import measure_host
-from codesign.figures import Figure
+from codesign.ground.figures import Figure
+from codesign.ground.models import Task
+from codesign.hardware.calibrate.host_costs import measure_host
 from codesign.inputs import Platform
 from codesign.maps import reachable
-from codesign.models import Task
 from codesign.planners.harmonic.styles.node_kernels import relax_nodes
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
-from codesign.scenarios.run import bind
 from codesign.system import catalog
+from codesign.system.scenarios.run import bind
 
 REAL = Path(__file__).parents[1].parent / "shared" / "maps"
 REAL_MAPS = {

@@ -16,14 +16,14 @@ from typing import Any
 import numpy as np
 
 import codesign
-from codesign.exploration import evaluation, explore, load_study
-from codesign.exploration.check import check_points
-from codesign.exploration.explored import Explored
-from codesign.exploration.simulator import Simulator
-from codesign.exploration.study import Study
-from codesign.figures import FIGURES
-from codesign.report.study_page import study_page
-from codesign.report.study_tables import write_study_csv
+from codesign.ground.figures import FIGURES
+from codesign.study import evaluation, explore, load_study
+from codesign.study.check import check_points
+from codesign.study.explored import Explored
+from codesign.study.simulator import Simulator
+from codesign.study.study import Study
+from codesign.views.report.study_page import study_page
+from codesign.views.report.study_tables import write_study_csv
 
 CHECKED = 100
 

@@ -15,9 +15,9 @@ from pathlib import Path
 from typing import Any
 
 import codesign
-from codesign.exploration.study import Study
 from codesign.inputs.exploring import exploring
-from codesign.report import study_page
+from codesign.study.study import Study
+from codesign.views.report import study_page
 
 CLOCKS = [f"{8 + 14 * number} MHz" for number in range(10)]
 ROUNDS = 3

@@ -23,11 +23,11 @@ import psutil
 
 import codesign
 from benchmarks.local_cluster import cluster
-from codesign.exploration import ClusterExecutor, Executor, ProcessExecutor, SerialExecutor, Space
-from codesign.exploration.evaluation import Pricer
-from codesign.exploration.explored import Explored
-from codesign.exploration.partition import Work, parted
-from codesign.exploration.work_queue import Packing
+from codesign.study import ClusterExecutor, Executor, ProcessExecutor, SerialExecutor, Space
+from codesign.study.evaluation import Pricer
+from codesign.study.explored import Explored
+from codesign.study.partition import Work, parted
+from codesign.study.work_queue import Packing
 
 ROUNDS = int(os.environ.get("ROUNDS", "3"))
 POINTS = int(os.environ.get("POINTS", "800"))

@@ -17,6 +17,9 @@ from unittest.mock import patch
 
 import numpy as np
 
+from codesign.hardware.rtl import bench_runs, tools
+from codesign.hardware.rtl.simulate import simulate
+from codesign.hardware.rtl.verify import compared
 from codesign.maps.generate import rooms
 from codesign.planners.circuits import CircuitStyle
 from codesign.planners.harmonic.plan import relax
@@ -24,9 +27,6 @@ from codesign.planners.harmonic.plan.parameters import RelaxParameters, Stop
 from codesign.planners.harmonic.rtl import CIRCUITS
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
-from codesign.rtl import bench_runs, tools
-from codesign.rtl.simulate import simulate
-from codesign.rtl.verify import compared
 
 BLOCK = (12, 24)
 SETTINGS: dict[str, Any] = {"block": BLOCK, "iterations": 64, "schedule": tuple(range(8, 65, 8))}

@@ -20,10 +20,10 @@ import yaml
 
 import codesign
 from codesign import maps
-from codesign.memo import Memo
+from codesign.ground.memo import Memo
 from codesign.planners.harmonic.plan.precision import required_precision
-from codesign.results.result import Result
-from codesign.scenarios import simulate
+from codesign.system.results.result import Result
+from codesign.system.scenarios import simulate
 
 PLATFORM = "virtex4-pci"
 ITERATIONS = 6

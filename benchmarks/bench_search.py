@@ -11,15 +11,15 @@ from statistics import median
 from unittest import mock
 
 import codesign
-from codesign.exploration import Study
-from codesign.exploration.budget import Budget
-from codesign.exploration.hypervolume import costs_of, scale_of
-from codesign.exploration.search import Trace
-from codesign.exploration.store import MemoryStore
-from codesign.figures import FIGURES
+from codesign.ground.figures import FIGURES
 from codesign.inputs import searching
 from codesign.inputs.axes import axis_form
 from codesign.inputs.exploring import exploring
+from codesign.study import Study
+from codesign.study.budget import Budget
+from codesign.study.hypervolume import costs_of, scale_of
+from codesign.study.search import Trace
+from codesign.study.store import MemoryStore
 
 SEEDS = range(5)
 POINTS = (50, 100, 200)

@@ -9,15 +9,15 @@ from typing import Any
 
 import numpy as np
 
-from codesign.exploration.outcomes import Outcomes, State
-from codesign.exploration.study import Study
-from codesign.figures import FIGURES
+from codesign.ground.figures import FIGURES
 from codesign.inputs.constraint import constraint_of
 from codesign.planners.quality import Quality
-from codesign.pricing.price import PRICED
-from codesign.report.study_answer import study_sentence, study_tables
-from codesign.report.winners_table import winners_table
-from codesign.results.result import Reason, ResourceUse, Result
+from codesign.study.outcomes import Outcomes, State
+from codesign.study.pricing.price import PRICED
+from codesign.study.study import Study
+from codesign.system.results.result import Reason, ResourceUse, Result
+from codesign.views.report.study_answer import study_sentence, study_tables
+from codesign.views.report.winners_table import winners_table
 
 BLOCKS, ITERATIONS, SCHEDULES, PARTS, CLOCKS, LINKS = 20, 10, 10, 5, 10, 10
 OBJECTIVES = ("plan_time_worst_s", "slices", "block_rams", "energy_j", "share_reaching_goal")

@@ -15,8 +15,8 @@ from typing import Any
 
 import codesign
 from benchmarks.bench_start import process_seconds
-from codesign.records import TaskRecord
-from codesign.trace import McapListener, open_trace
+from codesign.ground.records import TaskRecord
+from codesign.views.trace import McapListener, open_trace
 
 LEAST_A_SECOND, MOST_BLOCKS, MOST_MISSION, MOST_SIZE = 150_000, 0.25, 0.05, 0.85
 """Messages a second, time added at both levels, and the size against JSON that are asked for."""

@@ -5,12 +5,12 @@ python -m benchmarks.measure clocks ROOM [PART ...]
 python -m benchmarks.measure activity ROOM
 
 A design with a row of the same Verilog by the same tools is neither synthesised nor placed again: ``again`` in the
-place of ``resources`` does so, after a change of the families in ``codesign/rtl/cells.py`` or of the pieces of a
-circuit.
+place of ``resources`` does so, after a change of the families in ``codesign/hardware/rtl/cells.py`` or of the pieces of
+a circuit.
 
 Rows go to ``codesign/planners/ROOM/measured``; each is written as soon as it is there, and a later one of the same
 design takes its place. In the end the rows of circuits that are no longer among the designs are removed, in the
-families or parts that were measured. The designs stand in ``codesign/fidelity/designs/ROOM.py``.
+families or parts that were measured. The designs stand in ``codesign/hardware/fidelity/designs/ROOM.py``.
 """
 
 from __future__ import annotations
@@ -23,7 +23,8 @@ from pathlib import Path
 from typing import Any
 
 import codesign
-from codesign.fidelity.designs import (
+from codesign.ground.files import write_atomically
+from codesign.hardware.fidelity.designs import (
     Design,
     Placed,
     activities,
@@ -34,7 +35,12 @@ from codesign.fidelity.designs import (
     variables_of,
     words_of,
 )
-from codesign.files import write_atomically
+from codesign.hardware.rtl.activity import activity
+from codesign.hardware.rtl.cells import FAMILIES
+from codesign.hardware.rtl.design import digest_of_circuit
+from codesign.hardware.rtl.place import Device, Placement, device_of, place
+from codesign.hardware.rtl.synthesis import Synthesis, synthesise
+from codesign.hardware.rtl.tools import version_of
 from codesign.planners.circuits import Circuit, CircuitStyle
 from codesign.planners.measured import (
     ActivityRow,
@@ -46,12 +52,6 @@ from codesign.planners.measured import (
     resource_rows,
     rows_text,
 )
-from codesign.rtl.activity import activity
-from codesign.rtl.cells import FAMILIES
-from codesign.rtl.design import digest_of_circuit
-from codesign.rtl.place import Device, Placement, device_of, place
-from codesign.rtl.synthesis import Synthesis, synthesise
-from codesign.rtl.tools import version_of
 
 READERS = {"resources": resource_rows, "clocks": clock_rows, "activity": activity_rows}
 

@@ -17,8 +17,8 @@ from typing import TYPE_CHECKING
 
 import lazy_loader
 
-from codesign.kernel_cache import provide_kernel_cache
-from codesign.notebooks import show_with
+from codesign.ground.kernel_cache import provide_kernel_cache
+from codesign.ground.notebooks import show_with
 from codesign.version import __version__ as __version__
 
 if TYPE_CHECKING:
@@ -28,4 +28,4 @@ __all__ = ["explain", "explore", "load_platform", "load_workload", "open_trace",
 __getattr__, __dir__, _ = lazy_loader.attach(__name__, submod_attrs={"face": __all__})
 
 provide_kernel_cache()
-show_with(lambda shown: str(import_module("codesign.report.notebooks").notebook_html(shown)))
+show_with(lambda shown: str(import_module("codesign.views.report.notebooks").notebook_html(shown)))

@@ -11,8 +11,8 @@ _ALLOCATIONS = 20_000
 
 def main() -> None:
     """Run the command line; an interrupt while it still loads ends it without a traceback."""
-    from codesign import interrupts
-    from codesign.errors import Interrupted
+    from codesign.ground import interrupts
+    from codesign.ground.errors import Interrupted
 
     gc.set_threshold(_ALLOCATIONS, 20, 20)
     try:

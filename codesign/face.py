@@ -7,25 +7,26 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
-from codesign import exploration, inputs, scenarios
-from codesign import trace as traces
-from codesign.errors import InputError, MapError, choose_hint
+from codesign import inputs
+from codesign import study as exploration
+from codesign.ground.errors import InputError, MapError, choose_hint
+from codesign.ground.progress import silent
 from codesign.inputs import Platform, Workload
-from codesign.progress import silent
-from codesign.system import catalog, point_of
+from codesign.system import catalog, point_of, scenarios
 from codesign.system.provenance import provenance_of
+from codesign.views import trace as traces
 
 if TYPE_CHECKING:
     from distributed import Client
 
-    from codesign.explanation import Explanation
-    from codesign.exploration import Executor, Progress, Study
-    from codesign.exploration.budget import Budget
+    from codesign.ground.progress import Show
+    from codesign.ground.records import Listener
     from codesign.inputs.files import Source
-    from codesign.progress import Show
-    from codesign.records import Listener
-    from codesign.results.provenance import Provenance
+    from codesign.study import Executor, Progress, Study
+    from codesign.study.budget import Budget
     from codesign.system import MissionProgress, Result
+    from codesign.system.explanation import Explanation
+    from codesign.system.results.provenance import Provenance
 
 
 def load_platform(source: Source) -> Platform:
@@ -79,7 +80,7 @@ def simulate(
     ``progress`` is called now and then while a drive goes on. A design that does not fit gives a result with
     ``feasible`` False and its reasons, and leaves no trace. ``memory``: bytes that the run may take, by an estimate
     made before it begins; by default half of what the machine has free. ``keeping``: a listener keeps all records in
-    memory, which the estimate then counts. ``trace_level``: how much the trace holds (``codesign.trace.Level``):
+    memory, which the estimate then counts. ``trace_level``: how much the trace holds (``codesign.views.trace.Level``):
     ``mission``, ``messages``, ``blocks`` or ``iterations``.
 
     ``levers``: run a mission again with each of its levers moved by itself (clocks, costs of hosts, rates of links, the
@@ -144,7 +145,7 @@ def explain(
 
     The run is simulated, and so is each of its levers and each step to a next value, by itself. ``settings``: raw
     values by axis, put into platform and workload first. A study has ``Study.explain(index)``.
-    ``show`` is told what is run (``codesign.progress``).
+    ``show`` is told what is run (``codesign.ground.progress``).
 
     Raises:
         SpecError: platform, workload and map do not belong together, or an axis is none.
@@ -173,9 +174,9 @@ def explore(
     of that axis; or None, where the workload has it. ``platform``, ``workload``: loaded, or what ``load_platform`` and
     ``load_workload`` take.
     ``workers``: processes of this machine; by default one. ``executor``: computes in their place, such as
-    ``codesign.exploration.ClusterExecutor(address)`` or a client of dask.distributed.
+    ``codesign.study.ClusterExecutor(address)`` or a client of dask.distributed.
     ``memory``: bytes that all workers may take together; by default half of what the machine has free.
-    ``budget``: how many points to compute, or for how long (``codesign.exploration.budget``); by default all.
+    ``budget``: how many points to compute, or for how long (``codesign.study.budget``); by default all.
     ``search``: ``nsga2``, ``tpe``, ``random`` or ``bound`` says which, with ``seed``; ``all``: all in turn. By default
     the workload says it (``explore.search``), or else all in turn.
 

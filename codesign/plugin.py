@@ -3,11 +3,12 @@
 A package registers one ``PlugIn`` under the entry-point group ``codesign.planners``. ``docs/extending.md`` shows how.
 """
 
-from codesign.errors import Fault, UnsuitedError
-from codesign.figures import RESOURCES, Figure, Status
-from codesign.memo import Memo
-from codesign.models import RefusalError, SpecModel, TaskParameters
-from codesign.part import Part
+from codesign.ground.errors import Fault, UnsuitedError
+from codesign.ground.figures import RESOURCES, Figure, Status
+from codesign.ground.memo import Memo
+from codesign.ground.models import RefusalError, SpecModel, TaskParameters
+from codesign.ground.part import Part
+from codesign.ground.records import ArrayOf, FieldRecord, Record, TaskRecord
 from codesign.planners.circuits import Circuit, CircuitStyle, Events, Expected, Image, phase_cycles
 from codesign.planners.clock_law import on_family
 from codesign.planners.demand import Demand, Lever, Line
@@ -40,7 +41,6 @@ from codesign.planners.styles import (
     TaskStyle,
 )
 from codesign.planners.task_graph import Flow
-from codesign.records import ArrayOf, FieldRecord, Record, TaskRecord
 
 __all__ = [
     "COMMAND",

@@ -204,7 +204,7 @@ FIGURES: dict[str, tuple[Callable[[], object], str]] = {
         lambda: type_tests(classes("inputs.components", "inputs.links", "components")),
         "at most 10",
     ),
-    "isinstance on records": (lambda: type_tests(classes("records") - {"Record"}), "at most 10"),
+    "isinstance on records": (lambda: type_tests(classes("ground.records") - {"Record"}), "at most 10"),
     "imports inside functions": (late_imports, "at most 60"),
     "hand-made group-bys": (group_bys, "at most 10"),
     "modules that a plain run loads": (lambda: modules_of_a_run()[0], "at most 250"),

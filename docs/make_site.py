@@ -28,14 +28,14 @@ TAKEN = {"search", "genindex", "py-modindex"}
 FRONT_PAGES = ("README.md", "CONTRIBUTING.md", "CHANGELOG.md")
 MODULES = {
     "codesign": "simulate, explore, explain, open a trace",
-    "codesign.figures": "the figures of results",
-    "codesign.report": "tables, pictures and pages",
-    "codesign.exploration": "studies, stores, executors",
-    "codesign.verdicts": "how sure a result is",
-    "codesign.trace": "traces, written and read",
-    "codesign.records": "what components say while they run",
+    "codesign.ground.figures": "the figures of results",
+    "codesign.views.report": "tables, pictures and pages",
+    "codesign.study": "studies, stores, executors",
+    "codesign.system.verdicts": "how sure a result is",
+    "codesign.views.trace": "traces, written and read",
+    "codesign.ground.records": "what components say while they run",
     "codesign.maps": "occupancy grids",
-    "codesign.bags": "ROS 2 bags",
+    "codesign.views.bags": "ROS 2 bags",
     "codesign.plugin": "what the author of a planner imports",
     "codesign.testing": "the tests that a planner has to pass",
 }

@@ -15,7 +15,7 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
-from codesign.report.canvas import picture_bytes
+from codesign.views.report.canvas import picture_bytes
 
 NOTEBOOK = Path(__file__).parent / "tour.ipynb"
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pickle
 
-from codesign.errors import CodesignError, Fault, InputError, SpecError
+from codesign.ground.errors import CodesignError, Fault, InputError, SpecError
 
 NASTY = "a\x1b[31m\u202eb\udcff"
 

@@ -13,11 +13,8 @@ from typing import Any
 
 import pytest
 
-from codesign.advice.cache import kept_trials
-from codesign.bags.folder import BagFolder
-from codesign.errors import RunError
-from codesign.exploration.store import MemoryStore
-from codesign.files import (
+from codesign.ground.errors import RunError
+from codesign.ground.files import (
     kept_folder,
     part_of,
     passing,
@@ -27,9 +24,12 @@ from codesign.files import (
     write_folder,
     written_atomically,
 )
-from codesign.rtl.cache import kept
-from codesign.rtl.tools import run
-from codesign.trace.listeners import McapListener
+from codesign.hardware.rtl.cache import kept
+from codesign.hardware.rtl.tools import run
+from codesign.study.advice.cache import kept_trials
+from codesign.study.store import MemoryStore
+from codesign.views.bags.folder import BagFolder
+from codesign.views.trace.listeners import McapListener
 
 
 def test_a_link_is_followed_and_stays(tmp_path: Path) -> None:
@@ -94,7 +94,7 @@ def test_what_a_killed_process_left_is_removed_by_the_next_writer(tmp_path: Path
     dying = subprocess.Popen(
         [
             *(sys.executable, "-c"),
-            "import os, sys; from pathlib import Path; from codesign.files import part_of\n"
+            "import os, sys; from pathlib import Path; from codesign.ground.files import part_of\n"
             "parts = [part_of(Path(sys.argv[1], name)) for name in ('file', 'folder', 'n' * 99)]\n"
             "parts[0].touch(); parts[1].mkdir(); (parts[1] / 'copy').touch(); parts[2].touch()\n"
             "os.kill(os.getpid(), 9)",
@@ -200,7 +200,7 @@ def test_a_folder_that_is_replaced_outlives_an_interrupt(
         remove_passing()
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("codesign.files.put", interrupted)
+    monkeypatch.setattr("codesign.ground.files.put", interrupted)
     with pytest.raises(KeyboardInterrupt):
         write_folder(folder, {"new.txt": b""})
     assert [each.name for each in tmp_path.iterdir()] == ["design"]

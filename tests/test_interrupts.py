@@ -20,10 +20,10 @@ from numba.core.dispatcher import Dispatcher
 from processes import gone
 
 import codesign
-from codesign.errors import StoreError
-from codesign.exploration import explore, load_study
-from codesign.exploration.store import FileStore
+from codesign.ground.errors import StoreError
 from codesign.inputs import Exploration
+from codesign.study import explore, load_study
+from codesign.study.store import FileStore
 
 Run = Callable[..., Result]
 
@@ -52,7 +52,7 @@ import multiprocessing, signal, sys, threading, time
 from pathlib import Path
 from numba import njit
 from codesign import interrupts
-from codesign.files import passing
+from codesign.ground.files import passing
 
 @njit(nogil=True)
 def work(steps):

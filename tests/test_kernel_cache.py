@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from codesign import kernel_cache
+from codesign.ground import kernel_cache
 
 
 def test_kernels_find_a_private_cache_where_there_is_no_other(
@@ -103,7 +103,7 @@ def test_the_first_run_announces_the_compilation_and_the_second_does_not(
 
 
 ON_NODE = """
-from codesign.kernel_cache import compiled_once, keep_kernels_on_node
+from codesign.ground.kernel_cache import compiled_once, keep_kernels_on_node
 
 assert keep_kernels_on_node("digest") == ""
 import numba

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from codesign.memo import Memo, approximate_bytes
+from codesign.ground.memo import Memo, approximate_bytes
 
 
 def test_an_answer_is_computed_once() -> None:

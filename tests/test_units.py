@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from codesign.errors import InputError
-from codesign.units import (
+from codesign.ground.errors import InputError
+from codesign.ground.units import (
     MAX_FREQUENCY,
     SCALES,
     Dimension,

@@ -15,12 +15,12 @@ from typing import Any, NoReturn
 
 import click
 
-from codesign import interrupts
 from codesign.cli.options import DEBUG, is_debug
 from codesign.cli.pipes import UnfailingStream, output_may_fail
 from codesign.cli.request import command_of
 from codesign.cli.requests import COMMANDS
-from codesign.errors import (
+from codesign.ground import interrupts
+from codesign.ground.errors import (
     EXIT_DONE,
     EXIT_FAILED,
     EXIT_INTERRUPTED,
@@ -29,7 +29,7 @@ from codesign.errors import (
     InputError,
     RunError,
 )
-from codesign.files import remove_passing
+from codesign.ground.files import remove_passing
 from codesign.version import __version__
 
 

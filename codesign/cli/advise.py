@@ -6,14 +6,14 @@ import time
 
 import click
 
-from codesign import advice
 from codesign.cli.progress import compiling_shown, progress_shown
 from codesign.cli.replacing import check_replaceable
 from codesign.cli.requests import Advise
-from codesign.errors import EXIT_NO, printable
-from codesign.progress import Advance, Pace
-from codesign.report import render_text
-from codesign.report.advice_tables import advice_table
+from codesign.ground.errors import EXIT_NO, printable
+from codesign.ground.progress import Advance, Pace
+from codesign.study import advice
+from codesign.views.report import render_text
+from codesign.views.report.advice_tables import advice_table
 
 
 def advise(asked: Advise) -> None:

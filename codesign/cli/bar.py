@@ -9,8 +9,8 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, ProgressColumn, Task, TextColumn
 from rich.text import Text
 
-from codesign import interrupts
-from codesign.progress import Advance, span_text
+from codesign.ground import interrupts
+from codesign.ground.progress import Advance, span_text
 
 _UPDATES_A_SECOND = 5
 _CLEAN = b"\r\x1b[2K\x1b[?25h"

@@ -9,13 +9,14 @@ from pathlib import Path
 
 import click
 
-from codesign import report, system
+from codesign import system
 from codesign.cli.requests import Init, List, Show
-from codesign.errors import InputError, printable
-from codesign.files import write_atomically
+from codesign.ground.errors import InputError, printable
+from codesign.ground.files import write_atomically
 from codesign.inputs import starting_files
 from codesign.inputs.files import find_shipped, shown
-from codesign.scenarios import begin
+from codesign.system.scenarios import begin
+from codesign.views import report
 
 
 def list_(asked: List) -> None:

@@ -10,25 +10,25 @@ from typing import TYPE_CHECKING
 
 import click
 
-from codesign.calibrate.calibration import calibration_text
-from codesign.calibrate.design import design_point
-from codesign.calibrate.fpga import compare_reports
-from codesign.calibrate.host_costs import measure_host
 from codesign.cli.outputs import check_outputs
 from codesign.cli.progress import LATER_S, compiling_shown, progress_shown
 from codesign.cli.requests import CalibrateFpga, CalibrateHost
 from codesign.cli.values import settings_of
-from codesign.errors import InputError, printable
-from codesign.files import write_atomically
+from codesign.ground.errors import InputError, printable
+from codesign.ground.files import write_atomically
+from codesign.ground.models import NAME_PATTERN
+from codesign.hardware.calibrate.calibration import calibration_text
+from codesign.hardware.calibrate.design import design_point
+from codesign.hardware.calibrate.fpga import compare_reports
+from codesign.hardware.calibrate.host_costs import measure_host
 from codesign.inputs import load_platform
 from codesign.inputs.calibration_file import CALIBRATIONS, TERMS
-from codesign.models import NAME_PATTERN
-from codesign.report import render_text
-from codesign.report.calibration_tables import calibration_document, calibration_tables
 from codesign.system import catalog
+from codesign.views.report import render_text
+from codesign.views.report.calibration_tables import calibration_document, calibration_tables
 
 if TYPE_CHECKING:
-    from codesign.calibrate.design import DesignPoint
+    from codesign.hardware.calibrate.design import DesignPoint
     from codesign.inputs.calibration_file import CalibrationFile
 
 

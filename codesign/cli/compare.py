@@ -16,22 +16,21 @@ from codesign.cli.outputs import check_outputs
 from codesign.cli.progress import LATER_S, compiling_shown, progress_shown
 from codesign.cli.request import ANSWER, SENTENCE, TABLES
 from codesign.cli.requests import Compare
-from codesign.errors import EXIT_FAILED, EXIT_NO, CodesignError, InputError, SpecError, printable
-from codesign.exploration.constraints import with_constraints
+from codesign.ground.errors import EXIT_FAILED, EXIT_NO, CodesignError, InputError, SpecError, printable
+from codesign.ground.progress import tracked
 from codesign.inputs import has_axis
 from codesign.inputs.constraint import needs_of
 from codesign.inputs.workload import figures_of
-from codesign.progress import tracked
-from codesign.report import answer, comparison_page, comparison_table, render_text, result_tables
-from codesign.results.result import Result
+from codesign.study.constraints import with_constraints
 from codesign.system import applicable, problem_from_map, problem_of, with_problem
 from codesign.system.inspect import at_options, with_task
-from codesign.verdicts import run_document
+from codesign.system.results.result import Result
+from codesign.system.verdicts import run_document
+from codesign.views.report import answer, comparison_page, comparison_table, render_text, result_tables
 
 if TYPE_CHECKING:
     from codesign.inputs import Constraint, Platform, Workload
     from codesign.inputs.problem import ProblemSpec
-    from codesign.results.result import Result
 
 DEFAULT = (
     "virtex4-pci:labyrinth",

@@ -13,13 +13,13 @@ from codesign.cli.options import debug_step
 from codesign.cli.progress import LATER_S, compiling_shown, progress_shown
 from codesign.cli.request import TABLES
 from codesign.cli.requests import Explain
-from codesign.errors import EXIT_NO, InputError, printable
-from codesign.exploration import load_study
-from codesign.report import explanation_sentence, explanation_tables, render_text
+from codesign.ground.errors import EXIT_NO, InputError, printable
+from codesign.study import load_study
+from codesign.views.report import explanation_sentence, explanation_tables, render_text
 
 if TYPE_CHECKING:
-    from codesign.explanation import Explanation
-    from codesign.progress import Show
+    from codesign.ground.progress import Show
+    from codesign.system.explanation import Explanation
 
 _NUMBER = re.compile(r"[+-]?[0-9]+")
 

@@ -11,32 +11,31 @@ import click
 from click.core import ParameterSource
 
 import codesign
-from codesign import interrupts
 from codesign.cli.options import command_line, debug_step
 from codesign.cli.outputs import check_outputs
 from codesign.cli.progress import LATER_S, compiling, compiling_shown, progress_shown
 from codesign.cli.request import SENTENCE, TABLES, load
 from codesign.cli.requests import Explore, Report
-from codesign.errors import EXIT_FAILED, EXIT_NO, InputError, printable
-from codesign.exploration import load_study
-from codesign.exploration.budget import Budget
-from codesign.exploration.check import check_points
-from codesign.exploration.columns import libraries
-from codesign.exploration.outcomes import State
+from codesign.ground import interrupts
+from codesign.ground.errors import EXIT_FAILED, EXIT_NO, InputError, printable
+from codesign.ground.kernel_cache import is_cold
+from codesign.ground.progress import Advance, doing
+from codesign.ground.units import counted
 from codesign.inputs import held, load_platforms, pin
 from codesign.inputs.edit import PLATFORM_AXIS
 from codesign.inputs.exploring import exploring
 from codesign.inputs.searching import ALL, check_search
-from codesign.kernel_cache import is_cold
-from codesign.progress import Advance, doing
-from codesign.report import render_text, study_page, study_sentence, study_tables, write_study_csv
-from codesign.units import counted
+from codesign.study import load_study
+from codesign.study.budget import Budget
+from codesign.study.check import check_points
+from codesign.study.columns import libraries
+from codesign.study.outcomes import State
+from codesign.views.report import render_text, study_page, study_sentence, study_tables, write_study_csv
 
 if TYPE_CHECKING:
-    from codesign.exploration import ClusterExecutor, Progress, Study
-    from codesign.exploration.budget import Budget
+    from codesign.ground.progress import Show
     from codesign.inputs import Platform, Workload
-    from codesign.progress import Show
+    from codesign.study import ClusterExecutor, Progress, Study
 
 
 def explore(asked: Explore) -> None:
@@ -96,7 +95,7 @@ def _cluster_of(address: str | None, *, quiet: bool) -> Iterator[ClusterExecutor
             "--cluster",
             "keep one of the two: --workers are processes of this machine, and a cluster has its own",
         )
-    with load("codesign.exploration.cluster:ClusterExecutor")(address) as executor:
+    with load("codesign.study.cluster:ClusterExecutor")(address) as executor:
         if not quiet:
             click.echo(f"cluster {printable(address)}: {executor.words}", err=True)
         yield executor

@@ -15,19 +15,19 @@ from codesign.cli import requests
 from codesign.cli.options import debug_step
 from codesign.cli.outputs import check_outputs
 from codesign.cli.progress import compiling_shown, progress_shown
-from codesign.errors import printable
-from codesign.fidelity import QUICK_SAMPLES, SAMPLES, measure
-from codesign.fidelity import asked as points_of
-from codesign.files import write_atomically
-from codesign.progress import Advance, Pace
-from codesign.report import render_text
-from codesign.report.fidelity_page import fidelity_page
-from codesign.report.fidelity_picture import fidelity_picture
-from codesign.report.fidelity_tables import fidelity_tables
+from codesign.ground.errors import printable
+from codesign.ground.files import write_atomically
+from codesign.ground.progress import Advance, Pace
+from codesign.hardware.fidelity import QUICK_SAMPLES, SAMPLES, measure
+from codesign.hardware.fidelity import asked as points_of
+from codesign.views.report import render_text
+from codesign.views.report.fidelity_page import fidelity_page
+from codesign.views.report.fidelity_picture import fidelity_picture
+from codesign.views.report.fidelity_tables import fidelity_tables
 
 if TYPE_CHECKING:
-    from codesign.fidelity import Fidelity
-    from codesign.rtl.campaign import Checked
+    from codesign.hardware.fidelity import Fidelity
+    from codesign.hardware.rtl.campaign import Checked
 
 
 def fidelity(asked: requests.Fidelity) -> None:

@@ -9,10 +9,10 @@ import click
 from codesign.cli.progress import LATER_S, progress_shown
 from codesign.cli.request import load
 from codesign.cli.requests import Check, Schema
-from codesign.errors import SpecError, printable
-from codesign.progress import doing
-from codesign.scenarios import check_files
-from codesign.units import counted
+from codesign.ground.errors import SpecError, printable
+from codesign.ground.progress import doing
+from codesign.ground.units import counted
+from codesign.system.scenarios import check_files
 
 
 def check(asked: Check) -> None:
@@ -39,9 +39,9 @@ def schema(asked: Schema) -> None:
 
 
 _SCHEMAS = {
-    "study": "codesign.exploration:study_schema",
-    "explanation": "codesign.explanation:explanation_schema",
-    "advice": "codesign.advice:advice_schema",
-    "reproduction": "codesign.reproduce:reproduction_schema",
+    "study": "codesign.study:study_schema",
+    "explanation": "codesign.system.explanation:explanation_schema",
+    "advice": "codesign.study.advice:advice_schema",
+    "reproduction": "codesign.hardware.reproduce:reproduction_schema",
 }
 """The schemas of answers that stand beside them; all others are those of files."""

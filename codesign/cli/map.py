@@ -12,17 +12,17 @@ from codesign import maps
 from codesign.cli.outputs import check_outputs
 from codesign.cli.progress import LATER_S, progress_shown
 from codesign.cli.requests import Map
-from codesign.errors import Fault, InputError, MapError, SpecError, printable
+from codesign.ground.errors import Fault, InputError, MapError, SpecError, printable
+from codesign.ground.progress import doing
 from codesign.inputs.document import Document
 from codesign.inputs.faults import validate
 from codesign.inputs.map_spec import FileMap
 from codesign.maps import map_files
 from codesign.maps.survey import picture, survey
-from codesign.progress import doing
 from codesign.system.map_text import map_lines, place_on
 
 if TYPE_CHECKING:
-    from codesign.inputs.map_spec import FileMap
+    pass
 
 
 _STEPS = ("unknown", "inflate", "downsample", "crop", "resolution")

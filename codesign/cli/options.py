@@ -16,9 +16,9 @@ from click.core import ParameterSource
 
 from codesign.cli.replacing import FORCE
 from codesign.cli.request import SENTENCE, TABLES, Option, load
-from codesign.errors import CodesignError, InputError, printable
-from codesign.kernel_cache import kernel_folders
-from codesign.units import Dimension, parse_quantity
+from codesign.ground.errors import CodesignError, InputError, printable
+from codesign.ground.kernel_cache import kernel_folders
+from codesign.ground.units import Dimension, parse_quantity
 from codesign.version import __version__
 
 

@@ -9,8 +9,8 @@ from contextlib import suppress
 from pathlib import Path
 
 from codesign.cli.replacing import check_replaceable
-from codesign.errors import InputError
-from codesign.files import is_special, is_stream, landing
+from codesign.ground.errors import InputError
+from codesign.ground.files import is_special, is_stream, landing
 
 _SQLITE = ("-wal", "-shm", "-journal")
 _ROOM = "name a file in a folder that exists and can be written to"

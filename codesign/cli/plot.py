@@ -12,12 +12,12 @@ import codesign
 from codesign.cli.outputs import check_outputs
 from codesign.cli.progress import LATER_S, compiling_shown, progress_shown
 from codesign.cli.requests import PlotFront, PlotMap, PlotSchedule, PlotTimeline
-from codesign.errors import InputError, choose_hint, printable
-from codesign.exploration import load_study
-from codesign.figures import FIGURES, SHORT_NAMES
-from codesign.progress import doing, plans_shown
-from codesign.records import MemoryListener
-from codesign.report import (
+from codesign.ground.errors import InputError, choose_hint, printable
+from codesign.ground.figures import FIGURES, SHORT_NAMES
+from codesign.ground.progress import doing, plans_shown
+from codesign.ground.records import MemoryListener
+from codesign.study import load_study
+from codesign.views.report import (
     front_picture,
     moment_picture,
     run_map_picture,
@@ -25,16 +25,16 @@ from codesign.report import (
     schedule_picture,
     workload_map_picture,
 )
-from codesign.report.canvas import format_of
-from codesign.trace import moment, open_trace
-from codesign.trace.floor import UNKNOWN
+from codesign.views.report.canvas import format_of
+from codesign.views.trace import moment, open_trace
+from codesign.views.trace.floor import UNKNOWN
 
 if TYPE_CHECKING:
-    from codesign.exploration import Study
-    from codesign.figures import ResultFigure
-    from codesign.progress import Show
-    from codesign.records import Record
-    from codesign.report import Picture
+    from codesign.ground.figures import ResultFigure
+    from codesign.ground.progress import Show
+    from codesign.ground.records import Record
+    from codesign.study import Study
+    from codesign.views.report import Picture
 
 _NONE = "none"
 _MCAP = b"\x89MCAP"

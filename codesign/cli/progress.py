@@ -8,9 +8,9 @@ from contextlib import contextmanager
 
 import click
 
-from codesign import kernel_cache
 from codesign.cli.request import load
-from codesign.progress import Advance, Show, silent, span_text
+from codesign.ground import kernel_cache
+from codesign.ground.progress import Advance, Show, silent, span_text
 
 SECONDS_BETWEEN_LINES = 10.0
 _BAR_AFTER_S = 1.0

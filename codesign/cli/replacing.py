@@ -14,8 +14,8 @@ from pathlib import Path
 
 import click
 
-from codesign.errors import InputError
-from codesign.files import is_special
+from codesign.ground.errors import InputError
+from codesign.ground.files import is_special
 
 FORCE = "codesign.force"
 _END = 2**20

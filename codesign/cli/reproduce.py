@@ -9,15 +9,17 @@ from typing import TYPE_CHECKING
 
 import click
 
-from codesign import reproduce as papers
 from codesign.cli.options import command_line, debug_step
 from codesign.cli.outputs import check_folder, check_outputs
 from codesign.cli.progress import compiling_shown, progress_shown
 from codesign.cli.request import SENTENCE, TABLES
 from codesign.cli.requests import Reproduce
-from codesign.errors import InputError, choose_hint, printable
-from codesign.progress import Advance
-from codesign.report import (
+from codesign.ground.errors import InputError, choose_hint, printable
+from codesign.ground.progress import Advance
+from codesign.hardware import reproduce as papers
+from codesign.hardware.reproduce import plot_svg
+from codesign.system import catalog, inspect
+from codesign.views.report import (
     Picture,
     findings_table,
     render_text,
@@ -27,13 +29,10 @@ from codesign.report import (
     reproduction_table,
     write_csv,
 )
-from codesign.report.planner_tables import settings_table
-from codesign.reproduce import plot_svg
-from codesign.system import catalog, inspect
+from codesign.views.report.planner_tables import settings_table
 
 if TYPE_CHECKING:
     from codesign.planners.reproduction import Plot, Reproduction
-    from codesign.report import Picture
 
 _WHOLE_S = 120.0
 """What all papers take, measured on two cores; the time left is shown for all of them alone."""

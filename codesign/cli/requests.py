@@ -29,7 +29,7 @@ from codesign.cli.options import (
     settings,
 )
 from codesign.cli.request import ANSWER, Argument, Command, Option, Request
-from codesign.units import Dimension
+from codesign.ground.units import Dimension
 
 if TYPE_CHECKING:
     from codesign.inputs.places import Place
@@ -285,7 +285,7 @@ class Plot(Request):
     """Draw a picture as PDF, SVG or PNG, by the end of the name of the file.
 
     The same input gives the same bytes. A PDF embeds its fonts, and its texts stay texts. In Python the functions of
-    codesign.report return the same pictures as figures of matplotlib.
+    codesign.views.report return the same pictures as figures of matplotlib.
     """
 
 

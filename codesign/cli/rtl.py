@@ -17,19 +17,19 @@ from codesign.cli.outputs import check_outputs
 from codesign.cli.progress import LATER_S, compiling_shown, progress_shown
 from codesign.cli.requests import Rtl, Verify
 from codesign.cli.specs import specs_of
-from codesign.errors import EXIT_FAILED, EXIT_NO, InputError, choose_hint, printable, printable_lines
-from codesign.files import write_folder
-from codesign.progress import Advance, Pace
-from codesign.report import render_text
-from codesign.report.verification_tables import difference_text, verification_table
-from codesign.rtl.campaign import Asked, samples, verify_all
-from codesign.rtl.export import MANIFEST, Origin, export_files
-from codesign.rtl.placed import placed, refuse_what_does_not_fit
+from codesign.ground.errors import EXIT_FAILED, EXIT_NO, InputError, choose_hint, printable, printable_lines
+from codesign.ground.files import write_folder
+from codesign.ground.progress import Advance, Pace
+from codesign.ground.units import counted
+from codesign.hardware.rtl.campaign import Asked, samples, verify_all
+from codesign.hardware.rtl.export import MANIFEST, Origin, export_files
+from codesign.hardware.rtl.placed import placed, refuse_what_does_not_fit
 from codesign.system import catalog, point_of
-from codesign.units import counted
+from codesign.views.report import render_text
+from codesign.views.report.verification_tables import difference_text, verification_table
 
 if TYPE_CHECKING:
-    from codesign.rtl.campaign import Asked, Checked, StyleChecked
+    from codesign.hardware.rtl.campaign import Checked, StyleChecked
 
 
 def verify(asked: Verify) -> None:

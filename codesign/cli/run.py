@@ -10,29 +10,30 @@ from typing import TYPE_CHECKING
 import click
 
 import codesign
-from codesign import interrupts, report
 from codesign.cli.options import command_line, debug_step
 from codesign.cli.outputs import check_outputs
 from codesign.cli.progress import compiling_shown, progress_shown
 from codesign.cli.request import SENTENCE, TABLES, load
 from codesign.cli.requests import Run
 from codesign.cli.specs import specs_of
-from codesign.errors import EXIT_NO, printable
-from codesign.exploration.constraints import with_constraints
+from codesign.ground import interrupts
+from codesign.ground.errors import EXIT_NO, printable
+from codesign.ground.progress import Advance, Pace, doing, plans_shown
+from codesign.ground.records import MemoryListener
+from codesign.ground.units import counted
 from codesign.inputs.constraint import needs_of
-from codesign.progress import Advance, Pace, doing, plans_shown
-from codesign.records import MemoryListener
-from codesign.scenarios import outlook
+from codesign.study.constraints import with_constraints
 from codesign.system import point_of
-from codesign.units import counted
-from codesign.verdicts import run_document
+from codesign.system.scenarios import outlook
+from codesign.system.verdicts import run_document
+from codesign.views import report
 
 if TYPE_CHECKING:
+    from codesign.ground.progress import Show
+    from codesign.ground.records import Record
     from codesign.inputs import Constraint
-    from codesign.progress import Show
-    from codesign.records import Record
-    from codesign.results.result import Result
     from codesign.system import MissionProgress
+    from codesign.system.results.result import Result
 
 _QUIET_SECONDS = 5.0
 """A shorter run shows no progress."""
@@ -49,7 +50,7 @@ def run(asked: Run) -> None:
         plain=["--trace"],
     )
     if asked.bag is not None:
-        load("codesign.bags:check_new")(asked.bag, "--ros2")
+        load("codesign.views.bags:check_new")(asked.bag, "--ros2")
     moved = point_of(platform, workload_spec, asked.settings)
     debug_step("files read and checked")
     records = MemoryListener()
@@ -63,7 +64,9 @@ def run(asked: Run) -> None:
         if moved[1].scenario.type == "plan_once":
             stack.enter_context(plans_shown(show))
         ros2 = (
-            None if asked.bag is None else stack.enter_context(load("codesign.bags:BagListener")(asked.bag))
+            None
+            if asked.bag is None
+            else stack.enter_context(load("codesign.views.bags:BagListener")(asked.bag))
         )
         doing(show, "simulating")
         result = codesign.simulate(

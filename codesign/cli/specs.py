@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 import click
 
 import codesign
-from codesign import exploration
-from codesign.errors import InputError
-from codesign.units import counted
+from codesign import study as exploration
+from codesign.ground.errors import InputError
+from codesign.ground.units import counted
 
 if TYPE_CHECKING:
     from codesign.inputs import Constraint, Platform, Workload

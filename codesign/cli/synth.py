@@ -12,16 +12,16 @@ from codesign.cli.options import debug_step
 from codesign.cli.progress import LATER_S, compiling_shown, progress_shown
 from codesign.cli.requests import Synth
 from codesign.cli.specs import specs_of
-from codesign.errors import InputError
-from codesign.progress import Advance, Pace
-from codesign.report import render_text
-from codesign.report.synthesis_tables import synthesis_tables
-from codesign.rtl.compared import compared
-from codesign.rtl.placed import placed
+from codesign.ground.errors import InputError
+from codesign.ground.progress import Advance, Pace
+from codesign.hardware.rtl.compared import compared
+from codesign.hardware.rtl.placed import placed
 from codesign.system import point_of
+from codesign.views.report import render_text
+from codesign.views.report.synthesis_tables import synthesis_tables
 
 if TYPE_CHECKING:
-    from codesign.rtl.compared import Compared
+    from codesign.hardware.rtl.compared import Compared
 
 
 def synth(asked: Synth) -> None:

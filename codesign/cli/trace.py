@@ -14,15 +14,23 @@ import click
 from codesign.cli.outputs import check_outputs
 from codesign.cli.progress import LATER_S, progress_shown
 from codesign.cli.requests import TraceInfo, TraceShow
-from codesign.errors import InputError, printable
-from codesign.files import write_atomically
-from codesign.report import moment_picture
-from codesign.trace import HEADER, MOMENT_KINDS, moment, moment_lines, open_trace, timeline, trace_thumbnail
-from codesign.trace.floor import UNKNOWN
-from codesign.units import counted
+from codesign.ground.errors import InputError, printable
+from codesign.ground.files import write_atomically
+from codesign.ground.units import counted
+from codesign.views.report import moment_picture
+from codesign.views.trace import (
+    HEADER,
+    MOMENT_KINDS,
+    moment,
+    moment_lines,
+    open_trace,
+    timeline,
+    trace_thumbnail,
+)
+from codesign.views.trace.floor import UNKNOWN
 
 if TYPE_CHECKING:
-    from codesign.trace import Moment, Trace
+    from codesign.views.trace import Moment, Trace
 
 
 def info(asked: TraceInfo) -> None:

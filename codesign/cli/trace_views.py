@@ -16,28 +16,28 @@ from codesign.cli.outputs import check_outputs
 from codesign.cli.progress import LATER_S, progress_shown
 from codesign.cli.request import load
 from codesign.cli.requests import TraceDiff, TraceExport, TraceLayout, TraceStats, TraceTimeline
-from codesign.errors import EXIT_NO, InputError, printable
-from codesign.exports.blueprint import write_blueprint
-from codesign.exports.difference import channels_table, difference, results_table
-from codesign.exports.gantt import gantt
-from codesign.exports.layouts import bag_layout, foxglove_layout
-from codesign.exports.perfetto import write_perfetto
-from codesign.exports.poses import POSE_KINDS, poses_csv
-from codesign.exports.statistics import latencies_table, shares_table, statistics
-from codesign.exports.waveform import waveform_of, write_waveform
-from codesign.files import write_atomically, written_atomically
-from codesign.records import ACTIVITY_KINDS
-from codesign.report import records_page, result_page, run_pictures
-from codesign.report.render import render_text
-from codesign.report.scrub import SCRUB_KINDS
-from codesign.results.result import Result
-from codesign.trace import open_trace
-from codesign.trace.show import row_of
-from codesign.units import format_time
+from codesign.ground.errors import EXIT_NO, InputError, printable
+from codesign.ground.files import write_atomically, written_atomically
+from codesign.ground.records import ACTIVITY_KINDS
+from codesign.ground.units import format_time
+from codesign.system.results.result import Result
+from codesign.views.exports.blueprint import write_blueprint
+from codesign.views.exports.difference import channels_table, difference, results_table
+from codesign.views.exports.gantt import gantt
+from codesign.views.exports.layouts import bag_layout, foxglove_layout
+from codesign.views.exports.perfetto import write_perfetto
+from codesign.views.exports.poses import POSE_KINDS, poses_csv
+from codesign.views.exports.statistics import latencies_table, shares_table, statistics
+from codesign.views.exports.waveform import waveform_of, write_waveform
+from codesign.views.report import records_page, result_page, run_pictures
+from codesign.views.report.render import render_text
+from codesign.views.report.scrub import SCRUB_KINDS
+from codesign.views.trace import open_trace
+from codesign.views.trace.show import row_of
 
 if TYPE_CHECKING:
-    from codesign.exports.statistics import Statistics
-    from codesign.trace import Trace
+    from codesign.views.exports.statistics import Statistics
+    from codesign.views.trace import Trace
 
 
 def stats(asked: TraceStats) -> None:
@@ -172,7 +172,7 @@ def export(asked: TraceExport) -> None:
         raise InputError("nothing to write", "hwsw trace export", hint)
     check_outputs(outputs, (asked.file,))
     if asked.bag is not None:
-        load("codesign.bags:check_new")(asked.bag, "--ros2")
+        load("codesign.views.bags:check_new")(asked.bag, "--ros2")
     writers: list[tuple[Path | None, Callable[[Trace, Path], list[Path]]]] = [
         (asked.perfetto, _perfetto),
         (asked.vcd, lambda opened, path: _waveform(opened, path, asked.begin, asked.end)),
@@ -220,8 +220,8 @@ def _page(opened: Trace, path: Path) -> list[Path]:
 
 
 def _bag(opened: Trace, path: Path, begin: int) -> list[Path]:
-    kinds = load("codesign.bags:BAG_KINDS")
-    load("codesign.bags:export_bag")(opened.records(kinds=kinds), path, begin * 10**9)
+    kinds = load("codesign.views.bags:BAG_KINDS")
+    load("codesign.views.bags:export_bag")(opened.records(kinds=kinds), path, begin * 10**9)
     return [path]
 
 

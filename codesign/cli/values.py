@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Any
 
-from codesign.errors import InputError, clip
+from codesign.ground.errors import InputError, clip
 from codesign.inputs import parse_value
 from codesign.inputs.axes import axis_form
 

@@ -10,17 +10,17 @@ from typing import TYPE_CHECKING
 
 import click
 
-from codesign.certificates.check import check
-from codesign.certificates.file import read_certificate
-from codesign.certificates.form import WORDS
 from codesign.cli.request import load
 from codesign.cli.requests import VerifyFront
-from codesign.errors import CertificateError, InputError, RefusedError, clip, printable
-from codesign.units import counted, format_count
+from codesign.ground.errors import CertificateError, InputError, RefusedError, clip, printable
+from codesign.ground.units import counted, format_count
+from codesign.study.certificates.check import check
+from codesign.study.certificates.file import read_certificate
+from codesign.study.certificates.form import WORDS
 
 if TYPE_CHECKING:
-    from codesign.certificates.check import Verdict
-    from codesign.certificates.form import Certificate
+    from codesign.study.certificates.check import Verdict
+    from codesign.study.certificates.form import Certificate
 
 _MOST = 12
 
@@ -65,8 +65,8 @@ def _compare(
     needs: tuple[str, ...],
 ) -> None:
     # Only here: a check by itself needs nothing of what it checks.
-    study = load("codesign.exploration:load_study")(store).needing(needs).at(conditions)
-    different = load("codesign.exploration.certify:differences")(certificate, study)
+    study = load("codesign.study:load_study")(store).needing(needs).at(conditions)
+    different = load("codesign.study.certify:differences")(certificate, study)
     if different:
         what = f"refused: it is not of the exploration in {store}: they differ in {clip(', '.join(different), 200)}"
         hint = f"write its certificate: hwsw report {store} --certify FILE"

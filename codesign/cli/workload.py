@@ -9,7 +9,16 @@ from typing import TYPE_CHECKING, Any
 import click
 
 import codesign
-from codesign.bags import (
+from codesign.cli.progress import LATER_S, progress_shown
+from codesign.cli.requests import FromBag
+from codesign.cli.values import settings_of as values_of
+from codesign.ground.errors import InputError, SpecError, clip, printable
+from codesign.ground.files import write_atomically
+from codesign.ground.progress import doing
+from codesign.ground.records import MemoryListener
+from codesign.inputs.files import read_spec
+from codesign.system import point_of
+from codesign.views.bags import (
     Choices,
     Rule,
     Topics,
@@ -21,21 +30,12 @@ from codesign.bags import (
     settings_of,
     workload_text,
 )
-from codesign.cli.progress import LATER_S, progress_shown
-from codesign.cli.requests import FromBag
-from codesign.cli.values import settings_of as values_of
-from codesign.errors import InputError, SpecError, clip, printable
-from codesign.files import write_atomically
-from codesign.inputs.files import read_spec
-from codesign.progress import doing
-from codesign.records import MemoryListener
-from codesign.report import render_text
-from codesign.report.bag_tables import board_latencies, goals_table
-from codesign.system import point_of
+from codesign.views.report import render_text
+from codesign.views.report.bag_tables import board_latencies, goals_table
 
 if TYPE_CHECKING:
-    from codesign.bags import BagFacts, Choices
-    from codesign.progress import Show
+    from codesign.ground.progress import Show
+    from codesign.views.bags import BagFacts
 
 _SECOND = 10**12
 

@@ -16,7 +16,7 @@ from typing import Any
 import simpy
 from simpy.events import EventPriority
 
-from codesign.errors import RunError
+from codesign.ground.errors import RunError
 
 MOST_URGENT = 0
 """The priority that never waits for the end of the picosecond: no request can be more urgent."""

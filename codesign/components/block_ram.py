@@ -10,8 +10,8 @@ import simpy
 
 from codesign.components.component import ClockDomain
 from codesign.components.scan import ScannedMemory
-from codesign.errors import RunError
-from codesign.records import Listener
+from codesign.ground.errors import RunError
+from codesign.ground.records import Listener
 
 PORTS = 2
 DISPLAY_PORT = 1

@@ -9,9 +9,16 @@ from dataclasses import dataclass
 import simpy
 
 from codesign.components.samples import Samples
-from codesign.errors import InputError, RunError
-from codesign.records import Listener, Record, SampleRecord, UtilisationRecord, recorded_by, unwanted_by
-from codesign.units import cycles_by, edge
+from codesign.ground.errors import InputError, RunError
+from codesign.ground.records import (
+    Listener,
+    Record,
+    SampleRecord,
+    UtilisationRecord,
+    recorded_by,
+    unwanted_by,
+)
+from codesign.ground.units import cycles_by, edge
 
 Environment = simpy.Environment
 

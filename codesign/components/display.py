@@ -8,8 +8,8 @@ import simpy
 
 from codesign.components.component import ClockDomain, Component
 from codesign.components.scan import Scan, ScannedMemory
-from codesign.records import Listener
-from codesign.units import PICOSECONDS_PER_SECOND
+from codesign.ground.records import Listener
+from codesign.ground.units import PICOSECONDS_PER_SECOND
 
 VGA = Scan(columns=640, rows=480, total_columns=800, total_rows=525)
 """640 × 480 at 60 Hz, with a pixel clock of 25.175 MHz. The industry's timing (assumed, from memory)."""

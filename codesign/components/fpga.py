@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 from codesign.components.block_ram import PORTS, BlockRam
 from codesign.components.component import ClockDomain, Component
 from codesign.components.memory import ExternalMemory
-from codesign.errors import RunError
+from codesign.ground.errors import RunError
+from codesign.ground.records import BROKEN_OFF, UNFINISHED, Listener, TaskRecord
 from codesign.planners.styles import MemoryStep, Step
-from codesign.records import BROKEN_OFF, UNFINISHED, Listener, TaskRecord
 
 T = TypeVar("T")
 

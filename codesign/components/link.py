@@ -13,10 +13,10 @@ from codesign.components.channel import Channel, Message
 from codesign.components.component import ClockDomain, Component
 from codesign.components.delivery import ABANDONED, LINK_DOWN, Delivery, DeliveryOutcome
 from codesign.components.link_faults import LinkErrors, Luck, Outages, damage_probability, wrong_bits
-from codesign.errors import InputError, RunError, choose_hint
+from codesign.ground.errors import InputError, RunError, choose_hint
+from codesign.ground.records import Listener, MessageRecord
+from codesign.ground.units import edge
 from codesign.laws import Law
-from codesign.records import Listener, MessageRecord
-from codesign.units import edge
 
 
 class LinkOptions(TypedDict, total=False):

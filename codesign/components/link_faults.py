@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from codesign.errors import InputError
+from codesign.ground.errors import InputError
 
 MAX_RETRIES = 1000
 """Most retransmissions of a message. The random numbers of all of them are drawn at once, see ``Luck``."""

@@ -10,10 +10,10 @@ import simpy
 
 from codesign.components.component import ClockDomain
 from codesign.components.scan import Claims, Scan, ScannedMemory
-from codesign.errors import RunError
+from codesign.ground.errors import RunError
+from codesign.ground.records import BROKEN_OFF, ENDED, Listener, TaskRecord
+from codesign.ground.units import PICOSECONDS_PER_SECOND
 from codesign.planners.external_memory import ExternalMemoryLaw, Traffic
-from codesign.records import BROKEN_OFF, ENDED, Listener, TaskRecord
-from codesign.units import PICOSECONDS_PER_SECOND
 
 
 class ExternalMemory(ScannedMemory):

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from codesign.components import motion_kernels
 from codesign.components.path import NEAR, Point, Polyline
-from codesign.errors import InputError
+from codesign.ground.errors import InputError
 
 SECOND = 10**12
 """Picoseconds."""

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codesign.components import path_kernels
-from codesign.errors import InputError
+from codesign.ground.errors import InputError
 
 Cell = tuple[int, int]
 Point = tuple[float, float]

@@ -11,9 +11,9 @@ import simpy
 
 from codesign.components.component import ClockDomain, Component
 from codesign.components.fpga import PreemptedError
-from codesign.errors import InputError, RunError, choose_hint
+from codesign.ground.errors import InputError, RunError, choose_hint
+from codesign.ground.records import BROKEN_OFF, ENDED, PREEMPTED, UNFINISHED, Listener, TaskRecord
 from codesign.laws.acts import KernelLaw
-from codesign.records import BROKEN_OFF, ENDED, PREEMPTED, UNFINISHED, Listener, TaskRecord
 
 
 @dataclass(slots=True, eq=False)

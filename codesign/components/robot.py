@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 from codesign.components.component import Component
 from codesign.components.motion import SECOND, Kinematics, Motion
 from codesign.components.path import NEAR, Cell, Point, Polyline, cell_of
-from codesign.errors import InputError, RunError
-from codesign.records import Listener
+from codesign.ground.errors import InputError, RunError
+from codesign.ground.records import Listener
 
 PRESSING = 1e-3
 """Cells: a robot that moved less than this since a contact is still at the same cell."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from codesign.records import SampleRecord
+from codesign.ground.records import SampleRecord
 
 SHORTEST = 10**6
 """Picoseconds between two samples of a quantity: at least 1 us, and a 64th of the time up to now.

@@ -17,9 +17,9 @@ import simpy
 from numpy.typing import NDArray
 
 from codesign.components.component import ClockDomain, Component
-from codesign.errors import InputError, RunError
-from codesign.records import Listener
-from codesign.units import PICOSECONDS_PER_SECOND
+from codesign.ground.errors import InputError, RunError
+from codesign.ground.records import Listener
+from codesign.ground.units import PICOSECONDS_PER_SECOND
 
 Cycles = NDArray[np.int64]
 

@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 
 from codesign.components import range_kernels, sensor_kernels
 from codesign.components.path import NEAR, Point, cell_of
-from codesign.errors import InputError
-from codesign.figures import Figure, Status
+from codesign.ground.errors import InputError
+from codesign.ground.figures import Figure, Status
 
 Cells = NDArray[np.int64]
 """int64 n × 2, (row, column), in raster order, each once."""

@@ -17,9 +17,9 @@ import simpy
 from codesign.components.channel import Channel, Message
 from codesign.components.link import Link, LinkOptions
 from codesign.components.link_faults import damage_probability, parity_miss, wrong_behind_parity
-from codesign.errors import InputError
+from codesign.ground.errors import InputError
+from codesign.ground.units import edge
 from codesign.laws.acts import SerialLaw
-from codesign.units import edge
 
 STOP_BITS = (Fraction(1), Fraction(3, 2), Fraction(2))
 """The accepted numbers of stop bits of a frame."""

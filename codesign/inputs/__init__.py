@@ -12,6 +12,7 @@ PyYAML reads events only, never objects. Its own schema was rejected: it takes `
 ``12:30:00`` for 45000, ``1e6`` for text, and the last of two equal keys without a word.
 """
 
+from codesign.ground.models import RefusalError, SpecModel
 from codesign.inputs.base import Spec, fault
 from codesign.inputs.checks import cross_check
 from codesign.inputs.constraint import Constraint
@@ -25,7 +26,6 @@ from codesign.inputs.platform_axis import load_platforms, platforms_of
 from codesign.inputs.schema import json_schema
 from codesign.inputs.workload import TaskMapping, Workload
 from codesign.inputs.workload_file import list_workloads, load_workload
-from codesign.models import RefusalError, SpecModel
 
 __all__ = [
     "Constraint",

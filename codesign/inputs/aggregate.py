@@ -8,11 +8,11 @@ from typing import Annotated, Any, Literal
 from pydantic import BeforeValidator, Field, ValidationError, ValidationInfo, WithJsonSchema
 from pydantic_core import InitErrorDetails
 
-from codesign.errors import choose_hint, clip, show
-from codesign.figures import FIGURES, SHORT_NAMES, ResultFigure
+from codesign.ground.errors import choose_hint, clip, show
+from codesign.ground.figures import FIGURES, SHORT_NAMES, ResultFigure
+from codesign.ground.models import RefusalError, SpecModel, details_of, raise_all, refusal_details
 from codesign.inputs.constraint import BOUNDS, Constraint, constraint_of, declared
 from codesign.inputs.derived import known_figures
-from codesign.models import RefusalError, SpecModel, details_of, raise_all, refusal_details
 
 DEFAULT = "default"
 """The key of the rule of every figure that has no rule of its own."""

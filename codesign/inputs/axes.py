@@ -26,11 +26,11 @@ from decimal import Context, Decimal, localcontext
 from fractions import Fraction
 from typing import Any, Literal
 
-from codesign.errors import Fault, InputError, WrittenFloat, choose_hint, clip, show
+from codesign.ground.errors import Fault, InputError, WrittenFloat, choose_hint, clip, show
+from codesign.ground.models import RefusalError
+from codesign.ground.units import SCALES, Dimension, format_exact, parse_quantity
 from codesign.inputs.document import REMOVED, Document, KeyPath, Origin, put
 from codesign.inputs.files import parse_value
-from codesign.models import RefusalError
-from codesign.units import SCALES, Dimension, format_exact, parse_quantity
 
 MAX_VALUES = 1000
 

@@ -10,11 +10,11 @@ from typing import Any, Self, cast
 
 from pydantic import BaseModel, PrivateAttr
 
-from codesign.errors import Fault
-from codesign.figures import Figure
+from codesign.ground.errors import Fault
+from codesign.ground.figures import Figure
+from codesign.ground.models import SpecModel
 from codesign.inputs.document import Document, KeyPath
 from codesign.inputs.fields import DECLARED
-from codesign.models import SpecModel
 
 _NO_DOCUMENT = Document("", Path(), {})
 

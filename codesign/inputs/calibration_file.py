@@ -13,13 +13,13 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, ValidationInfo, model_validator
 
-from codesign.errors import InputError, SpecError, clip
-from codesign.figures import RESOURCES
+from codesign.ground.errors import InputError, SpecError, clip
+from codesign.ground.figures import RESOURCES
+from codesign.ground.models import RefusalError, SpecModel
+from codesign.ground.part import Part
 from codesign.inputs.base import Spec
 from codesign.inputs.fields import FactorFigure, Name
 from codesign.inputs.library import Library
-from codesign.models import RefusalError, SpecModel
-from codesign.part import Part
 
 CLOCK, STATIC, DYNAMIC = "clock", "static_power", "dynamic_power"
 TERMS = (*RESOURCES, CLOCK, STATIC, DYNAMIC)

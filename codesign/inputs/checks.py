@@ -10,7 +10,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from codesign.errors import Fault, UnsuitedError, clip, show
+from codesign.ground.errors import Fault, UnsuitedError, clip, show
+from codesign.ground.models import TaskParameters
 from codesign.inputs.axes import MAX_VALUES, in_circle, listed, refusals
 from codesign.inputs.document import Document, KeyPath, Origin, put
 from codesign.inputs.edit import (
@@ -35,7 +36,6 @@ from codesign.inputs.platform_axis import platform_axis_faults
 from codesign.inputs.roles import ROLES
 from codesign.inputs.workload import BASE, MAX_VARIANTS, Workload
 from codesign.inputs.yaml_tree import MAX_FAULTS
-from codesign.models import TaskParameters
 
 
 def conditions_of(document: Document, axis: str, axes: Mapping[str, Any]) -> dict[str, tuple[Any, ...]]:

@@ -7,8 +7,11 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self, Union
 
 from pydantic import ConfigDict, Field, PrivateAttr, ValidationInfo, field_validator, model_validator
 
-from codesign.errors import InputError, SpecError
-from codesign.figures import Figure, Status
+from codesign.ground.errors import InputError, SpecError
+from codesign.ground.figures import Figure, Status
+from codesign.ground.models import RefusalError, SpecModel, choice, refused
+from codesign.ground.part import Part
+from codesign.ground.units import format_frequency
 from codesign.inputs.calibration_file import CalibrationFile, load_calibration
 from codesign.inputs.fields import (
     AccelerationFigure,
@@ -28,9 +31,6 @@ from codesign.inputs.host_file import HOSTS, Cores, ProcessorPower
 from codesign.inputs.part_file import PARTS, load_part
 from codesign.laws import Law, Number
 from codesign.laws.acts import FpgaLaw, IdealLaw, KernelLaw
-from codesign.models import RefusalError, SpecModel, choice, refused
-from codesign.part import Part
-from codesign.units import format_frequency
 
 MAX_RAYS = 4096
 

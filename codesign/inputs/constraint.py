@@ -19,12 +19,12 @@ from pydantic import (
 )
 from pydantic_core import CoreSchema, core_schema
 
-from codesign.errors import Fault, InputError, SpecError, choose_hint, clip, show
-from codesign.figures import FIGURES, SHORT_NAMES, ResultFigure, found
+from codesign.ground.errors import Fault, InputError, SpecError, choose_hint, clip, show
+from codesign.ground.figures import FIGURES, SHORT_NAMES, ResultFigure, found
+from codesign.ground.models import RefusalError, SpecModel, refused
+from codesign.ground.units import PICOSECONDS_PER_SECOND, SCALES, Dimension, format_quantity, parse_quantity
 from codesign.inputs.derived import DerivedFigure, derived, difference, in_scope, known_figures, nodes
 from codesign.inputs.expression import MAX_TEXT, parse_comparison
-from codesign.models import RefusalError, SpecModel, refused
-from codesign.units import PICOSECONDS_PER_SECOND, SCALES, Dimension, format_quantity, parse_quantity
 
 
 def declared(name: Any) -> ResultFigure:

@@ -13,9 +13,10 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import Field, PlainSerializer, PlainValidator, ValidationError, WithJsonSchema
 
-from codesign.errors import choose_hint, clip, show
-from codesign.figures import FIGURES, SHORT_NAMES, ResultFigure
-from codesign.figures import label as label_of
+from codesign.ground.errors import choose_hint, clip, show
+from codesign.ground.figures import FIGURES, SHORT_NAMES, ResultFigure
+from codesign.ground.figures import label as label_of
+from codesign.ground.models import RefusalError, SpecModel, details_of, raise_all, refusal_details
 from codesign.inputs.expression import (
     FUNCTIONS,
     MAX_TEXT,
@@ -34,7 +35,6 @@ from codesign.inputs.expression import (
     unit_text,
     why_undefined,
 )
-from codesign.models import RefusalError, SpecModel, details_of, raise_all, refusal_details
 
 MAX_FIGURES = 16
 MAX_NAME = 60

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from codesign.errors import Fault, clip
+from codesign.ground.errors import Fault, clip
 
 KeyPath = tuple[str | int, ...]
 """The path to a node: mapping keys and list indices from the root."""

@@ -16,7 +16,9 @@ from typing import Any, TypeVar
 
 from pydantic import ValidationError
 
-from codesign.errors import Fault, SpecError, choose_hint, clip, show
+from codesign.ground.errors import Fault, SpecError, choose_hint, clip, show
+from codesign.ground.memo import Same
+from codesign.ground.models import SpecModel, TaskParameters
 from codesign.inputs.base import Spec, with_sources
 from codesign.inputs.calibration_file import calibration_state
 from codesign.inputs.components import COMPONENTS
@@ -36,8 +38,6 @@ from codesign.inputs.workload import (
     problem_model,
     tasks_of,
 )
-from codesign.memo import Same
-from codesign.models import SpecModel, TaskParameters
 
 S = TypeVar("S", bound=Spec)
 

@@ -18,15 +18,15 @@ from pydantic import (
 )
 from pydantic_core import InitErrorDetails
 
-from codesign.errors import clip
-from codesign.figures import FIGURES, ResultFigure
+from codesign.ground.errors import clip
+from codesign.ground.figures import FIGURES, ResultFigure
+from codesign.ground.models import Location, RefusalError, SpecModel, raise_all, refusal_details
 from codesign.inputs.aggregate import Aggregate, Rule, Share, rule_for
 from codesign.inputs.axes import MAX_VALUES, Part, When, listed, ordered, parts_of, settled
 from codesign.inputs.axes import refusals as refusals_of
 from codesign.inputs.constraint import Constraint, FigureName, WrittenConstraint, contradictions
 from codesign.inputs.derived import DerivedFigures, in_scope, read_figures
 from codesign.inputs.searching import Search
-from codesign.models import Location, RefusalError, SpecModel, raise_all, refusal_details
 
 MAX_AXES = 16
 MAX_POINTS = 10**15

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
-from codesign.errors import InputError, show
+from codesign.ground.errors import InputError, show
 from codesign.inputs.checks import workload_faults
 from codesign.inputs.document import REMOVED, KeyPath, Origin, put
 from codesign.inputs.faults import validate

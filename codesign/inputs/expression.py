@@ -28,9 +28,9 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import NDArray
 
-from codesign.errors import choose_hint, clip, show
-from codesign.models import RefusalError
-from codesign.units import PICOSECONDS_PER_SECOND, SCALES, Dimension, counted
+from codesign.ground.errors import choose_hint, clip, show
+from codesign.ground.models import RefusalError
+from codesign.ground.units import PICOSECONDS_PER_SECOND, SCALES, Dimension, counted
 
 Column = NDArray[np.float64]
 Why = tuple[str, NDArray[np.bool_]]

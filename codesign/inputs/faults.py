@@ -8,10 +8,10 @@ from typing import Any, Protocol, TypeVar
 
 from pydantic import BaseModel, ValidationError
 
-from codesign.errors import Fault, SpecError, choose_hint, clip, show
+from codesign.ground.errors import Fault, SpecError, choose_hint, clip, show
+from codesign.ground.models import NAME_PATTERN, SPEED_GRADE_PATTERN, RefusalError
 from codesign.inputs.document import Document, KeyPath
 from codesign.inputs.yaml_tree import MAX_FAULTS
-from codesign.models import NAME_PATTERN, SPEED_GRADE_PATTERN, RefusalError
 
 M = TypeVar("M", bound=BaseModel)
 

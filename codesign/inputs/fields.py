@@ -17,10 +17,10 @@ from pydantic import (
     WrapValidator,
 )
 
-from codesign.errors import InputError, show
-from codesign.figures import Figure, Status
-from codesign.models import NAME_PATTERN, RefusalError, SpecModel, refused
-from codesign.units import SCALES, Dimension, parse_quantity
+from codesign.ground.errors import InputError, show
+from codesign.ground.figures import Figure, Status
+from codesign.ground.models import NAME_PATTERN, RefusalError, SpecModel, refused
+from codesign.ground.units import SCALES, Dimension, parse_quantity
 
 MAX_COUNT = 10**15
 MIN_FACTOR, MAX_FACTOR = 1e-6, 1e6

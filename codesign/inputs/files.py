@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from codesign.errors import InputError, SpecError, choose_hint, clip
+from codesign.ground.errors import InputError, SpecError, choose_hint, clip
 from codesign.inputs.document import Document
 from codesign.inputs.kept_document import document_from
 from codesign.inputs.yaml_tree import parse_document, read_document

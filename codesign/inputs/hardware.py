@@ -9,9 +9,9 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any, ClassVar
 
-from codesign.figures import Figure
+from codesign.ground.figures import Figure
+from codesign.ground.models import SpecModel
 from codesign.laws import Law, Number
-from codesign.models import SpecModel
 
 
 class Hardware(SpecModel):

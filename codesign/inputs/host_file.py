@@ -8,12 +8,12 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from codesign.errors import InputError
-from codesign.figures import Figure, weakest
+from codesign.ground.errors import InputError
+from codesign.ground.figures import Figure, weakest
+from codesign.ground.models import SpecModel
 from codesign.inputs.base import Spec
 from codesign.inputs.fields import DataFigure, FactorFigure, FrequencyFigure, Name, PowerFigure, TimeFigure
 from codesign.inputs.library import Library
-from codesign.models import SpecModel
 
 
 class ProcessorPower(SpecModel):

@@ -8,7 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from codesign.errors import Fault, SpecError, clip
+from codesign.ground.errors import Fault, SpecError, clip
 from codesign.inputs.document import Document, KeyPath, Mark, Origin, dotted
 from codesign.inputs.yaml_tree import MAX_DEPTH, MAX_FAULTS, MAX_NODES
 

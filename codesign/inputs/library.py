@@ -11,7 +11,7 @@ from typing import Generic, TypeVar
 
 from pydantic import ValidationInfo
 
-from codesign.errors import Fault, InputError, choose_hint, clip
+from codesign.ground.errors import Fault, InputError, choose_hint, clip
 from codesign.inputs.base import Spec
 from codesign.inputs.document import Document
 from codesign.inputs.faults import validate

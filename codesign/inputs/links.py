@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self, Union
 
 from pydantic import Field, field_validator, model_validator
 
+from codesign.ground.models import RefusalError, SpecModel, choice
 from codesign.inputs.components import BusyPower
 from codesign.inputs.fields import CountFigure, Duration, FrequencyFigure, Name, PositiveFigure
 from codesign.inputs.hardware import Hardware
 from codesign.laws.acts import BusLaw, IdealLaw, SerialLaw
-from codesign.models import RefusalError, SpecModel, choice
 
 MAX_ENDS = 256
 MAX_OUTAGES = 1000

@@ -20,11 +20,11 @@ from pydantic import (
     model_validator,
 )
 
-from codesign.errors import InputError, clip, show
+from codesign.ground.errors import InputError, clip, show
+from codesign.ground.models import Location, RefusalError, SpecModel, choice, refused
+from codesign.ground.units import Dimension, parse_quantity
 from codesign.inputs.fields import Length
 from codesign.maps.prepare import Crop, Radius, Steps, Unknown
-from codesign.models import Location, RefusalError, SpecModel, choice, refused
-from codesign.units import Dimension, parse_quantity
 
 MAX_CELLS = 2**24
 

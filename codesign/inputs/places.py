@@ -19,11 +19,11 @@ from pydantic import (
     model_validator,
 )
 
-from codesign.errors import InputError, show
+from codesign.ground.errors import InputError, show
+from codesign.ground.models import RefusalError, SpecModel, details_of, raise_all, refused
+from codesign.ground.units import Dimension, parse_quantity
 from codesign.inputs.fields import Cell
 from codesign.inputs.map_spec import beside, named
-from codesign.models import RefusalError, SpecModel, details_of, raise_all, refused
-from codesign.units import Dimension, parse_quantity
 
 FARTHEST = 1e9
 """Metres: the largest coordinate, as for all lengths."""

@@ -8,7 +8,8 @@ from typing import Annotated, Any, Literal, TypeVar
 
 from pydantic import Field
 
-from codesign.errors import Fault, choose_hint, clip
+from codesign.ground.errors import Fault, choose_hint, clip
+from codesign.ground.models import SpecModel
 from codesign.inputs.base import Spec
 from codesign.inputs.components import AnyComponent, Component, FpgaComponent
 from codesign.inputs.document import Document
@@ -17,7 +18,6 @@ from codesign.inputs.fields import Name, PowerFigure, PriceFigure
 from codesign.inputs.files import Source, read_spec, shipped_names
 from codesign.inputs.links import MAX_ENDS, Link
 from codesign.inputs.roles import LINK, ROLE_TYPES, ROLES, Roles, filled_roles, role_faults
-from codesign.models import SpecModel
 
 _SHOWN = 6
 """Most platforms that a remedy lists."""

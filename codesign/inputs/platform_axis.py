@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
-from codesign.errors import Fault, InputError, SpecError, show
+from codesign.ground.errors import Fault, InputError, SpecError, show
 from codesign.inputs.document import Document, KeyPath
 from codesign.inputs.edit import PLATFORM_AXIS
 from codesign.inputs.files import find_spec, is_path

@@ -6,11 +6,11 @@ from typing import Annotated, Any, Self
 
 from pydantic import Field, ValidationInfo, WrapValidator, field_validator, model_validator
 
-from codesign.errors import outside_map, show
+from codesign.ground.errors import outside_map, show
+from codesign.ground.models import RefusalError, SpecModel, Task, raise_all, refusal_details
 from codesign.inputs.map_spec import GeneratedMap, Map, Seed, Share
 from codesign.inputs.places import Place, Point, ScenarioLine, as_list
 from codesign.inputs.tasks import Change
-from codesign.models import RefusalError, SpecModel, Task, raise_all, refusal_details
 
 
 class SampledStarts(SpecModel):

@@ -11,10 +11,10 @@ from typing import Any
 
 from pydantic import Field
 
-from codesign.errors import Fault, choose_hint, clip
+from codesign.ground.errors import Fault, choose_hint, clip
+from codesign.ground.models import SpecModel
 from codesign.inputs.document import Document, KeyPath
 from codesign.inputs.fields import Name
-from codesign.models import SpecModel
 
 FABRIC, HOST, LINK = "fabric", "host", "link"
 

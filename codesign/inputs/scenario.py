@@ -7,9 +7,9 @@ from typing import Annotated, ClassVar, Literal, Self, TypeVar
 
 from pydantic import Field, model_validator
 
+from codesign.ground.models import RefusalError, SpecModel, choice
+from codesign.ground.units import PICOSECONDS_PER_SECOND
 from codesign.inputs.fields import Cell, Duration, Length, Name, Speed
-from codesign.models import RefusalError, SpecModel, choice
-from codesign.units import PICOSECONDS_PER_SECOND
 
 MAX_OBSTACLES = 10_000
 MAX_TOUR = 10_000

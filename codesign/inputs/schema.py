@@ -7,7 +7,7 @@ from typing import Any
 
 from pydantic import BaseModel
 
-from codesign.errors import InputError, choose_hint
+from codesign.ground.errors import InputError, choose_hint
 from codesign.inputs.calibration_file import CalibrationFile
 from codesign.inputs.host_file import HostFile
 from codesign.inputs.part_file import PartFile

@@ -7,10 +7,10 @@ from typing import Annotated, Any, Literal, Self, get_args
 
 from pydantic import BeforeValidator, Field, ValidationInfo, WithJsonSchema, field_validator
 
-from codesign.errors import InputError, choose_hint
+from codesign.ground.errors import InputError, choose_hint
+from codesign.ground.models import RefusalError, SpecModel
+from codesign.ground.units import PICOSECONDS_PER_SECOND
 from codesign.inputs.fields import Duration
-from codesign.models import RefusalError, SpecModel
-from codesign.units import PICOSECONDS_PER_SECOND
 
 Sampler = Literal["nsga2", "tpe", "random", "bound"]
 SAMPLERS: tuple[str, ...] = get_args(Sampler)

@@ -8,10 +8,10 @@ from typing import Annotated, Any, Self
 from pydantic import Field, ValidationInfo, WrapValidator, field_validator, model_validator
 from pydantic_core import InitErrorDetails
 
-from codesign.errors import choose_hint, clip, show
+from codesign.ground.errors import choose_hint, clip, show
+from codesign.ground.models import RefusalError, SpecModel, TaskParameters, raise_all, refusal_details
 from codesign.inputs.fields import Cell, Name
 from codesign.inputs.scenario import SCENARIOS, ReplanPolicy
-from codesign.models import RefusalError, SpecModel, TaskParameters, raise_all, refusal_details
 
 MAX_CHANGED = 10_000
 

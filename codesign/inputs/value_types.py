@@ -12,10 +12,10 @@ from typing import Annotated, Any, Literal, get_args, get_origin
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
-from codesign.figures import Figure, ResultFigure
+from codesign.ground.figures import Figure, ResultFigure
+from codesign.ground.units import Dimension, format_quantity
 from codesign.inputs import fields as field_types
 from codesign.maps import Radius
-from codesign.units import Dimension, format_quantity
 
 FIGURES = {
     "TimeFigure": "time",

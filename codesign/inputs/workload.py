@@ -17,7 +17,15 @@ from pydantic import (
 )
 from pydantic_core import InitErrorDetails
 
-from codesign.errors import InputError, choose_hint, clip, show
+from codesign.ground.errors import InputError, choose_hint, clip, show
+from codesign.ground.models import (
+    RefusalError,
+    SpecModel,
+    TaskParameters,
+    details_of,
+    raise_all,
+    refusal_details,
+)
 from codesign.inputs.base import Spec
 from codesign.inputs.derived import DerivedFigure
 from codesign.inputs.document import Document
@@ -28,14 +36,6 @@ from codesign.inputs.places import ScenarioLine
 from codesign.inputs.problem import ProblemSpec
 from codesign.inputs.scenario import PlanOnce, Scenario
 from codesign.inputs.tasks import MAX_TASKS, SCENARIO_TASKS, ExtraTask, PlacedTask, task_refusals
-from codesign.models import (
-    RefusalError,
-    SpecModel,
-    TaskParameters,
-    details_of,
-    raise_all,
-    refusal_details,
-)
 
 BASE = "base"
 """The name under which the workload itself stands beside its variants."""

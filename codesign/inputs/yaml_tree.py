@@ -19,7 +19,7 @@ from typing import Any
 
 import yaml
 
-from codesign.errors import Fault, SpecError, WrittenFloat, clip
+from codesign.ground.errors import Fault, SpecError, WrittenFloat, clip
 from codesign.inputs.document import Document, KeyPath, Mark, dotted
 
 MAX_BYTES = 2**20

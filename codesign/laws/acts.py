@@ -11,9 +11,9 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields
 from typing import Any, ClassVar, Self
 
-from codesign.figures import Figure
+from codesign.ground.figures import Figure
+from codesign.ground.units import PICOSECONDS_PER_SECOND
 from codesign.laws.numbers import Number, Sum, ceil_div, symbol
-from codesign.units import PICOSECONDS_PER_SECOND
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ from typing import Annotated, Any
 import numpy as np
 from pydantic import Field
 
-from codesign.figures import Figure
+from codesign.ground.figures import Figure
 
 Interval = tuple[float, float]
 

@@ -7,8 +7,8 @@ import re
 import stat
 from pathlib import Path
 
-from codesign.errors import MapError, RunError
-from codesign.files import write_atomically
+from codesign.ground.errors import MapError, RunError
+from codesign.ground.files import write_atomically
 
 MAX_FILE_BYTES = 64 * 2**20
 """The largest map file that is read. A 16-bit image of ``MAX_CELLS`` pixels takes half of it."""

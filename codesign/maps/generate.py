@@ -15,7 +15,7 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import NDArray
 
-from codesign.errors import MapError, choose_hint
+from codesign.ground.errors import MapError, choose_hint
 from codesign.maps.grid import MAX_CELLS, OccupancyGrid, check_size
 
 MAX_OBSTACLE = 256

@@ -16,10 +16,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from codesign.errors import MapError
+from codesign.ground.errors import MapError
+from codesign.ground.units import counted
 from codesign.maps.files import parse_count, read_bytes, show, write_bytes
 from codesign.maps.grid import OccupancyGrid, check_size
-from codesign.units import counted
 
 if TYPE_CHECKING:
     from PIL import Image

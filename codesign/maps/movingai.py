@@ -7,11 +7,11 @@ import os
 import re
 from dataclasses import dataclass
 
-from codesign.errors import MapError
+from codesign.ground.errors import MapError
+from codesign.ground.units import counted
 from codesign.maps.files import parse_count, read_bytes, show
 from codesign.maps.grid import Cell, OccupancyGrid, check_size
 from codesign.maps.text import parse_cells, split_lines
-from codesign.units import counted
 
 FREE = b".GS"
 OBSTACLE = b"@OTW"

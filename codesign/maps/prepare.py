@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from codesign.errors import MapError
+from codesign.ground.errors import MapError
 from codesign.maps.grid import Cell, OccupancyGrid
 from codesign.maps.reach import clearance
 from codesign.maps.read import read_map, yaml_beside

@@ -13,7 +13,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from codesign.errors import MapError, outside_map
+from codesign.ground.errors import MapError, outside_map
 from codesign.maps.grid import Cell, as_free
 
 MOST_TESTS = 3_000_000

@@ -6,7 +6,7 @@ import os
 from contextlib import suppress
 from pathlib import Path
 
-from codesign.errors import MapError
+from codesign.ground.errors import MapError
 from codesign.maps.files import read_bytes
 from codesign.maps.grid import OccupancyGrid
 from codesign.maps.images import is_image, parse_image

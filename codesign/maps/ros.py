@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from codesign.errors import MapError, choose_hint, nearest
+from codesign.ground.errors import MapError, choose_hint, nearest
 from codesign.maps.files import read_bytes
 from codesign.maps.grid import OccupancyGrid
 from codesign.maps.images import GreyImage, decode_image

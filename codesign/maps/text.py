@@ -8,10 +8,10 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from codesign.errors import MapError
+from codesign.ground.errors import MapError
+from codesign.ground.units import counted
 from codesign.maps.files import read_bytes, show, write_bytes
 from codesign.maps.grid import OccupancyGrid, check_size
-from codesign.units import counted
 
 FREE = b". 0GS"
 OBSTACLE = b"#@X1"

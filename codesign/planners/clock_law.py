@@ -42,8 +42,8 @@ from functools import cache, partial
 import numpy as np
 from more_itertools import map_reduce
 
-from codesign.figures import Figure, Status
-from codesign.part import Part
+from codesign.ground.figures import Figure, Status
+from codesign.ground.part import Part
 from codesign.planners.measured import MARGIN, ClockRow, family_of
 
 GROWTHS: dict[str, Callable[[float], float]] = {
@@ -339,7 +339,7 @@ def on_family(
         registers: what the clock of the design depends on besides the part.
         placements: what was placed of its style.
 
-    >>> from codesign.figures import Figure, Status
+    >>> from codesign.ground.figures import Figure, Status
     >>> ram = Figure(200, "Hz", Status.PUBLISHED, "data sheet")
     >>> part = Part(name="LFE5U-85F", family="ECP5", speed_grade="-8", resources={}, block_ram_shapes=(),
     ...     block_ram_clock=ram, static_power=ram, dynamic_power=ram)

@@ -25,7 +25,7 @@ from importlib.resources import files
 from types import CodeType
 from typing import Any
 
-from codesign.figures import Status
+from codesign.ground.figures import Status
 from codesign.planners.demand import Line
 from codesign.planners.measured import Fit, Point, ResourceRow, family_of, fit, resource_rows
 

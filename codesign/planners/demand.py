@@ -8,8 +8,8 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, TypeVar
 
-from codesign.figures import Figure, Status, label
-from codesign.part import Part
+from codesign.ground.figures import Figure, Status, label
+from codesign.ground.part import Part
 
 CandidateT = TypeVar("CandidateT")
 

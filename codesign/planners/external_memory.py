@@ -14,7 +14,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from codesign.errors import InputError
+from codesign.ground.errors import InputError
 
 REFRESH_DENOMINATOR = 10_000
 """The share of refreshing is kept as a fraction with at most this denominator, so that cycles stay exact."""

@@ -13,11 +13,11 @@ from typing import Any
 
 import numpy as np
 
-from codesign.figures import Figure, Status
+from codesign.ground.figures import Figure, Status
+from codesign.ground.records import TaskRecord
 from codesign.planners.demand import Demand, Lever, Line
 from codesign.planners.job import Job
 from codesign.planners.styles import Architecture, Step, TaskStyle
-from codesign.records import TaskRecord
 
 
 class HostStyle(Architecture):

@@ -16,7 +16,7 @@ from typing import Any, Literal, NamedTuple, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from codesign.models import SpecModel, Task, TaskParameters
+from codesign.ground.models import SpecModel, Task, TaskParameters
 from codesign.planners.job import Job
 from codesign.planners.quality import Quality, RobotsQuality
 from codesign.planners.task_graph import Flow

@@ -6,9 +6,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Generic, TypeVar
 
-from codesign.figures import Figure
-from codesign.memo import Memo
-from codesign.part import Part
+from codesign.ground.figures import Figure
+from codesign.ground.memo import Memo
+from codesign.ground.part import Part
 from codesign.planners.external_memory import ExternalMemoryLaw
 
 ProblemT = TypeVar("ProblemT")

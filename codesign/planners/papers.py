@@ -23,12 +23,12 @@ from typing import Any, Generic, Literal, Self, TypeVar
 from more_itertools import map_reduce
 from pydantic import Field, model_validator
 
-from codesign.errors import InputError, choose_hint
-from codesign.figures import Status
+from codesign.ground.errors import InputError, choose_hint
+from codesign.ground.figures import Status
+from codesign.ground.models import RefusalError, SpecModel
 from codesign.inputs.faults import validate
 from codesign.inputs.files import shown
 from codesign.inputs.yaml_tree import read_document
-from codesign.models import RefusalError, SpecModel
 from codesign.planners.reproduction import (
     Finding,
     Plot,

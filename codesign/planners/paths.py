@@ -9,8 +9,8 @@ from typing import Any, TypedDict
 import numpy as np
 from numpy.typing import NDArray
 
+from codesign.ground.memo import Memo
 from codesign.maps.reach import clearance, distance_octile, reachable
-from codesign.memo import Memo
 from codesign.planners.interface import Cell, Problem
 
 _of_maps = Memo(max_bytes=64 * 2**20)

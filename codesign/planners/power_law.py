@@ -10,8 +10,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
 
-from codesign.figures import Figure, Status, weakest
-from codesign.part import Part
+from codesign.ground.figures import Figure, Status, weakest
+from codesign.ground.part import Part
 from codesign.planners.demand import Demand
 from codesign.planners.measured import ActivityRow, activity_rows
 

@@ -7,7 +7,7 @@ from typing import Annotated
 
 from pydantic import Field
 
-from codesign.figures import described
+from codesign.ground.figures import described
 
 
 @dataclass(frozen=True)

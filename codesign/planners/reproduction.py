@@ -11,12 +11,12 @@ from functools import cache
 from pathlib import Path
 from typing import Any, Literal
 
-from codesign.errors import clip
-from codesign.figures import Status
-from codesign.files import date_of_writing
-from codesign.models import SpecModel
-from codesign.notebooks import InNotebooks
-from codesign.units import counted
+from codesign.ground.errors import clip
+from codesign.ground.figures import Status
+from codesign.ground.files import date_of_writing
+from codesign.ground.models import SpecModel
+from codesign.ground.notebooks import InNotebooks
+from codesign.ground.units import counted
 from codesign.version import __version__
 
 SCHEMA_VERSION = 1

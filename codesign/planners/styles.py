@@ -14,13 +14,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from codesign.errors import InputError
-from codesign.figures import Figure
-from codesign.part import Part
+from codesign.ground.errors import InputError
+from codesign.ground.figures import Figure
+from codesign.ground.part import Part
+from codesign.ground.records import Record, TaskRecord
 from codesign.planners.demand import Demand
 from codesign.planners.external_memory import Traffic
 from codesign.planners.job import Job
-from codesign.records import Record, TaskRecord
 
 
 @dataclass(frozen=True)

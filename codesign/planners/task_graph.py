@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
-from codesign.errors import InputError
+from codesign.ground.errors import InputError
 
 if TYPE_CHECKING:
     import networkx

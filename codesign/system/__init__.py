@@ -1,10 +1,10 @@
 """From a design point to its machine: bind joins the specs, fit holds them against the part, build makes the machine.
 
 ``bind`` joins platform, workload and map into a frozen ``System``; ``fit`` holds its demand against the part; ``build``
-makes the SimPy components. A ``Scenario`` runs them: see ``codesign.scenarios``. Simulated time is integer picoseconds.
+makes the SimPy components. A ``Scenario`` runs them: see ``codesign.system.scenarios``. Simulated time is a whole
+number of picoseconds.
 """
 
-from codesign.results.result import Result
 from codesign.system.bind import System
 from codesign.system.inspect import (
     PlannerFacts,
@@ -17,6 +17,7 @@ from codesign.system.inspect import (
     schema_of,
     with_problem,
 )
+from codesign.system.results.result import Result
 from codesign.system.scenario import MissionProgress
 
 __all__ = [

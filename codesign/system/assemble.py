@@ -9,8 +9,10 @@ from typing import Any
 from pydantic import BaseModel
 
 from codesign import components
-from codesign.errors import CodesignError, Fault
-from codesign.figures import Figure
+from codesign.ground.errors import CodesignError, Fault
+from codesign.ground.figures import Figure
+from codesign.ground.memo import Same
+from codesign.ground.records import Listener
 from codesign.inputs import Platform, Workload, fault
 from codesign.inputs.components import (
     AnyComponent,
@@ -23,9 +25,7 @@ from codesign.inputs.components import (
     Sensor,
 )
 from codesign.inputs.links import AnyLink
-from codesign.memo import Same
 from codesign.planners.external_memory import ExternalMemoryLaw
-from codesign.records import Listener
 
 
 def component_of(

@@ -14,15 +14,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codesign import maps
-from codesign.errors import Fault, InputError, SpecError, UnsuitedError, choose_hint
-from codesign.figures import Figure
+from codesign.ground.errors import Fault, InputError, SpecError, UnsuitedError, choose_hint
+from codesign.ground.figures import Figure
+from codesign.ground.models import TaskParameters
+from codesign.ground.part import Part
 from codesign.inputs import Platform, Workload, cross_check, fault
 from codesign.inputs.components import FpgaComponent, ProcessorComponent
 from codesign.inputs.edit import on_platform
 from codesign.inputs.problem import ProblemSpec
 from codesign.maps import OccupancyGrid
-from codesign.models import TaskParameters
-from codesign.part import Part
 from codesign.planners.external_memory import ExternalMemoryLaw
 from codesign.planners.interface import Planner, Problem
 from codesign.planners.job import Job

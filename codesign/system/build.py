@@ -6,7 +6,8 @@ from collections.abc import Generator, Iterable, Mapping, Sequence
 from typing import Any
 
 from codesign import components
-from codesign.errors import CodesignError, SpecError
+from codesign.ground.errors import CodesignError, SpecError
+from codesign.ground.records import Listener, Record, TaskRecord, unwanted_by
 from codesign.inputs.components import (
     DisplayComponent,
     FpgaComponent,
@@ -14,13 +15,12 @@ from codesign.inputs.components import (
 )
 from codesign.planners.styles import Exchange, Step
 from codesign.planners.task_graph import Flow
-from codesign.records import Listener, Record, TaskRecord, unwanted_by
-from codesign.results.ledger import BEGINS, CYCLES, Ledger, Spent
 from codesign.system.assemble import building_order, component_of, display_of, link_of, refused
 from codesign.system.bind import System
 from codesign.system.energy import joules
 from codesign.system.messages import Content, LostMessageError, Messages, Routes
 from codesign.system.planner_code import planner_steps
+from codesign.system.results.ledger import BEGINS, CYCLES, Ledger, Spent
 
 CONTROL, PLANNING, SIDE = 0, 10, 20
 """Priorities on a shared component, the most urgent lowest: the control loop goes before planning, and both before

@@ -10,10 +10,10 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import Any
 
-from codesign.figures import Figure, Status
+from codesign.ground.figures import Figure, Status
+from codesign.ground.part import Part
 from codesign.inputs.calibration_file import CLOCK, DYNAMIC, STATIC, CalibrationFile, FittedTerm
 from codesign.inputs.components import FpgaComponent
-from codesign.part import Part
 from codesign.planners.demand import Demand, Line
 from codesign.planners.job import Job
 from codesign.planners.styles import Architecture, TaskStyle

@@ -14,10 +14,10 @@ from importlib.metadata import EntryPoint, entry_points
 from typing import Any
 
 from codesign import inputs as spec
-from codesign.errors import Fault, InputError, SpecError, choose_hint
+from codesign.ground.errors import Fault, InputError, SpecError, choose_hint
+from codesign.ground.models import TaskParameters
 from codesign.inputs import SpecModel, Workload
 from codesign.inputs.files import Source
-from codesign.models import TaskParameters
 from codesign.planners.circuits import CircuitStyle
 from codesign.planners.interface import Planner
 from codesign.planners.plug_in import GROUP, PlugIn, Reproduce

@@ -7,19 +7,19 @@ from dataclasses import dataclass, field, replace
 from typing import Any, Protocol
 
 from codesign import maps
-from codesign.errors import CodesignError
-from codesign.memo import Memo
-from codesign.models import Task
+from codesign.ground.errors import CodesignError
+from codesign.ground.memo import Memo
+from codesign.ground.models import Task
+from codesign.ground.records import Record, TaskRecord
 from codesign.planners.interface import COMMAND, LOAD, LOWER_BOUND, POSE, Problem
 from codesign.planners.styles import Step
 from codesign.planners.task_graph import Flow, TaskGraph
-from codesign.records import Record, TaskRecord
-from codesign.results.ledger import Ledger
 from codesign.system.bind import System
 from codesign.system.build import PLANNING
 from codesign.system.messages import Content
 from codesign.system.place import DETECT
 from codesign.system.planner_code import planner_code
+from codesign.system.results.ledger import Ledger
 from codesign.system.sent_map import SentMap
 
 

@@ -7,12 +7,12 @@ from dataclasses import replace
 import numpy as np
 
 from codesign import maps
-from codesign.errors import Fault, outside_map
+from codesign.ground.errors import Fault, outside_map
+from codesign.ground.models import Task
 from codesign.inputs import Workload, fault
 from codesign.inputs.problem import ProblemSpec
 from codesign.inputs.scenario import ReplanPolicy
 from codesign.inputs.tasks import DeclaredChange, DrawnChange
-from codesign.models import Task
 from codesign.planners.interface import LOWER_BOUND, Cell, MapChange, Planner, Problem
 from codesign.planners.job import Job
 

@@ -6,11 +6,11 @@ from collections.abc import Mapping, Sequence
 from typing import Any, Protocol
 
 from codesign import components
-from codesign.figures import Figure, Status
+from codesign.ground.figures import Figure, Status
+from codesign.ground.units import PICOSECONDS_PER_SECOND
 from codesign.inputs.components import FpgaComponent, MemoryComponent, ProcessorComponent
-from codesign.results.result import Energy, Power
 from codesign.system.bind import System
-from codesign.units import PICOSECONDS_PER_SECOND
+from codesign.system.results.result import Energy, Power
 
 
 class Spender(Protocol):

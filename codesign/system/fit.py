@@ -9,12 +9,12 @@ import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
-from codesign.figures import RESOURCES, Figure
-from codesign.part import Part
+from codesign.ground.figures import RESOURCES, Figure
+from codesign.ground.part import Part
+from codesign.ground.units import format_frequency
 from codesign.planners.demand import Demand, Lever, lever_texts, sum_by_resource
-from codesign.results.result import BoundUse, Clock, Reason, ResourceItem, ResourceUse
-from codesign.units import format_frequency
-from codesign.verdicts.fits import ends_text, limit_verdicts
+from codesign.system.results.result import BoundUse, Clock, Reason, ResourceItem, ResourceUse
+from codesign.system.verdicts.fits import ends_text, limit_verdicts
 
 TellLevers = Callable[[Iterable[Lever]], tuple[str, ...]]
 """Puts levers into words; it may try them."""

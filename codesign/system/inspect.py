@@ -10,8 +10,10 @@ from typing import Any
 from pydantic import BaseModel
 
 from codesign import inputs as spec
-from codesign.errors import Fault, InputError, SpecError, choose_hint, clip
-from codesign.figures import label
+from codesign.ground.errors import Fault, InputError, SpecError, choose_hint, clip
+from codesign.ground.figures import label
+from codesign.ground.models import Task
+from codesign.ground.part import Part
 from codesign.inputs import Platform, Spec, Workload, design_point, has_axis
 from codesign.inputs.calibration_file import CALIBRATIONS
 from codesign.inputs.components import FpgaComponent
@@ -24,11 +26,9 @@ from codesign.inputs.places import Place, place_value
 from codesign.inputs.problem import ProblemSpec
 from codesign.inputs.value_types import default_text, type_text
 from codesign.inputs.yaml_tree import read_document
-from codesign.models import Task
-from codesign.part import Part
 from codesign.planners.reproduction import Settings
 from codesign.system import catalog
-from codesign.verdicts import RunDocument
+from codesign.system.verdicts import RunDocument
 
 
 def point_of(

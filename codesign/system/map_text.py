@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from codesign import maps
-from codesign.errors import InputError, outside_map
+from codesign.ground.errors import InputError, outside_map
+from codesign.ground.units import counted
 from codesign.inputs.places import Point, cell_text, point_text
 from codesign.maps import OccupancyGrid, Window
 from codesign.maps.survey import Survey
-from codesign.units import counted
 
 Cell = tuple[int, int]
 

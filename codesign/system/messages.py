@@ -11,10 +11,10 @@ from typing import Any, NamedTuple, Protocol
 import lazy_loader
 
 from codesign import components
-from codesign.errors import CodesignError
+from codesign.ground.errors import CodesignError
 from codesign.inputs import Platform
 from codesign.planners.task_graph import Flow
-from codesign.results.ledger import RETRIES, Ledger, Spent
+from codesign.system.results.ledger import RETRIES, Ledger, Spent
 
 Wrong = tuple[int, ...]
 """Bits of a message that arrived wrong, from 0, in order."""

@@ -7,15 +7,14 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from codesign import components
-from codesign.figures import Figure
+from codesign.ground.figures import Figure
+from codesign.ground.memo import Memo
+from codesign.ground.models import TaskParameters
+from codesign.ground.units import PICOSECONDS_PER_SECOND
 from codesign.inputs.components import DisplayComponent, FpgaComponent, ProcessorComponent
-from codesign.memo import Memo
-from codesign.models import TaskParameters
 from codesign.planners.demand import lever_texts
 from codesign.planners.job import Job
 from codesign.planners.quality import Quality
-from codesign.results.mission import LinkUse
-from codesign.results.result import DisplayUse, Power, Reason, Times
 from codesign.system.bind import System
 from codesign.system.build import Machine
 from codesign.system.calibrated import calibration_notes, laws_of
@@ -23,7 +22,8 @@ from codesign.system.chain import Answer
 from codesign.system.energy import board_powers, energy, idle_boards
 from codesign.system.fit import TellLevers, fit, fit_notes
 from codesign.system.problem_map import length_error
-from codesign.units import PICOSECONDS_PER_SECOND
+from codesign.system.results.mission import LinkUse
+from codesign.system.results.result import DisplayUse, Power, Reason, Times
 
 
 def head_fields(system: System) -> dict[str, Any]:

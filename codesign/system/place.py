@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from codesign.errors import Fault, InputError, choose_hint
+from codesign.ground.errors import Fault, InputError, choose_hint
 from codesign.inputs import Platform, Workload, fault
 from codesign.inputs.components import MemoryComponent, ProcessorComponent
 from codesign.planners.external_memory import ExternalMemoryLaw

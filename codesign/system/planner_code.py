@@ -6,7 +6,7 @@ from collections.abc import Generator, Iterable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
-from codesign.errors import CodesignError, RunError
+from codesign.ground.errors import CodesignError, RunError
 from codesign.planners.interface import Planner
 from codesign.planners.styles import Step
 

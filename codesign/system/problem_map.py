@@ -12,15 +12,15 @@ from typing import Any
 import numpy as np
 
 from codesign import maps
-from codesign.errors import Fault, MapError, outside_map, printable
+from codesign.ground.errors import Fault, MapError, outside_map, printable
+from codesign.ground.memo import Memo, Same
 from codesign.inputs import Workload, fault
 from codesign.inputs.map_spec import FileMap
 from codesign.inputs.places import Point, ScenarioLine, cell_text, point_text
 from codesign.inputs.problem import ProblemSpec
 from codesign.maps import Crop, MovingAiScenario, OccupancyGrid, Steps
-from codesign.memo import Memo, Same
 from codesign.planners.interface import Problem
-from codesign.results.task import reach_text
+from codesign.system.results.task import reach_text
 
 Cell = tuple[int, int]
 

@@ -8,8 +8,8 @@ from typing import Any
 from codesign.inputs import Platform, Workload
 from codesign.inputs.document import dotted, leaves
 from codesign.inputs.edit import PROBLEM, moves
-from codesign.results.provenance import Provenance
 from codesign.system.problem_map import grid_of
+from codesign.system.results.provenance import Provenance
 
 
 def provenance_of(platforms: Iterable[Platform], workload: Workload) -> Provenance:

@@ -6,10 +6,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from codesign import components
-from codesign.errors import CodesignError, SpecError
+from codesign.ground.errors import CodesignError, SpecError
+from codesign.ground.records import Listener
 from codesign.inputs import fault
 from codesign.planners.demand import lever_texts
-from codesign.records import Listener
 from codesign.system.assemble import refused
 from codesign.system.bind import System
 from codesign.system.build import Machine, build

@@ -6,8 +6,8 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from codesign.errors import Fault
-from codesign.figures import ResultFigure
+from codesign.ground.errors import Fault
+from codesign.ground.figures import ResultFigure
 from codesign.inputs import Platform, Workload
 from codesign.inputs.exploration import DEFAULT_OBJECTIVES
 from codesign.planners.interface import Planner, Problem

@@ -13,16 +13,16 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from codesign.figures import Figure, Status
+from codesign.ground.figures import Figure, Status
+from codesign.ground.part import Part
+from codesign.ground.units import PICOSECONDS_PER_SECOND
 from codesign.inputs.components import MemoryComponent
 from codesign.laws import Law, Monomial, Sum, as_sum, symbol
-from codesign.part import Part
-from codesign.results.ledger import BEGINS, RETRIES, Ledger, Spent, Work
-from codesign.results.result import Power
-from codesign.results.terms import Draw, Plan, Term, Terms, When, mean_of, worst_of
 from codesign.system.bind import System
 from codesign.system.build import Machine
-from codesign.units import PICOSECONDS_PER_SECOND
+from codesign.system.results.ledger import BEGINS, RETRIES, Ledger, Spent, Work
+from codesign.system.results.result import Power
+from codesign.system.results.terms import Draw, Plan, Term, Terms, When, mean_of, worst_of
 
 WAIT, WAIT_RETRIES = WAITS = "wait", "wait to send again"
 """What a component or a link does while it does not work."""

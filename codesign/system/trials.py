@@ -8,20 +8,20 @@ from collections.abc import Generator, Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
-from codesign.errors import CodesignError
-from codesign.figures import label
+from codesign.ground.errors import CodesignError
+from codesign.ground.figures import label
+from codesign.ground.memo import Memo
+from codesign.ground.models import TaskParameters
 from codesign.inputs.problem import ProblemSpec
-from codesign.memo import Memo
-from codesign.models import TaskParameters
 from codesign.planners.demand import Lever
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
 from codesign.planners.quality import Quality
 from codesign.planners.styles import Step
-from codesign.results.result import Reason
 from codesign.system.bind import System
 from codesign.system.outcome import fit_system
 from codesign.system.planner_code import planner_code, planner_steps
+from codesign.system.results.result import Reason
 
 MOST_TRIED = 2**17
 """Cells of the largest map on which levers are tried: about as long as a run of the design."""

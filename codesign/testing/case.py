@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 
 from codesign import maps
+from codesign.ground.part import Part
 from codesign.inputs import load_part
-from codesign.part import Part
 from codesign.planners.demand import Demand
 from codesign.planners.interface import COMMAND, Planner, Problem
 from codesign.planners.job import Job

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from codesign.hardware.rtl import tools
+from codesign.hardware.rtl.design import digest_of_circuit
+from codesign.hardware.rtl.verify import verify
 from codesign.planners.circuits import MOST_KINDS, Circuit, CircuitStyle, Expected
-from codesign.rtl import tools
-from codesign.rtl.design import digest_of_circuit
-from codesign.rtl.verify import verify
 from codesign.testing.case import Case, Rule, names, require, rule
 
 SEED = 0

@@ -7,7 +7,7 @@ from typing import Any, get_args
 
 import numpy as np
 
-from codesign.models import SpecModel, TaskParameters
+from codesign.ground.models import SpecModel, TaskParameters
 from codesign.planners.interface import LOWER_BOUND, Planner, Policy
 from codesign.planners.plug_in import PlugIn
 from codesign.planners.styles import Architecture, Memory, TaskStyle

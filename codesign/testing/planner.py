@@ -5,7 +5,7 @@ from __future__ import annotations
 import pickle
 from dataclasses import replace
 
-from codesign.errors import InputError
+from codesign.ground.errors import InputError
 from codesign.planners.interface import COMMAND, LOAD, POSE
 from codesign.planners.quality import Quality, RobotsQuality
 from codesign.system.place import sound_flows

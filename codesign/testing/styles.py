@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from codesign.errors import InputError
-from codesign.figures import RESOURCES, Figure, Status
-from codesign.memo import Memo
+from codesign.ground.errors import InputError
+from codesign.ground.figures import RESOURCES, Figure, Status
+from codesign.ground.memo import Memo
 from codesign.planners.demand import Demand
 from codesign.planners.external_memory import ExternalMemoryLaw
 from codesign.planners.interface import LOWER_BOUND

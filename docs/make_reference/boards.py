@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from codesign.figures import Figure, Status
+from codesign.ground.figures import Figure, Status
+from codesign.ground.units import format_count, format_frequency, format_power
 from codesign.inputs import list_platforms, load_platform
 from codesign.inputs.components import FpgaComponent, ProcessorComponent
 from codesign.inputs.host_file import HOSTS, HostFile
 from codesign.inputs.part_file import PARTS, name_and_grade
 from codesign.inputs.platform import Platform
-from codesign.units import format_count, format_frequency, format_power
 from docs.make_reference.model_tables import table
 
 PAGE = Path(__file__).parent.parent / "boards.md"

@@ -10,7 +10,7 @@ from typing import Annotated, Any, Union, get_args, get_origin, get_type_hints
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
-from codesign.figures import Figure, ResultFigure
+from codesign.ground.figures import Figure, ResultFigure
 from codesign.inputs.value_types import default_text, type_text
 from codesign.maps import Radius
 from docs.make_reference.docstrings import markdown

@@ -6,8 +6,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from codesign import planners
-from codesign.exploration.document import StudyDocument
-from codesign.figures import FIGURES
+from codesign.ground.figures import FIGURES
 from codesign.inputs.calibration_file import CalibrationFile
 from codesign.inputs.components import COMPONENTS
 from codesign.inputs.exploration import Exploration
@@ -20,8 +19,9 @@ from codesign.inputs.problem import ProblemSpec
 from codesign.inputs.scenario import SCENARIOS
 from codesign.inputs.tasks import SCENARIO_TASKS, ExtraTask
 from codesign.inputs.workload import TaskMapping, Variant, Workload
-from codesign.results.result import Result
+from codesign.study.document import StudyDocument
 from codesign.system import catalog
+from codesign.system.results.result import Result
 from docs.make_reference.model_tables import Keys, fields_of, models_in, table
 from docs.make_reference.proto import proto_page
 from docs.make_reference.python_pages import commands_page, python_page, trace_page

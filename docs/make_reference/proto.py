@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import inspect
 
-from codesign.records import RECORD_TYPES
-from codesign.trace.schemas import ARRAY, PACKAGE, plan_of
+from codesign.ground.records import RECORD_TYPES
+from codesign.views.trace.schemas import ARRAY, PACKAGE, plan_of
 
 _HEAD = f"""\
-// The messages of records in the traces of hwsw, made from codesign/records.py by python -m docs.make_reference.
+// The messages of records in the traces of hwsw, made from codesign/ground/records.py by python -m docs.make_reference.
 // Each channel of a trace embeds the descriptors of its own message, so no decoder needs this file.
 //
 // The fields of n × 2 arrays are row by row: row, column, row, column. The log time of a message is the time of its

@@ -12,7 +12,7 @@ from click.testing import CliRunner
 from report_samples import a_result
 
 from codesign.cli import main
-from codesign.report.result_page import result_html
+from codesign.views.report.result_page import result_html
 
 
 def again(page: Path) -> str:

@@ -25,7 +25,7 @@ from codesign.__main__ import main
 import codesign.cli
 import codesign.cli.progress
 from codesign.cli.progress import progress_shown
-from codesign.progress import tracked
+from codesign.ground.progress import tracked
 
 import click
 

@@ -85,8 +85,8 @@ def test_debug_prints_the_time_of_each_step(hwsw: Run, specs: Specs) -> None:
 def test_an_unexpected_error_has_a_traceback_only_for_debug(
     specs: Specs, monkeypatch: pytest.MonkeyPatch, words: tuple[str, ...]
 ) -> None:
-    from codesign import scenarios
     from codesign.cli import main
+    from codesign.system import scenarios
 
     def broken(*_arguments: object, **_options: object) -> None:
         raise KeyError("no such thing")

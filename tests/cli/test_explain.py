@@ -50,7 +50,7 @@ def store(hwsw: Run, specs: Specs) -> str:
 
 
 def out_of(store: str) -> int:
-    from codesign.exploration import load_study
+    from codesign.study import load_study
 
     return next(point.index for point in load_study(store).points if not point.feasible)
 
@@ -127,7 +127,7 @@ def test_a_point_of_other_code_has_a_note(hwsw: Run, store: str) -> None:
     definition = json.loads(text)
     assert set(definition["identity"]) == {"platform", "workload", "map", "files", "code"}
     assert hwsw("run", store, "--point", 0, "-q").stderr == ""
-    from codesign.exploration import load_study
+    from codesign.study import load_study
 
     specs = load_study(store).specs
     assert specs is not None

@@ -15,8 +15,8 @@ from pathlib import Path
 import pytest
 from click.testing import Result
 
-from codesign.errors import StoreError
-from codesign.exploration import load_study
+from codesign.ground.errors import StoreError
+from codesign.study import load_study
 
 Run = Callable[..., Result]
 
@@ -71,7 +71,7 @@ def test_explore_again_computes_nothing_and_says_the_same(hwsw: Run, specs: Spec
     assert first.stderr == again.stderr == ""
     with pytest.MonkeyPatch.context() as patched:
         for compute in ("Pricer.__call__", "PointByPoint.__call__"):
-            patched.setattr(f"codesign.exploration.evaluation.{compute}", None)
+            patched.setattr(f"codesign.study.evaluation.{compute}", None)
         assert hwsw("explore", *specs, "--workers", 1).exit_code == 0
     report = hwsw("report", "small-board-two-rooms.sqlite", "--json")
     assert report.stdout == first.stdout

@@ -10,7 +10,7 @@ import pytest
 from click.testing import Result
 
 from codesign.cli.outputs import check_folder, check_outputs
-from codesign.errors import InputError
+from codesign.ground.errors import InputError
 
 Run = Callable[..., Result]
 

@@ -15,10 +15,10 @@ from click.testing import Result
 from trace_samples import a_mission
 
 import codesign
-from codesign.errors import InputError
-from codesign.report import front_picture
-from codesign.report.canvas import format_of, picture_bytes
-from codesign.trace import McapListener
+from codesign.ground.errors import InputError
+from codesign.views.report import front_picture
+from codesign.views.report.canvas import format_of, picture_bytes
+from codesign.views.trace import McapListener
 
 WORKLOAD = """\
 kind: workload
@@ -131,7 +131,7 @@ def test_the_width_is_that_asked_for(files: Path, hwsw: Callable[..., Result], t
 
 
 def test_figures_can_be_chosen_and_restyled(files: Path, tmp_path: Path) -> None:
-    from codesign.exploration import load_study
+    from codesign.study import load_study
 
     picture = front_picture(load_study(files / "small.sqlite"))
     assert picture.figure is not None

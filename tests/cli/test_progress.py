@@ -12,7 +12,7 @@ from click.testing import CliRunner, Result
 from hypothesis import given
 from hypothesis import strategies as st
 
-from codesign.errors import InputError
+from codesign.ground.errors import InputError
 
 COMPUTING = [
     "run virtex2pro breadth-first",
@@ -38,7 +38,7 @@ def test_each_command_that_computes_says_when_kernels_are_compiled(
     hwsw: Callable[..., Result], monkeypatch: pytest.MonkeyPatch, command: str
 ) -> None:
     """A kernel begins to compile, and the command is stopped there: nothing is computed."""
-    from codesign import kernel_cache
+    from codesign.ground import kernel_cache
 
     @contextmanager
     def begins(report: Callable[[int], None]) -> Iterator[None]:
@@ -67,7 +67,7 @@ def test_a_pipe_gets_a_line_each_ten_seconds_at_most(
 ) -> None:
     """However much is told: phases that follow one another, tenths, what is counted and what is not."""
     from codesign.cli import progress
-    from codesign.progress import Advance
+    from codesign.ground.progress import Advance
 
     clock, said = [1000.0], list[float]()
     with pytest.MonkeyPatch.context() as patched:
@@ -89,7 +89,7 @@ def test_a_pipe_gets_a_line_each_ten_seconds_at_most(
 def test_compiling_is_announced_once_in_a_command() -> None:
     """In whatever phases, displays and turns with other progress it is reported."""
     from codesign.cli import progress
-    from codesign.progress import Advance
+    from codesign.ground.progress import Advance
 
     @click.group()
     def group() -> None:
@@ -109,7 +109,7 @@ def test_compiling_is_announced_once_in_a_command() -> None:
 
 def test_work_of_unknown_length_is_announced_once_and_at_once(capsys: pytest.CaptureFixture[str]) -> None:
     from codesign.cli import progress
-    from codesign.progress import Advance
+    from codesign.ground.progress import Advance
 
     lines = progress.PlainLines(after_s=1000.0)
     for compiled in range(3):
@@ -120,7 +120,7 @@ def test_work_of_unknown_length_is_announced_once_and_at_once(capsys: pytest.Cap
 
 def test_quiet_shows_nothing(capsys: pytest.CaptureFixture[str]) -> None:
     from codesign.cli import progress
-    from codesign.progress import Advance
+    from codesign.ground.progress import Advance
 
     with progress.progress_shown(quiet=True) as show:
         show(Advance(0, None, progress.COMPILING))
@@ -132,7 +132,7 @@ def test_lines_have_the_count_and_the_time_left(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     from codesign.cli import progress
-    from codesign.progress import Advance
+    from codesign.ground.progress import Advance
 
     clock = [1000.0]
     monkeypatch.setattr(progress.time, "monotonic", lambda: clock[0])
@@ -156,12 +156,12 @@ def test_lines_have_the_count_and_the_time_left(
 def test_of_a_bound_no_time_left_is_told() -> None:
     """A drive or a plan ends long before the most that it could take: a rate says nothing then."""
     from codesign.cli.run import mission_progress
-    from codesign.progress import Advance, plan_track, plans_shown
+    from codesign.ground.progress import Advance, plan_track, plans_shown
     from codesign.system.scenario import MissionProgress
 
     shown: list[Advance] = []
     with plans_shown(shown.append), pytest.MonkeyPatch.context() as patched:
-        patched.setattr("codesign.progress._SECONDS_BETWEEN", 0.0)
+        patched.setattr("codesign.ground.progress._SECONDS_BETWEEN", 0.0)
         track = plan_track("bits of all stages", 100)
         for _ in range(5):
             track.step(10)
@@ -175,7 +175,7 @@ def test_of_a_bound_no_time_left_is_told() -> None:
 
 
 def test_the_time_left_follows_the_recent_pace() -> None:
-    from codesign.progress import Pace
+    from codesign.ground.progress import Pace
 
     now = 0.0
     pace = Pace(1000, lambda: now)
@@ -191,7 +191,7 @@ def test_the_time_left_follows_the_recent_pace() -> None:
 
 
 def test_tracked_counts_what_is_done_and_gives_every_item() -> None:
-    from codesign.progress import Advance, tracked
+    from codesign.ground.progress import Advance, tracked
 
     now, shown = 0.0, list[Advance]()
 
@@ -214,7 +214,7 @@ def test_tracked_counts_what_is_done_and_gives_every_item() -> None:
 
 def test_a_plan_reports_how_far_it_is(monkeypatch: pytest.MonkeyPatch) -> None:
     import codesign
-    from codesign import progress
+    from codesign.ground import progress
 
     monkeypatch.setattr(progress, "_SECONDS_BETWEEN", 0.0)
     shown: list[progress.Advance] = []

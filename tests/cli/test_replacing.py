@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 
 from codesign.cli import main
 from codesign.cli.replacing import KINDS, check_replaceable
-from codesign.errors import InputError
+from codesign.ground.errors import InputError
 
 Run = Callable[..., Result]
 
@@ -167,7 +167,7 @@ def test_nothing_drawn_at_random_is_taken_for_an_output(tmp_path: Path, kind: st
 def test_a_folder_of_plots_or_of_a_winner_keeps_what_is_there(
     hwsw: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("codesign.advice.advise", lambda *_, **__: pytest.fail("the search was begun"))
+    monkeypatch.setattr("codesign.study.advice.advise", lambda *_, **__: pytest.fail("the search was begun"))
     (tmp_path / "plots").mkdir()
     for name in ("mine.svg", "zynq.yaml"):
         (tmp_path / "plots" / name).write_text("dear diary\n")

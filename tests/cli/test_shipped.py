@@ -14,8 +14,8 @@ from places import ROOT
 from shipped_pairs import MISSIONS, PLATFORMS, SHORT, short_study
 
 import codesign
+from codesign.ground.units import format_time
 from codesign.inputs import list_workloads
-from codesign.units import format_time
 
 Run = Callable[..., Result]
 

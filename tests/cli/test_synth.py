@@ -9,7 +9,7 @@ import pytest
 from click.testing import CliRunner
 
 from codesign.cli import main
-from codesign.rtl import tools
+from codesign.hardware.rtl import tools
 
 WORKLOAD = """
 kind: workload

@@ -13,8 +13,8 @@ import pytest
 import tampering
 from click.testing import Result
 
-from codesign.exploration import load_study
-from codesign.units import counted
+from codesign.ground.units import counted
+from codesign.study import load_study
 
 Run = Callable[..., Result]
 Specs = tuple[Path, Path]

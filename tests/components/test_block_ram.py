@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from codesign.components import BlockRam, ClockDomain, choose_shape
 from codesign.components.block_ram import PORTS, Output, WriteMode
 from codesign.components.scan import Scan
-from codesign.errors import RunError
+from codesign.ground.errors import RunError
 
 CLOCK = ClockDomain(100_000_000)
 MODES = list(WriteMode)

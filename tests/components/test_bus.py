@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from link_runs import Ask, a_bus, a_bus_in_bursts, run
 
 from codesign.components import Arbitration, Bus, ClockDomain, LinkErrors
-from codesign.errors import InputError, RunError
+from codesign.ground.errors import InputError, RunError
 from codesign.laws.acts import BusLaw
 
 CLOCK = ClockDomain(33_000_000)

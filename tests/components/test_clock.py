@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from codesign.components import ClockDomain
-from codesign.errors import InputError
+from codesign.ground.errors import InputError
 
 clocks = st.integers(1, 10**12).map(ClockDomain)
 counts = st.integers(0, 10**13)

@@ -12,7 +12,7 @@ from component_builds import COMPONENTS, Build, simulate
 from codesign.components import (
     Component,
 )
-from codesign.records import Record
+from codesign.ground.records import Record
 
 
 @pytest.mark.parametrize("build", COMPONENTS)

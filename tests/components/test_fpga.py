@@ -14,9 +14,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from codesign.components import ClockDomain, Fpga, Granularity, PhaseUse, PreemptedError
-from codesign.errors import RunError
+from codesign.ground.errors import RunError
+from codesign.ground.records import Record, TaskRecord
 from codesign.planners.styles import Step
-from codesign.records import Record, TaskRecord
 
 CLOCK = ClockDomain(150_000_000)
 

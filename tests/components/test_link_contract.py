@@ -25,9 +25,9 @@ from codesign.components import (
     Fpga,
     Granularity,
 )
-from codesign.errors import RunError
+from codesign.ground.errors import RunError
+from codesign.ground.records import Record, TaskRecord
 from codesign.planners.styles import Step
-from codesign.records import Record, TaskRecord
 
 times = st.integers(0, 4_000_000)
 asks = st.lists(

@@ -15,7 +15,7 @@ from link_runs import ALL, TIMED, Ask, Make, Work, a_bus, a_serial_line, all_err
 
 from codesign.components import Delivery, DeliveryOutcome, Link, LinkErrors, Parity
 from codesign.components.link_faults import MAX_RETRIES, Luck, Outage, Outages, damage_probability
-from codesign.errors import InputError
+from codesign.ground.errors import InputError
 
 MANY = 4000
 

@@ -15,11 +15,11 @@ from link_runs import TIMED, Ask, Make, Work, run
 from mission_specs import Ground
 
 from codesign.components.arbiter import Turns
-from codesign.errors import RunError
-from codesign.records import MessageRecord, Record
-from codesign.scenarios.drive.mission import drive
+from codesign.ground.errors import RunError
+from codesign.ground.records import MessageRecord, Record
 from codesign.system.build import CONTROL, PLANNING, SIDE
-from codesign.trace import MemoryListener
+from codesign.system.scenarios.drive.mission import drive
+from codesign.views.trace import MemoryListener
 
 EDGE = 30_304
 """ps, a little more than a cycle of the bus of ``link_runs``: where a message waits for its edge."""

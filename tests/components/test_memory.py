@@ -17,9 +17,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from codesign.components import ClockDomain, ExternalMemory, Scan, VgaDisplay
-from codesign.errors import InputError, RunError
+from codesign.ground.errors import InputError, RunError
+from codesign.ground.records import Record, TaskRecord
 from codesign.planners.external_memory import ExternalMemoryLaw
-from codesign.records import Record, TaskRecord
 
 SRAM = ExternalMemoryLaw("sram", 100_000_000, 32, 8 * 2**20, 2)
 DRAM = ExternalMemoryLaw(

@@ -25,8 +25,8 @@ from codesign.components import (
     VgaDisplay,
 )
 from codesign.components.display import SVGA_65
-from codesign.errors import RunError
-from codesign.figures import Status
+from codesign.ground.errors import RunError
+from codesign.ground.figures import Status
 from codesign.inputs.part_file import load_part
 from codesign.planners.breadth_first.plan.parameters import MemoryPlace, SearchParameters
 from codesign.planners.breadth_first.plan.planner import PLANNER

@@ -20,7 +20,7 @@ from codesign.components.motion import (
     PointDrive,
 )
 from codesign.components.path import NEAR, Polyline
-from codesign.errors import InputError
+from codesign.ground.errors import InputError
 
 
 def sampled(motion: Motion, count: int = 400) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 
 from codesign.components.motion import DifferentialDrive, Motion
 from codesign.components.path import NEAR, STANDING_ROOM, Polyline, authority, cell_of, join
-from codesign.errors import InputError
+from codesign.ground.errors import InputError
 
 
 def exact_cells(way: Polyline) -> list[tuple[int, int]]:

@@ -12,8 +12,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from codesign.components import ClockDomain, PreemptedError, Processor
-from codesign.errors import InputError, RunError
-from codesign.records import Record, TaskRecord
+from codesign.ground.errors import InputError, RunError
+from codesign.ground.records import Record, TaskRecord
 
 CLOCK = ClockDomain(33_000_000)
 Work = Generator[simpy.Event, Any, Any]

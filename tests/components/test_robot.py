@@ -22,9 +22,9 @@ from codesign.components.motion import (
     PointDrive,
 )
 from codesign.components.path import NEAR, Polyline, authority, cell_of, join
-from codesign.errors import InputError, RunError
-from codesign.scenarios.drive.world import Appearing, Moving, World
-from codesign.scenarios.drive.world.obstacles import rectangle
+from codesign.ground.errors import InputError, RunError
+from codesign.system.scenarios.drive.world import Appearing, Moving, World
+from codesign.system.scenarios.drive.world.obstacles import rectangle
 
 
 def test_metres_become_cells() -> None:

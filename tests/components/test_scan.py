@@ -19,9 +19,9 @@ from codesign.components import ClockDomain, Fpga, Granularity, PreemptedError
 from codesign.components.block_ram import BlockRam
 from codesign.components.display import SVGA_65, VGA, VgaDisplay
 from codesign.components.scan import Claims, Scan, scaled
-from codesign.errors import InputError, RunError
+from codesign.ground.errors import InputError, RunError
+from codesign.ground.records import Record, TaskRecord
 from codesign.planners.styles import Step
-from codesign.records import Record, TaskRecord
 
 HZ = [20_000_000, 25_000_000, 25_175_000, 40_000_000, 65_000_000, 100_000_000, 150_000_000]
 

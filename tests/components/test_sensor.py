@@ -13,7 +13,7 @@ from reference_sensor import cast_reference
 from scipy import ndimage
 
 from codesign.components.sensor import RadiusSensor, RangeScan, RaySensor, Sensor
-from codesign.errors import InputError
+from codesign.ground.errors import InputError
 
 SIDE = 14
 

@@ -17,7 +17,7 @@ from link_runs import Ask, Make, run
 
 from codesign.components import Link, LinkErrors, Parity, Serial
 from codesign.components.link_faults import damage_probability, parity_miss
-from codesign.errors import InputError
+from codesign.ground.errors import InputError
 from codesign.laws.acts import SerialLaw
 
 

@@ -17,7 +17,7 @@ import tampering
 from click.testing import Result
 from places import ROOT
 
-from codesign.certificates.file import read_certificate
+from codesign.study.certificates.file import read_certificate
 
 TEXT = (ROOT / "docs" / "certificates.md").read_text(encoding="utf-8")
 EXAMPLES = re.findall(r"```sh\n(.*?)\n```\n\n```text\n(.*?)```", TEXT, re.DOTALL)

@@ -18,7 +18,7 @@ PAGES = sorted(
         "*.md",
         "docs/**/*.md",
         "docs/*.ipynb",
-        "codesign/rtl/templates/*",
+        "codesign/hardware/rtl/templates/*",
         "workloads/*",
         "platforms/**/*.yaml",
     )

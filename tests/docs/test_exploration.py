@@ -11,14 +11,14 @@ import pytest
 from click.testing import Result
 from places import ROOT
 
-from codesign.figures import FIGURES
+from codesign.ground.figures import FIGURES
 
 PAGE = ROOT / "docs" / "exploration.md"
 
 
 def test_the_front_over_rooms_and_seeds_is_as_the_page_says(tmp_path: Path) -> None:
     import codesign
-    from codesign.report import front_table, render_text
+    from codesign.views.report import front_table, render_text
 
     page = PAGE.read_text(encoding="utf-8")
     block = re.search(r"^```yaml\n(# seeds\.yaml\n.*?)^```", page, re.MULTILINE | re.DOTALL)

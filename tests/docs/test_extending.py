@@ -241,7 +241,7 @@ def test_a_part_has_one_make_of_lut(hwsw: Run, example: Path, found: int, what: 
 
 def test_the_circuit_on_its_page_reports_what_the_model_expects(example: Path) -> None:
     pytest.importorskip("pyosys")
-    from codesign.rtl.verify import verify
+    from codesign.hardware.rtl.verify import verify
     from codesign.testing import check_plug_in
 
     plug_in = import_module("flood.plug_in").PLUG_IN
@@ -254,7 +254,7 @@ def test_the_circuit_on_its_page_reports_what_the_model_expects(example: Path) -
 
 def test_a_law_that_is_off_by_a_cycle_is_seen(example: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("pyosys")
-    from codesign.rtl.verify import verify
+    from codesign.hardware.rtl.verify import verify
 
     (circuit,) = import_module("flood.plug_in").PLUG_IN.circuits
     styles = import_module("flood.styles")

@@ -8,7 +8,7 @@ from functools import cache
 import pytest
 from places import ROOT
 
-from codesign.figures import RESOURCES, Status
+from codesign.ground.figures import RESOURCES, Status
 
 GLOSSARY = ROOT / "docs" / "glossary.md"
 TEXT = GLOSSARY.read_text(encoding="utf-8")

@@ -11,9 +11,9 @@ import jsonschema
 import pytest
 from click.testing import Result
 
-from codesign.figures import FIGURES, Status
+from codesign.ground.figures import FIGURES, Status
+from codesign.hardware.reproduce import Finding, Plot, Reproduction, Series
 from codesign.planners.reproduction import Use, row
-from codesign.reproduce import Finding, Plot, Reproduction, Series
 
 Run = Callable[..., Result]
 Specs = tuple[Path, Path]

@@ -11,7 +11,7 @@ import pytest
 from click.testing import Result
 from places import ROOT
 
-from codesign.errors import EXIT_NO
+from codesign.ground.errors import EXIT_NO
 
 Run = Callable[..., Result]
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from codesign.figures import FIGURES
+from codesign.ground.figures import FIGURES
 from codesign.inputs.components import COMPONENTS
 from codesign.inputs.links import LINKS
 from codesign.inputs.map_spec import MAPS

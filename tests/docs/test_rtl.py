@@ -13,7 +13,7 @@ from rtl_tools import needs
 
 from codesign.cli import requests
 from codesign.cli.request import command_of
-from codesign.rtl.design import PREFIX
+from codesign.hardware.rtl.design import PREFIX
 
 Run = Callable[..., Result]
 

@@ -17,7 +17,7 @@ def test_labyrinth_schedules_of_the_page() -> None:
     import codesign
     from codesign.planners.harmonic.plan.best_schedule import optimise_schedule
     from codesign.planners.harmonic.plan.parameters import RelaxParameters, Stop
-    from codesign.scenarios import bind
+    from codesign.system.scenarios import bind
 
     problem = bind(codesign.load_platform("virtex4-pci"), codesign.load_workload("labyrinth")).problem
     parameters = RelaxParameters(block=(36, 66), iterations=6, schedule=(63,), stop=Stop.SCHEDULE_END)

@@ -102,9 +102,9 @@ def test_names_come_from_docstrings_and_are_found(site: Path) -> None:
     text = (site / "reference" / "codesign.html").read_text(encoding="utf-8")
     assert 'id="codesign.simulate"' in text
     assert "Raises" in text
-    assert "codesign.report.front_picture" in (site / "searchindex.js").read_text(encoding="utf-8") or (
-        site / "reference" / "codesign.report.html"
-    ).read_text(encoding="utf-8").count('id="codesign.report.front_picture"')
+    assert "codesign.views.report.front_picture" in (site / "searchindex.js").read_text(encoding="utf-8") or (
+        site / "reference" / "codesign.views.report.html"
+    ).read_text(encoding="utf-8").count('id="codesign.views.report.front_picture"')
 
 
 def test_modules_that_pages_import_from_are_in_the_reference() -> None:

@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 from places import ROOT
 
-from codesign.errors import SpecError
-from codesign.figures import FIGURES as DECLARED
+from codesign.ground.errors import SpecError
+from codesign.ground.figures import FIGURES as DECLARED
 from codesign.inputs import cross_check, load_platform, load_workload
 from codesign.inputs.links import LINKS
 from codesign.inputs.scenario import SCENARIOS

@@ -14,7 +14,7 @@ from mission_specs import Ground
 from places import ROOT
 
 import codesign
-from codesign.records import MissionRecord
+from codesign.ground.records import MissionRecord
 
 Run = Callable[..., Result]
 

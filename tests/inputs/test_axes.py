@@ -8,7 +8,7 @@ import pytest
 from spec_texts import ON_A_MAP
 
 from codesign import load_platform, load_workload
-from codesign.errors import SpecError
+from codesign.ground.errors import SpecError
 from codesign.inputs import cross_check, design_point, starting_files
 
 

@@ -9,15 +9,15 @@ from typing import Any
 import pytest
 
 import codesign
-from codesign.errors import SpecError
-from codesign.exploration.explored import Explored
-from codesign.exploration.space import Space
+from codesign.ground.errors import SpecError
 from codesign.inputs import Workload, held, pin
 from codesign.inputs.axes import MAX_VALUES, with_listed_axes
 from codesign.inputs.exploration import Exploration
 from codesign.inputs.exploring import exploring
 from codesign.inputs.kept_document import kept_document, read_kept
 from codesign.inputs.yaml_tree import parse_document
+from codesign.study.explored import Explored
+from codesign.study.space import Space
 
 WORKLOAD = """kind: workload
 name: mine

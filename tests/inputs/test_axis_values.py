@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 import codesign
-from codesign.errors import InputError, SpecError
+from codesign.ground.errors import InputError, SpecError
 from codesign.inputs.axes import MAX_VALUES, axis_form, axis_values
 from codesign.inputs.exploring import exploring
 

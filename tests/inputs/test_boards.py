@@ -12,9 +12,9 @@ import yaml
 from pydantic import BaseModel
 
 import codesign
-from codesign.calibrate.host_costs import all_probes
-from codesign.errors import InputError, SpecError
-from codesign.figures import FIGURES, Figure, Status
+from codesign.ground.errors import InputError, SpecError
+from codesign.ground.figures import FIGURES, Figure, Status
+from codesign.hardware.calibrate.host_costs import all_probes
 from codesign.inputs import Platform, design_point, list_platforms, load_part, load_platform
 from codesign.inputs.components import FpgaComponent, ProcessorComponent
 from codesign.inputs.files import data_folder
@@ -22,9 +22,9 @@ from codesign.inputs.host_file import HOSTS
 from codesign.inputs.part_file import PARTS
 from codesign.inputs.platform import Board
 from codesign.planners.styles import Architecture
-from codesign.scenarios import simulate
 from codesign.system import catalog
 from codesign.system.place import RENDER_KERNEL
+from codesign.system.scenarios import simulate
 
 PLATFORMS = {name: load_platform(name) for name in list_platforms()}
 WITH_FABRIC = [name for name, platform in PLATFORMS.items() if "fabric" in platform.filled]

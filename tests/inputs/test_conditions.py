@@ -8,11 +8,11 @@ import pytest
 from spec_texts import PLATFORM, WORKLOAD
 
 from codesign import load_platform, load_workload
-from codesign.errors import SpecError
-from codesign.exploration import explore
-from codesign.figures import FIGURES
+from codesign.ground.errors import SpecError
+from codesign.ground.figures import FIGURES
 from codesign.inputs import Constraint, Exploration, Workload, cross_check, pin
 from codesign.inputs.aggregate import Quantile, Share
+from codesign.study import explore
 
 CONDITIONS = "  conditions:\n    workload.problem.map.seed: [1, 2, 3]\n"
 

@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 
 import codesign
-from codesign.errors import SpecError
+from codesign.ground.errors import SpecError
+from codesign.ground.models import RefusalError
 from codesign.inputs.constraint import constraint_of, limit_text, needs_of
 from codesign.inputs.derived import DerivedFigure, derived, derived_column, derived_ends, in_scope
 from codesign.inputs.exploration import Exploration
-from codesign.models import RefusalError
 
 FIGURES = {
     "energy_delay": "energy_j * plan_time_worst_s",

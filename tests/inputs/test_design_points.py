@@ -8,8 +8,8 @@ from typing import Any
 import pytest
 from spec_texts import PLATFORM, TASKS, WORKLOAD, Relax
 
-from codesign.errors import SpecError
-from codesign.figures import Status
+from codesign.ground.errors import SpecError
+from codesign.ground.figures import Status
 from codesign.inputs import Platform, Workload, cross_check, design_point, fault, load_platform, load_workload
 from codesign.inputs.components import FpgaComponent, ProcessorComponent
 

@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from input_fuzz import quietly
 
-from codesign.errors import SpecError
+from codesign.ground.errors import SpecError
 from codesign.inputs import Platform, Workload, design_point, edit, load_platform
 from codesign.inputs.faults import context_of
 from codesign.system import catalog

@@ -11,7 +11,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from codesign.figures import FIGURES
+from codesign.ground.figures import FIGURES
+from codesign.ground.models import RefusalError
 from codesign.inputs.derived import DerivedFigure, nodes
 from codesign.inputs.expression import (
     MAX_DEPTH,
@@ -29,7 +30,6 @@ from codesign.inputs.expression import (
     unit_text,
     why_undefined,
 )
-from codesign.models import RefusalError
 
 NAMES = ("a", "b", "c")
 PLAIN = {name: figure_node(name, "1") for name in NAMES}

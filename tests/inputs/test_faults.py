@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from spec_texts import PARTS, PLATFORM, TASKS, WORKLOAD, faults
 
-from codesign.errors import InputError, SpecError
+from codesign.ground.errors import InputError, SpecError
 from codesign.inputs import load_platform, load_workload
 
 

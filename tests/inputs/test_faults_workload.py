@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from spec_texts import WORKLOAD, faults
 
-from codesign.figures import SHORT_NAMES
+from codesign.ground.figures import SHORT_NAMES
 
 
 @pytest.fixture(autouse=True)

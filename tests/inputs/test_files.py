@@ -15,8 +15,9 @@ import yaml
 from spec_texts import PLATFORM, TASKS, WORKLOAD
 
 from codesign import maps
-from codesign.errors import InputError, SpecError
-from codesign.figures import FIGURES, Status
+from codesign.ground.errors import InputError, SpecError
+from codesign.ground.figures import FIGURES, Status
+from codesign.ground.models import TaskParameters
 from codesign.inputs import (
     Platform,
     SpecModel,
@@ -39,7 +40,6 @@ from codesign.inputs.map_spec import MAPS, PreparedMap
 from codesign.inputs.part_file import PARTS
 from codesign.inputs.problem import SampledStarts
 from codesign.maps import Steps
-from codesign.models import TaskParameters
 from codesign.system import catalog
 
 SHIPPED_TASKS = catalog.task_models()

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from input_fuzz import faults_of, paths, quietly, replaced, trees
 from spec_texts import PLATFORM, TASKS, WORKLOAD
 
-from codesign.errors import CodesignError, SpecError
+from codesign.ground.errors import CodesignError, SpecError
 from codesign.inputs import cross_check, design_point, load_platform, load_workload
 from codesign.inputs.yaml_tree import parse_document
 

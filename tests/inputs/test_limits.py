@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 from spec_texts import WORKLOAD, faults
 
-from codesign.errors import SpecError
-from codesign.figures import FIGURES, SHORT_NAMES
+from codesign.ground.errors import SpecError
+from codesign.ground.figures import FIGURES, SHORT_NAMES
 from codesign.inputs.constraint import BOUNDS, Constraint, constraint_of, limit_text, needs_of
 from codesign.inputs.exploration import Exploration
 

@@ -8,7 +8,7 @@ import pytest
 from spec_texts import ON_A_MAP
 
 from codesign import load_workload
-from codesign.errors import SpecError
+from codesign.ground.errors import SpecError
 
 
 @pytest.mark.parametrize(("file", "what"), [("/dev/zero", "a device or a pipe"), (".", "a folder")])

@@ -10,10 +10,10 @@ import pytest
 from click.testing import Result
 
 import codesign
-from codesign.errors import RunError, SpecError
-from codesign.exploration import Progress, explore
+from codesign.ground.errors import RunError, SpecError
 from codesign.inputs import cross_check, design_point
-from codesign.scenarios import bind
+from codesign.study import Progress, explore
+from codesign.system.scenarios import bind
 
 WORKLOAD = """\
 kind: workload

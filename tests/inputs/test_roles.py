@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from codesign.errors import SpecError
+from codesign.ground.errors import SpecError
 from codesign.inputs import list_platforms, load_platform
 
 TEXT = """kind: platform

@@ -8,7 +8,7 @@ import re
 import pytest
 from jsonschema import Draft202012Validator
 
-from codesign.errors import InputError
+from codesign.ground.errors import InputError
 from codesign.inputs import json_schema, list_platforms, list_workloads, load_platform
 from codesign.inputs.files import data_folder
 from codesign.inputs.part_file import PARTS

@@ -11,11 +11,11 @@ from click.testing import Result
 from small_search import small_workload
 
 import codesign
-from codesign.errors import InputError, SpecError
-from codesign.exploration import load_study
-from codesign.exploration.budget import Budget
+from codesign.ground.errors import InputError, SpecError
 from codesign.inputs import Workload
 from codesign.inputs.searching import MOST_SEED, SAMPLERS, Searching, asked
+from codesign.study import load_study
+from codesign.study.budget import Budget
 
 Run = Callable[..., Result]
 

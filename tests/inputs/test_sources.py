@@ -9,7 +9,7 @@ import yaml
 from places import ROOT
 
 import codesign
-from codesign.errors import InputError, SpecError
+from codesign.ground.errors import InputError, SpecError
 from codesign.inputs.kept_document import document_from
 
 LABYRINTH = (ROOT / "workloads" / "labyrinth.yaml").read_text(encoding="utf-8")

@@ -13,7 +13,7 @@ from variant_texts import (
     load,
 )
 
-from codesign.errors import SpecError
+from codesign.ground.errors import SpecError
 from codesign.inputs import (
     cross_check,
     design_point,

@@ -19,7 +19,7 @@ from variant_texts import (
     load,
 )
 
-from codesign.errors import SpecError
+from codesign.ground.errors import SpecError
 from codesign.inputs import (
     Workload,
     cross_check,

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from codesign.errors import SpecError, show
+from codesign.ground.errors import SpecError, show
 from codesign.inputs import yaml_tree
 from codesign.inputs.yaml_tree import (
     MAX_BYTES,

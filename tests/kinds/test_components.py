@@ -15,16 +15,16 @@ import yaml
 from small_search import SMALL
 
 import codesign
-from codesign.errors import SpecError
-from codesign.exploration import explore
-from codesign.exploration.check import check_points
-from codesign.figures import FIGURES
+from codesign.ground.errors import SpecError
+from codesign.ground.figures import FIGURES
+from codesign.ground.units import PICOSECONDS_PER_SECOND
 from codesign.inputs import Platform
 from codesign.inputs.components import COMPONENTS, MemoryComponent
 from codesign.laws import as_sum, symbol
 from codesign.laws.acts import IdealLaw
+from codesign.study import explore
+from codesign.study.check import check_points
 from codesign.system.assemble import memory_law
-from codesign.units import PICOSECONDS_PER_SECOND
 
 
 def interval(value: Any, low: Any, high: Any) -> dict[str, Any]:
@@ -89,7 +89,7 @@ SITES: dict[str, tuple[str, str, tuple[str, ...]]] = {
 }
 """By kind: its name on the board, the workload that uses it, and what the board has besides FPGA and host."""
 
-ELSEWHERE = {"robot": "tests/scenarios/drive"}
+ELSEWHERE = {"robot": "tests/system/scenarios/drive"}
 """Kinds that only a mission uses, which has no terms, and the tests that hold them."""
 
 OTHERS: dict[str, list[Any]] = {

@@ -10,12 +10,12 @@ import kinds
 import pytest
 
 import codesign
-from codesign.exploration import Study, explore
-from codesign.exploration.check import check_points
-from codesign.exploration.columns import study_columns
-from codesign.figures import FIGURES, ResultFigure
-from codesign.report import render_csv
-from codesign.report.study_tables import study_csv
+from codesign.ground.figures import FIGURES, ResultFigure
+from codesign.study import Study, explore
+from codesign.study.check import check_points
+from codesign.study.columns import study_columns
+from codesign.views.report import render_csv
+from codesign.views.report.study_tables import study_csv
 
 AXES: dict[str, Any] = {"fpga.clock": ["10 MHz", "45 MHz"], "line.width": [8, 32]}
 

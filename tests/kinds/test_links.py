@@ -16,12 +16,12 @@ from hypothesis import strategies as st
 from search_boxes import check_boxes
 
 import codesign
-from codesign.errors import SpecError
-from codesign.exploration import explore
-from codesign.exploration.check import check_points
+from codesign.ground.errors import SpecError
 from codesign.inputs import searching
 from codesign.inputs.links import LINKS, AnyLink
 from codesign.laws import as_sum, symbol
+from codesign.study import explore
+from codesign.study.check import check_points
 
 FREE = {"type", "between", "errors", "outages"}
 """Keys that every link has: tests of links hold what they do."""

@@ -16,13 +16,8 @@ import numpy as np
 import pytest
 from trace_samples import same
 
-from codesign.activity import Mark, Span, Value, activities
-from codesign.exports.difference import difference
-from codesign.exports.gantt import gantt
-from codesign.exports.perfetto import write_perfetto
-from codesign.exports.statistics import statistics
-from codesign.exports.waveform import waveform_of
-from codesign.records import (
+from codesign.ground.activity import Mark, Span, Value, activities
+from codesign.ground.records import (
     ACTIVITY_KINDS,
     RECORD_TYPES,
     ArrayOf,
@@ -33,12 +28,17 @@ from codesign.records import (
     Record,
     Subject,
 )
-from codesign.report.bag_tables import board_latencies
-from codesign.report.pictures import run_map_picture, run_timeline_picture
-from codesign.report.scrub import SCRUB_KINDS, scrub_of
-from codesign.report.scrub_page import scrub_data
-from codesign.trace import McapListener, MemoryListener, moment, open_trace, timeline
-from codesign.trace.scan import scan
+from codesign.views.exports.difference import difference
+from codesign.views.exports.gantt import gantt
+from codesign.views.exports.perfetto import write_perfetto
+from codesign.views.exports.statistics import statistics
+from codesign.views.exports.waveform import waveform_of
+from codesign.views.report.bag_tables import board_latencies
+from codesign.views.report.pictures import run_map_picture, run_timeline_picture
+from codesign.views.report.scrub import SCRUB_KINDS, scrub_of
+from codesign.views.report.scrub_page import scrub_data
+from codesign.views.trace import McapListener, MemoryListener, moment, open_trace, timeline
+from codesign.views.trace.scan import scan
 
 SHAPE = (4, 6)
 BEGIN, TIME, END = 1_000_000, 2_000_000, 3_000_000

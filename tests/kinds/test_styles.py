@@ -9,8 +9,8 @@ from typing import Any
 
 import pytest
 
-from codesign.fidelity.designs import variables_of
-from codesign.figures import Status
+from codesign.ground.figures import Status
+from codesign.hardware.fidelity.designs import variables_of
 from codesign.inputs.part_file import load_part
 from codesign.planners.breadth_first.plan.parameters import Address, SearchParameters
 from codesign.planners.breadth_first.styles.resources import block_ram_total

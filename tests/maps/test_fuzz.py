@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from PIL import Image
 
 from codesign import maps
-from codesign.errors import MapError
+from codesign.ground.errors import MapError
 
 
 def image(mode: str, kind: str = "PNG") -> bytes:

@@ -13,7 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from codesign import maps
-from codesign.errors import MapError
+from codesign.ground.errors import MapError
 from codesign.maps import OccupancyGrid, generate
 
 

@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 from PIL import Image
 
 from codesign import maps
-from codesign.errors import MapError
+from codesign.ground.errors import MapError
 
 GREYS = np.array(
     [[0, 40, 89, 90, 128, 205, 206, 254, 255], [255, 254, 206, 205, 128, 90, 89, 40, 0]], np.uint8

@@ -13,12 +13,12 @@ import yaml
 from click.testing import Result
 
 import codesign
-from codesign.errors import SpecError
+from codesign.ground.errors import SpecError
+from codesign.ground.records import FieldRecord, MapRecord, TrajectoryRecord
 from codesign.planners.interface import Problem
 from codesign.planners.quality import Quality
-from codesign.records import FieldRecord, MapRecord, TrajectoryRecord
-from codesign.scenarios import bind
-from codesign.trace import McapListener, MemoryListener, open_trace
+from codesign.system.scenarios import bind
+from codesign.views.trace import McapListener, MemoryListener, open_trace
 
 DRAWN = """\
 ????????????

@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from codesign import maps
-from codesign.errors import MapError
-from codesign.frame import Frame
+from codesign.ground.errors import MapError
+from codesign.ground.frame import Frame
 from codesign.maps import Crop, OccupancyGrid, Radius, Steps, Unknown
 from codesign.maps.survey import picture
 

@@ -12,7 +12,7 @@ from hypothesis.extra import numpy as arrays
 from places import SHARED
 
 from codesign import maps
-from codesign.errors import MapError
+from codesign.ground.errors import MapError
 
 MOVINGAI = SHARED / "maps" / "movingai"
 SQRT2 = 2.0**0.5

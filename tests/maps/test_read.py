@@ -16,7 +16,7 @@ from hypothesis.extra import numpy as arrays
 from PIL import Image
 
 from codesign import maps
-from codesign.errors import MapError
+from codesign.ground.errors import MapError
 from codesign.maps import OccupancyGrid
 
 

@@ -10,7 +10,7 @@ from places import SHARED
 import codesign
 from codesign import maps
 from codesign.maps import Crop, Steps
-from codesign.scenarios import bind
+from codesign.system.scenarios import bind
 
 SLAM = SHARED / "maps" / "ros" / "turtlebot3"
 MOVINGAI = SHARED / "maps" / "movingai"

@@ -11,7 +11,7 @@ from PIL import Image
 from places import SHARED
 
 from codesign import maps
-from codesign.errors import MapError
+from codesign.ground.errors import MapError
 from codesign.maps import OccupancyGrid
 
 REAL_MAPS = SHARED / "maps"

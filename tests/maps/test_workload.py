@@ -12,8 +12,8 @@ from click.testing import Result
 from PIL import Image
 
 import codesign
-from codesign.records import MapRecord, TrajectoryRecord
-from codesign.trace import MemoryListener
+from codesign.ground.records import MapRecord, TrajectoryRecord
+from codesign.views.trace import MemoryListener
 
 Run = Callable[..., Result]
 

@@ -15,9 +15,9 @@ from hypothesis import strategies as st
 from mission_specs import Ground
 from reference_harmonic import relax_reference
 
+from codesign.ground.memo import Memo
 from codesign.inputs import load_part
 from codesign.maps import OccupancyGrid
-from codesign.memo import Memo
 from codesign.planners.harmonic.plan.relax import relax
 from codesign.planners.harmonic.styles import geometry, resources, timing
 from codesign.planners.harmonic.styles.levers import largest_block, resource_levers
@@ -25,9 +25,9 @@ from codesign.planners.interface import Problem
 from codesign.planners.job import Job
 from codesign.planners.wavefront.plan.parameters import PropagateParameters
 from codesign.planners.wavefront.styles import timing as wave_timing
-from codesign.results.task import reach_text
-from codesign.scenarios import simulate
 from codesign.system import Result, catalog
+from codesign.system.results.task import reach_text
+from codesign.system.scenarios import simulate
 
 TASKS = {"harmonic": "relax", "wavefront": "propagate"}
 

@@ -11,9 +11,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from codesign.figures import Figure, Status
+from codesign.ground.figures import Figure, Status
+from codesign.ground.part import Part
 from codesign.inputs.part_file import load_part
-from codesign.part import Part
 from codesign.planners.breadth_first.styles import timing as breadth_first
 from codesign.planners.clock_law import GROWTHS, MARGIN, TRANSFER, Placement, Registers, clock_law, on_family
 from codesign.planners.harmonic.styles import timing as harmonic

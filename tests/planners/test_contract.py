@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import pytest
 
-from codesign.figures import RESOURCES
-from codesign.memo import Memo
+from codesign.ground.figures import RESOURCES
+from codesign.ground.memo import Memo
 from codesign.planners.interface import COMMAND, LOAD, LOWER_BOUND
 from codesign.planners.plug_in import Samples
 from codesign.system import catalog

@@ -8,12 +8,12 @@ from typing import Any
 import pytest
 
 import codesign
-from codesign.figures import Figure
-from codesign.report.study_answer import study_sentence
-from codesign.results.result import Result
-from codesign.scenarios import simulate
+from codesign.ground.figures import Figure
 from codesign.system import catalog
-from codesign.verdicts import fit_verdict
+from codesign.system.results.result import Result
+from codesign.system.scenarios import simulate
+from codesign.system.verdicts import fit_verdict
+from codesign.views.report.study_answer import study_sentence
 
 ROOMS = {"generate": "rooms", "rows": 24, "columns": 32, "room": [10, 14], "door": 2}
 CELLS = 24 * 32

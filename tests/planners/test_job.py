@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
+from codesign.ground.memo import Memo
 from codesign.inputs import load_part
-from codesign.memo import Memo
 from codesign.planners.job import Job
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from places import ROOT
 
-from codesign.figures import Status
+from codesign.ground.figures import Status
 from codesign.inputs.part_file import load_part
 from codesign.planners.demand import Demand, Line
 from codesign.planners.measured import ActivityRow, activity_rows

@@ -17,7 +17,7 @@ from mission_specs import Ground
 from numpy.typing import NDArray
 from reference_harmonic import relax_reference
 
-from codesign.errors import SpecError
+from codesign.ground.errors import SpecError
 from codesign.inputs import Platform, Workload
 from codesign.maps import OccupancyGrid
 from codesign.planners.breadth_first.plan.reference import trail
@@ -26,8 +26,8 @@ from codesign.planners.job import Job
 from codesign.planners.relaxation.plan.search import STEPS
 from codesign.planners.wavefront.plan import propagate
 from codesign.planners.wavefront.plan.reference import dijkstra
-from codesign.scenarios import bind, simulate
 from codesign.system import catalog
+from codesign.system.scenarios import bind, simulate
 
 Cell = tuple[int, int]
 Map = NDArray[np.bool_]

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from codesign.errors import InputError, SpecError
-from codesign.fidelity.claims import MEASURES, PAPERS
-from codesign.figures import Status
+from codesign.ground.errors import InputError, SpecError
+from codesign.ground.figures import Status
+from codesign.hardware.fidelity.claims import MEASURES, PAPERS
 from codesign.planners.papers import Paper, Runs, printed, read_sheet
 from codesign.planners.relaxation.paper.measures import PAPER as RELAXATION
 from codesign.planners.reproduction import Printed, Settings, Use, row, silent

@@ -44,7 +44,7 @@ PLUG_IN = replace(
 
 COMMANDS = """
 from click.testing import CliRunner
-from codesign.calibrate.host_costs import all_probes
+from codesign.hardware.calibrate.host_costs import all_probes
 from codesign.cli import main
 
 def printed(*words):

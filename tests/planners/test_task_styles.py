@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from codesign import maps
-from codesign.calibrate.host_costs import all_probes
-from codesign.errors import InputError
-from codesign.figures import Status
+from codesign.ground.errors import InputError
+from codesign.ground.figures import Status
+from codesign.ground.memo import Memo
+from codesign.hardware.calibrate.host_costs import all_probes
 from codesign.inputs import load_part, load_platform
-from codesign.memo import Memo
 from codesign.planners.breadth_first.plan.parameters import SearchParameters
 from codesign.planners.breadth_first.styles import ARCHITECTURES as BREADTH_FIRST
 from codesign.planners.breadth_first.styles import TASK_STYLES as BREADTH_FIRST_TASKS

@@ -12,7 +12,7 @@ COLUMN = """    yield Column("parity", lambda points: points % 2, ("even", "odd"
 VIEWS = """
 from pathlib import Path
 from codesign import explore, load_platform, load_workload
-from codesign.report.study_tables import write_study_csv
+from codesign.views.report.study_tables import write_study_csv
 import csv, pyarrow.parquet as parquet
 workload = load_workload("breadth-first")
 study = explore(load_platform("virtex4-pci"), workload, store=None, workers=1)
@@ -30,5 +30,5 @@ def test_a_column_is_in_every_view(tmp_path_factory: pytest.TempPathFactory) -> 
     pytest.importorskip("pyarrow")
     pytest.importorskip("pandas")
     recipe = Recipe(tmp_path_factory.mktemp("tree"), "a column of the CSV, of frames and of Parquet")
-    recipe.edit("exploration/columns.py", ('    yield Column("state"', COLUMN))
+    recipe.edit("study/columns.py", ('    yield Column("state"', COLUMN))
     assert recipe.python("-c", VIEWS).splitlines() == ["True True", "[0, 2, 4] True"]

@@ -47,7 +47,7 @@ def tree(tmp_path_factory: pytest.TempPathFactory) -> Recipe:
     recipe.edit("laws/acts.py", ("@dataclass(frozen=True)\nclass IdealLaw", LAW))
     recipe.edit(
         "inputs/links.py",
-        ("BusLaw, IdealLaw, SerialLaw\nfrom codesign.models", "LvdsLaw, "),
+        ("BusLaw, IdealLaw, SerialLaw\nfrom codesign.ground.models", "LvdsLaw, "),
         ("LINKS: dict[str, type[AnyLink]]", MODEL),
     )
     return recipe
@@ -66,8 +66,8 @@ def test_a_link_that_is_simulated_by_another_law_is_found(tree: Recipe) -> None:
     script = (
         "import kinds, codesign\n"
         "from codesign.components import link\n"
-        "from codesign.exploration import explore\n"
-        "from codesign.exploration.check import check_points\n"
+        "from codesign.study import explore\n"
+        "from codesign.study.check import check_points\n"
         "true = link.Link.ticks\n"
         "link.Link.ticks = lambda self, bits: true(self, bits) + self.law.preamble\n"
         "axes = {'line.preamble': [4, 16]}\n"

@@ -33,7 +33,7 @@ SUITE = (
 
 def tree(folder: pytest.TempPathFactory, record: str) -> Recipe:
     recipe = Recipe(folder.mktemp("tree"), "a record in the trace")
-    recipe.edit("records.py", ("RECORD_TYPES: dict[str, type[Record]]", record))
+    recipe.edit("ground/records.py", ("RECORD_TYPES: dict[str, type[Record]]", record))
     return recipe
 
 

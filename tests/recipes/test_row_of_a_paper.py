@@ -7,10 +7,10 @@ from pathlib import Path
 
 import pytest
 
+from codesign.hardware.reproduce import Reproduction
 from codesign.planners.papers import Case, Paper, Runs, Words
 from codesign.planners.wavefront.paper.measures import PAPER
-from codesign.report.reproduction_page import reproduction_html
-from codesign.reproduce import Reproduction
+from codesign.views.report.reproduction_page import reproduction_html
 
 ENTRY = """\
 parts:
@@ -70,7 +70,7 @@ def test_reproductions_and_their_page_have_the_row_and_the_finding(paper: Paper)
 
 
 def test_fidelity_has_the_row_with_what_circuits_count(paper: Paper, monkeypatch: pytest.MonkeyPatch) -> None:
-    claims = import_module("codesign.fidelity.claims")
+    claims = import_module("codesign.hardware.fidelity.claims")
     monkeypatch.setattr(claims, "PAPERS", (paper,))
     monkeypatch.setitem(claims.MEASURES, "toy", lambda _points, _case: claims.Counted(64, 66, "counted"))
     monkeypatch.setattr(paper, "row", lambda *_: None)

@@ -118,10 +118,10 @@ TOYS = [
     ),
     Toy(
         "a unit",
-        "from codesign.units import Dimension, parse_quantity; print(parse_quantity('2 d', Dimension.TIME))",
+        "from codesign.ground.units import Dimension, parse_quantity; print(parse_quantity('2 d', Dimension.TIME))",
         str(2 * 24 * 3600 * 10**12),
         edits={
-            "units.py": (
+            "ground/units.py": (
                 ('                "h": 3600 * 10**12,\n', '                "d": 24 * 3600 * 10**12,\n'),
             )
         },
@@ -201,7 +201,7 @@ TOYS = [
         "print(study.points[0].feasible, study.points[0].result.figure('pins'))",
         "3.0\nFalse 3.0",
         edits={
-            "figures.py": (
+            "ground/figures.py": (
                 (
                     '        _count("local_maxima"',
                     '        ResultFigure("pins", "", "a toy", value=lambda result: 3.0),\n',
@@ -213,11 +213,11 @@ TOYS = [
         "a figure in a result",
         "import codesign\n"
         "result = codesign.simulate('virtex4-pci', 'labyrinth')\n"
-        "from codesign.report import result_tables\n"
+        "from codesign.views.report import result_tables\n"
         "print(result.time.holiday_s, 'public holidays' in str([table.rows for table in result_tables(result)]))",
         "4.0 True",
         edits={
-            "results/result.py": (
+            "system/results/result.py": (
                 (
                     "    first_plan_s: float",
                     '    holiday_s: float = Field(title="public holidays", description="a toy")\n',
@@ -230,7 +230,7 @@ TOYS = [
         "a figure of a plan's quality",
         "import codesign\n"
         "result = codesign.simulate('virtex4-pci', 'labyrinth')\n"
-        "from codesign.report import result_tables\n"
+        "from codesign.views.report import result_tables\n"
         "print(result.quality.bends, 'bends of paths' in str([table.rows for table in result_tables(result)]))",
         "5 True",
         edits={
@@ -247,14 +247,14 @@ TOYS = [
         "a column in the report",
         "import codesign\n"
         "from codesign.inputs.exploration import Exploration\n"
-        "from codesign.report import study_table\n"
+        "from codesign.views.report import study_table\n"
         "explore = Exploration(axes={'fpga.clock': ['100 MHz', '120 MHz']}, objectives=['studs'])\n"
         "workload = codesign.load_workload('labyrinth').model_copy(update={'explore': explore})\n"
         "table = study_table(codesign.explore('virtex4-pci', workload, workers=1))\n"
         "print([column.name for column in table.columns if 'stud' in column.name], len(table.rows))",
         "['stud count'] 2",
         edits={
-            "figures.py": (
+            "ground/figures.py": (
                 (
                     '        _count(\n            "wrong_cells"',
                     '        ResultFigure("studs", "", "a toy", "stud count", value=lambda result: 1.0),\n',
@@ -264,11 +264,11 @@ TOYS = [
     ),
     Toy(
         "a tool of hardware",
-        "from codesign.rtl.tools import TOOLS, MissingToolError, command_of\n"
+        "from codesign.hardware.rtl.tools import TOOLS, MissingToolError, command_of\n"
         "print(command_of('toysim'), MissingToolError('toysim').hint)",
         "None install it: apt-get install toysim",
         edits={
-            "rtl/tools.py": (
+            "hardware/rtl/tools.py": (
                 (
                     '    "iverilog": Tool(',
                     '    "toysim": Tool(programs=("toysim",), install="apt-get install toysim"),\n',
@@ -320,16 +320,16 @@ TOYS = [
     ),
     Toy(
         "a search of a space",
-        "import codesign; from codesign.exploration.budget import Budget\n"
+        "import codesign; from codesign.study.budget import Budget\n"
         "study = codesign.explore('virtex4-pci', 'labyrinth', search='backwards', budget=Budget(points=2))\n"
         "print(study.search.traces[0].designs)",
         "[3527, 3526]",
         edits={
-            "exploration/search.py": (("", SEARCH),),
-            "exploration/search_run.py": (
+            "study/search.py": (("", SEARCH),),
+            "study/search_run.py": (
                 (
-                    "from codesign.exploration.search import",
-                    "from codesign.exploration.search import Backwards\n",
+                    "from codesign.study.search import",
+                    "from codesign.study.search import Backwards\n",
                 ),
                 (
                     '    "bound": lambda',

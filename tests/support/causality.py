@@ -11,7 +11,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from codesign.components.path import NEAR, Polyline, cell_of
-from codesign.records import (
+from codesign.ground.records import (
     BeliefRecord,
     CommandRecord,
     MapRecord,

@@ -7,11 +7,11 @@ from typing import Any
 
 from explore_fakes import result
 
-from codesign.exploration.outcomes import Outcomes
-from codesign.exploration.space import Box
-from codesign.exploration.study import Study
-from codesign.figures import FIGURES
+from codesign.ground.figures import FIGURES
 from codesign.inputs.constraint import constraint_of
+from codesign.study.outcomes import Outcomes
+from codesign.study.space import Box
+from codesign.study.study import Study
 
 OBJECTIVES = tuple(FIGURES[name] for name in ("first_plan_s", "slices", "path_length_ratio_mean"))
 

@@ -22,10 +22,10 @@ from codesign.components import (
     Serial,
     VgaDisplay,
 )
+from codesign.ground.records import Listener, TaskRecord
 from codesign.laws.acts import BusLaw, SerialLaw
 from codesign.planners.external_memory import ExternalMemoryLaw
 from codesign.planners.styles import Step
-from codesign.records import Listener, TaskRecord
 
 CLOCK = ClockDomain(33_000_000)
 LAW = BusLaw(CLOCK.hz, width=32, burst_words=4, setup_cycles=3)

@@ -9,9 +9,9 @@ from typing import Any, get_args
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
-from codesign.figures import Figure
+from codesign.ground.figures import Figure
+from codesign.ground.units import Dimension, format_quantity, parse_quantity
 from codesign.inputs.fields import Duration
-from codesign.units import Dimension, format_quantity, parse_quantity
 
 LEADING = re.compile(r"^\| (`[^|]*`) \| ([^|]*) \| (.*) \|$", re.MULTILINE)
 """A row that begins with names of keys: the names, their defaults, the meaning."""

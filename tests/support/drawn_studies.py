@@ -10,14 +10,14 @@ from explore_fakes import mission, result
 from hypothesis import strategies as st
 from plain_study import Plain
 
-from codesign.exploration.outcomes import Outcomes, State
-from codesign.exploration.study import Study
-from codesign.figures import FIGURES
+from codesign.ground.figures import FIGURES
 from codesign.inputs.aggregate import Quantile, Share
 from codesign.inputs.constraint import constraint_of
-from codesign.pricing.price import PRICED
-from codesign.results.mission import LinkUse
-from codesign.results.result import Reason, Result
+from codesign.study.outcomes import Outcomes, State
+from codesign.study.pricing.price import PRICED
+from codesign.study.study import Study
+from codesign.system.results.mission import LinkUse
+from codesign.system.results.result import Reason, Result
 
 TOO_FAST = [
     Reason(kind="clock", name="fpga", demand=120, limit=100, gap=20, unit="Hz", levers=("slow down",)),

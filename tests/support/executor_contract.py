@@ -11,12 +11,12 @@ from typing import Any
 import pytest
 from explore_fakes import Fake, computed
 
-from codesign.exploration.evaluation import Done, PointByPoint
-from codesign.exploration.executor import Executor
-from codesign.exploration.partition import Alone, Work
-from codesign.exploration.space import DesignPoint, Space
-from codesign.exploration.store import Entry, EntryState
-from codesign.results.result import Result
+from codesign.study.evaluation import Done, PointByPoint
+from codesign.study.executor import Executor
+from codesign.study.partition import Alone, Work
+from codesign.study.space import DesignPoint, Space
+from codesign.study.store import Entry, EntryState
+from codesign.system.results.result import Result
 
 
 def works_of(axes: dict[str, list[Any]], limit: int = 3) -> list[Work]:

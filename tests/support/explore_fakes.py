@@ -8,13 +8,13 @@ import time
 from pathlib import Path
 from typing import Any
 
-from codesign.errors import InputError
-from codesign.exploration.space import DesignPoint
-from codesign.figures import FIGURES
+from codesign.ground.errors import InputError
+from codesign.ground.figures import FIGURES
 from codesign.inputs import Exploration, Workload
 from codesign.planners.quality import Quality
-from codesign.results.mission import Mission, MissionEnergy
-from codesign.results.result import Reason, ResourceUse, Result, Times
+from codesign.study.space import DesignPoint
+from codesign.system.results.mission import Mission, MissionEnergy
+from codesign.system.results.result import Reason, ResourceUse, Result, Times
 
 
 def result(

@@ -10,10 +10,10 @@ from benchmarks.velocity_obstacle_pace import LineLaw
 from codesign.components import ClockDomain, Granularity
 from codesign.inputs import load_platform
 from codesign.planners.velocity_obstacle.plan import Avoidance, AvoidParameters, avoid, generate
-from codesign.scenarios import bind
-from codesign.scenarios.fleet.flight import Flight, fly
 from codesign.system import catalog
 from codesign.system.build import Machine, build
+from codesign.system.scenarios import bind
+from codesign.system.scenarios.fleet.flight import Flight, fly
 
 PLATFORM = """\
 kind: platform

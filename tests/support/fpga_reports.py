@@ -11,7 +11,7 @@ from places import ROOT
 
 Run = Callable[..., Result]
 
-SAMPLES = ROOT / "tests" / "calibrate" / "samples"
+SAMPLES = ROOT / "tests" / "hardware" / "calibrate" / "samples"
 DESIGN = ("ulx3s-85f", "breadth-first")
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from codesign import files
+from codesign.ground import files
 
 
 def full_disk(monkeypatch: pytest.MonkeyPatch, after: int) -> None:

@@ -8,7 +8,7 @@ from typing import Any
 from hypothesis import settings
 from hypothesis import strategies as st
 
-from codesign.errors import Fault, SpecError
+from codesign.ground.errors import Fault, SpecError
 
 scalars = st.one_of(
     st.none(),

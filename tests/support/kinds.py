@@ -9,7 +9,7 @@ from pydantic import TypeAdapter, ValidationError
 from small_search import SMALL
 
 import codesign
-from codesign.figures import Figure
+from codesign.ground.figures import Figure
 from codesign.inputs import Platform, Workload
 from codesign.inputs.links import LINKS, AnyLink
 

@@ -9,8 +9,8 @@ from typing import Any
 import simpy
 
 from codesign.components import Arbitration, Bus, Delivery, Ideal, Link, LinkErrors, Serial
+from codesign.ground.records import MessageRecord, Record
 from codesign.laws.acts import BusLaw, IdealLaw, SerialLaw
-from codesign.records import MessageRecord, Record
 
 Work = Generator[simpy.Event, Any, Any]
 Make = Callable[..., Link]

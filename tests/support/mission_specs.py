@@ -10,12 +10,12 @@ from typing import Any
 import yaml
 
 import codesign
+from codesign.ground.records import Record
 from codesign.inputs import Platform, Workload
-from codesign.records import Record
-from codesign.scenarios import bind, simulate
 from codesign.system import Result
 from codesign.system.build import Machine, build
-from codesign.trace import MemoryListener
+from codesign.system.scenarios import bind, simulate
+from codesign.views.trace import MemoryListener
 
 SECOND = 10**12
 """Picoseconds."""

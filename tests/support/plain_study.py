@@ -9,15 +9,15 @@ from typing import Any
 
 import numpy as np
 
-from codesign.exploration.aggregation import aggregated
-from codesign.exploration.constraints import figure_of
-from codesign.exploration.study import Study
-from codesign.exploration.table import _is_idle
-from codesign.figures import FIGURES, ResultFigure
+from codesign.ground.figures import FIGURES, ResultFigure
 from codesign.inputs.aggregate import Share
 from codesign.inputs.constraint import LOWER, STRICT, Constraint
-from codesign.pricing.price import PRICED
-from codesign.results.result import Reason, Result
+from codesign.study.aggregation import aggregated
+from codesign.study.constraints import figure_of
+from codesign.study.pricing.price import PRICED
+from codesign.study.study import Study
+from codesign.study.table import _is_idle
+from codesign.system.results.result import Reason, Result
 
 
 @dataclass

@@ -8,22 +8,15 @@ from typing import Any
 
 import numpy as np
 
-from codesign.exploration.outcomes import Outcomes
-from codesign.exploration.study import Study
-from codesign.figures import FIGURES, Figure, Status
+from codesign.ground.figures import FIGURES, Figure, Status
 from codesign.inputs.constraint import Constraint
 from codesign.planners.quality import Quality, RobotsQuality
 from codesign.planners.reproduction import Finding, Reproduction, Row, Use
-from codesign.results.fleet import FleetFigures, Frames, Spread
-from codesign.results.mission import (
-    Account,
-    Bottleneck,
-    LatencyShare,
-    LinkUse,
-    Mission,
-    MissionEnergy,
-)
-from codesign.results.result import (
+from codesign.study.outcomes import Outcomes
+from codesign.study.study import Study
+from codesign.system.results.fleet import FleetFigures, Frames, Spread
+from codesign.system.results.mission import Account, Bottleneck, LatencyShare, LinkUse, Mission, MissionEnergy
+from codesign.system.results.result import (
     Clock,
     Energy,
     Power,
@@ -34,7 +27,7 @@ from codesign.results.result import (
     StageUse,
     Times,
 )
-from codesign.results.task import TaskFigures, times_of
+from codesign.system.results.task import TaskFigures, times_of
 
 OBJECTIVES = (
     FIGURES["first_plan_s"],

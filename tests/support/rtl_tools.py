@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from codesign.rtl import tools
+from codesign.hardware.rtl import tools
 
 NEEDS = {"cxxrtl": "pyosys", "icarus": "iverilog", "verilator": "verilator"}
 """The tool of each simulator."""

@@ -7,7 +7,7 @@ import random
 
 import numpy as np
 
-from codesign.records import (
+from codesign.ground.records import (
     BeliefRecord,
     GoalRecord,
     MapRecord,

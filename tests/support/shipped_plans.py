@@ -7,12 +7,12 @@ from functools import cache
 from typing import Any
 
 import codesign
-from codesign.errors import CodesignError
+from codesign.ground.errors import CodesignError
+from codesign.ground.memo import Memo
 from codesign.inputs.files import data_folder
-from codesign.memo import Memo
-from codesign.results.result import Result
-from codesign.scenarios import simulate
 from codesign.system import point_of
+from codesign.system.results.result import Result
+from codesign.system.scenarios import simulate
 
 MEMO = Memo()
 load_platform, load_workload = cache(codesign.load_platform), cache(codesign.load_workload)

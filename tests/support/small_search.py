@@ -6,10 +6,10 @@ from pathlib import Path
 from typing import Any
 
 import codesign
-from codesign.exploration.explored import _with_section
 from codesign.inputs import Workload
 from codesign.inputs.constraint import constraint_of
 from codesign.inputs.exploration import Exploration
+from codesign.study.explored import _with_section
 
 MHZ = "{} MHz".format
 

@@ -7,9 +7,9 @@ from typing import Annotated, ClassVar
 
 from pydantic import ConfigDict, Field, model_validator
 
-from codesign.errors import SpecError
+from codesign.ground.errors import SpecError
+from codesign.ground.models import TaskParameters
 from codesign.inputs import RefusalError, SpecModel, list_parts, load_platform, load_workload
-from codesign.models import TaskParameters
 
 PLATFORM = """\
 kind: platform

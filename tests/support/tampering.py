@@ -15,9 +15,9 @@ import numpy as np
 from certificate_sample import sample
 from numpy.lib import format as npy
 
-from codesign.certificates.file import DEFINITION, DIGESTS, HEAD, packed, sealed
-from codesign.certificates.form import Claim, digests_of
-from codesign.exploration.certify import certificate_of
+from codesign.study.certificates.file import DEFINITION, DIGESTS, HEAD, packed, sealed
+from codesign.study.certificates.form import Claim, digests_of
+from codesign.study.certify import certificate_of
 
 Members = dict[str, bytes]
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from codesign.records import (
+from codesign.ground.records import (
     BeliefRecord,
     CommandRecord,
     FieldRecord,
@@ -30,7 +30,7 @@ from codesign.records import (
     UtilisationRecord,
     VisitsRecord,
 )
-from codesign.trace import McapListener
+from codesign.views.trace import McapListener
 
 FREE = np.array([[True, False, True], [True, True, True]])
 

@@ -7,7 +7,8 @@ from pathlib import Path
 import pytest
 from spec_texts import PLATFORM, TASKS, WORKLOAD, Decide
 
-from codesign.errors import SpecError
+from codesign.ground.errors import SpecError
+from codesign.ground.models import TaskParameters
 from codesign.inputs import (
     Platform,
     Workload,
@@ -17,7 +18,6 @@ from codesign.inputs import (
 )
 from codesign.inputs.workload import TaskModels
 from codesign.inputs.yaml_tree import parse_document
-from codesign.models import TaskParameters
 
 
 class Search(TaskParameters):

@@ -40,10 +40,10 @@ SOURCES = (
     *("README.md", "CONTRIBUTING.md", "CHANGELOG.md", "CITATION.cff", "LICENSE", "Makefile"),
 )
 SMOKE_TESTS = (
-    "tests/trace/test_mcap.py",
-    "tests/trace/test_reader.py",
-    "tests/trace/test_other_versions.py",
-    "tests/bags/test_export.py",
+    "tests/views/trace/test_mcap.py",
+    "tests/views/trace/test_reader.py",
+    "tests/views/trace/test_other_versions.py",
+    "tests/views/bags/test_export.py",
 )
 EXPLORE = "explore virtex4-pci labyrinth --points 4 --set workload.problem.arrive=0 --store s.sqlite -q"
 COMMANDS = (

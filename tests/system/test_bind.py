@@ -6,7 +6,7 @@ import pytest
 from small_maps import Specs, put_map
 
 import codesign
-from codesign.errors import SpecError
+from codesign.ground.errors import SpecError
 
 WALLED_GOAL = ".@....\n@.....\n......\n......\n"
 WALLED_START = "......\n......\n....@.\n...@.@\n....@.\n"

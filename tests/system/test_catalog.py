@@ -15,14 +15,14 @@ import pytest
 from click.testing import Result
 from mission_specs import Ground
 
-from codesign.errors import InputError, SpecError
+from codesign.ground.errors import InputError, SpecError
 from codesign.inputs import list_workloads
 from codesign.planners.job import Job
 from codesign.planners.task_graph import Flow
 from codesign.plugin import PlugIn
-from codesign.scenarios import check_files
 from codesign.system import at_hand, catalog
 from codesign.system.place import sound_flows
+from codesign.system.scenarios import check_files
 
 
 @contextmanager

@@ -11,13 +11,13 @@ from hypothesis import strategies as st
 from mission_specs import PLACEMENTS, Ground
 
 import codesign
+from codesign.ground.records import UtilisationRecord
 from codesign.inputs import design_point
 from codesign.inputs.part_file import load_part
-from codesign.records import UtilisationRecord
-from codesign.report import render_text, result_tables
-from codesign.scenarios import simulate
 from codesign.system import Result
-from codesign.trace import MemoryListener
+from codesign.system.scenarios import simulate
+from codesign.views.report import render_text, result_tables
+from codesign.views.trace import MemoryListener
 
 SECOND_BOARD: dict[str, Any] = {
     "components": {"spare": {"type": "fpga", "part": "XC3S500E-4", "clock": "50 MHz"}},

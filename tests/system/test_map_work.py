@@ -11,11 +11,11 @@ from places import ROOT
 
 import codesign
 from codesign import maps
-from codesign.errors import SpecError
+from codesign.ground.errors import SpecError
+from codesign.ground.records import Record, TaskRecord
 from codesign.planners.harmonic.plan.pockets import FILL
-from codesign.records import Record, TaskRecord
-from codesign.results.result import Result
-from codesign.scenarios import simulate
+from codesign.system.results.result import Result
+from codesign.system.scenarios import simulate
 
 COSTS = {"breadth_first_cell": 7_000, "breadth_first_map_cell": 300, "breadth_first_wall_cell": 11_000}
 """Picoseconds."""

@@ -16,22 +16,22 @@ from hypothesis import strategies as st
 from small_maps import Specs
 
 import codesign
-from codesign.errors import SpecError
-from codesign.exploration import explore
+from codesign.ground.errors import SpecError
 from codesign.maps import OccupancyGrid
 from codesign.planners.interface import Planner
 from codesign.planners.job import Job
-from codesign.scenarios import bind, simulate
+from codesign.study import explore
 from codesign.system import catalog
 from codesign.system import memory as machine
 from codesign.system.memory import estimate, free_bound, share_of_memory
+from codesign.system.scenarios import bind, simulate
 
 LEAST, MOST = 0.7, 2.0
 
 MEASURE = """
 import json, resource, sys
 import codesign
-from codesign.scenarios import bind
+from codesign.system.scenarios import bind
 from codesign.system.memory import estimate
 platform, workload = codesign.load_platform(sys.argv[1]), codesign.load_workload(sys.argv[2])
 trace = sys.argv[3] if len(sys.argv) > 3 else None

@@ -16,7 +16,7 @@ from small_maps import Specs, put_map
 from codesign.inputs import load_platform
 from codesign.inputs.components import ProcessorComponent
 from codesign.planners.harmonic.styles.resources import Machine, totals
-from codesign.scenarios import check_files
+from codesign.system.scenarios import check_files
 
 Run = Callable[..., Result]
 

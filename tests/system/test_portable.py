@@ -8,10 +8,10 @@ import pytest
 from click.testing import Result
 
 import codesign
-from codesign.errors import SpecError
+from codesign.ground.errors import SpecError
 from codesign.inputs import Platform, Workload, design_point, list_platforms, list_workloads, pin
 from codesign.inputs.roles import ROLES
-from codesign.scenarios import bind
+from codesign.system.scenarios import bind
 
 LACKS = {
     "a drive needs a robot",

@@ -12,12 +12,12 @@ from hypothesis import strategies as st
 from shipped_plans import design, result_of, shipped_plans, with_values, written
 
 import codesign
-from codesign.figures import FIGURES
-from codesign.memo import Memo
-from codesign.results.result import Result
-from codesign.results.terms import is_edges
-from codesign.scenarios import simulate
+from codesign.ground.figures import FIGURES
+from codesign.ground.memo import Memo
 from codesign.system import point_of
+from codesign.system.results.result import Result
+from codesign.system.results.terms import is_edges
+from codesign.system.scenarios import simulate
 from codesign.system.terms import TIMES
 
 PICOSECOND = 1e-12

@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 from rtl_tools import quickest
 
-from codesign.errors import UnsuitedError
-from codesign.models import Task
+from codesign.ground.errors import UnsuitedError
+from codesign.ground.models import Task
+from codesign.hardware.rtl.verify import verify
 from codesign.planners.breadth_first.plan.parameters import (
     Address,
     MemoryPlace,
@@ -22,7 +23,6 @@ from codesign.planners.breadth_first.rtl import CIRCUITS
 from codesign.planners.breadth_first.rtl.machine import EMPTY, KINDS, OVERFLOW, StateMachineCircuit
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
-from codesign.rtl.verify import verify
 
 MACHINE = StateMachineCircuit()
 PARAMETERS = SearchParameters(display=VgaController.NONE)

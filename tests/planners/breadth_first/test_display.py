@@ -10,6 +10,9 @@ import pytest
 from rtl_tools import needs
 from verilog_tools import in_icarus
 
+from codesign.hardware.rtl.bench import bench_files
+from codesign.hardware.rtl.design import sources_of, write_design
+from codesign.hardware.rtl.verify import Verified, verify
 from codesign.planners.breadth_first.plan.parameters import (
     Address,
     MicroArchitecture,
@@ -22,9 +25,6 @@ from codesign.planners.breadth_first.rtl.machine import SearchJob, StateMachineC
 from codesign.planners.circuits import Circuit, Expected
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
-from codesign.rtl.bench import bench_files
-from codesign.rtl.design import sources_of, write_design
-from codesign.rtl.verify import Verified, verify
 
 SMALL = Screen(half=24, line=60, sync=(50, 54), frame=30, line_sync=(24, 26))
 NUMBERS = {

@@ -8,7 +8,7 @@ import pytest
 from findings_page import check_figures, check_statements, figures
 from places import ROOT
 
-from codesign.figures import Status
+from codesign.ground.figures import Status
 from codesign.inputs import load_platform
 from codesign.planners.breadth_first import published
 from codesign.planners.breadth_first.paper.fit import fit, java_cell_seconds, least_popped

@@ -16,7 +16,7 @@ from places import SHARED
 from pydantic import ValidationError
 
 from codesign import maps
-from codesign.errors import InputError, MapError
+from codesign.ground.errors import InputError, MapError
 from codesign.planners.breadth_first.plan import (
     EAST,
     NEIGHBOURS,

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from codesign import maps
-from codesign.errors import InputError
-from codesign.figures import Status
+from codesign.ground.errors import InputError
+from codesign.ground.figures import Status
+from codesign.ground.memo import Memo
+from codesign.ground.part import Part
 from codesign.inputs.part_file import load_part
-from codesign.memo import Memo
-from codesign.part import Part
 from codesign.planners.breadth_first.plan import search
 from codesign.planners.breadth_first.plan.parameters import (
     Address,

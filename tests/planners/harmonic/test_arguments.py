@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from codesign.errors import InputError, MapError
+from codesign.ground.errors import InputError, MapError
 from codesign.planners.harmonic.plan import Field, VisitBatch, relax, stage_cost, work
 
 

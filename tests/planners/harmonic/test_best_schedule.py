@@ -11,8 +11,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from codesign import maps
-from codesign.errors import InputError
-from codesign.memo import Memo
+from codesign.ground.errors import InputError
+from codesign.ground.memo import Memo
 from codesign.planners.harmonic.plan import relax
 from codesign.planners.harmonic.plan.best_schedule import Schedule, best_schedule, optimise_schedule
 from codesign.planners.harmonic.plan.parameters import RelaxParameters, Stop

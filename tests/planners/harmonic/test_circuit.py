@@ -9,14 +9,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from codesign.errors import UnsuitedError
+from codesign.ground.errors import UnsuitedError
+from codesign.hardware.rtl import tools
+from codesign.hardware.rtl.verify import verify
 from codesign.planners.circuits import Circuit
 from codesign.planners.harmonic.plan.parameters import RelaxParameters
 from codesign.planners.harmonic.rtl import CIRCUITS
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
-from codesign.rtl import tools
-from codesign.rtl.verify import verify
 
 CIRCUIT, DECISION = CIRCUITS
 OPEN = np.ones((7, 13), np.bool_)

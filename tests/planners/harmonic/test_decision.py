@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from reference_harmonic import exact_direction, relax_reference
 
-from codesign.errors import CodesignError, InputError, MapError
+from codesign.ground.errors import CodesignError, InputError, MapError
 from codesign.maps import reachable
 from codesign.planners.harmonic.plan import Field
 from codesign.planners.harmonic.plan.decision import (

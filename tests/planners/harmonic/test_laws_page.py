@@ -10,13 +10,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 from places import ROOT
 
+from codesign.ground.records import VisitsRecord
 from codesign.planners.harmonic.plan.parameters import RelaxParameters
 from codesign.planners.harmonic.styles import timing
 from codesign.planners.harmonic.styles.bit_serial import relax_costs
 from codesign.planners.harmonic.styles.steps import relax_steps
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
-from codesign.records import VisitsRecord
 
 PAGE = (ROOT / "docs" / "laws.md").read_text(encoding="utf-8")
 

@@ -10,8 +10,9 @@ import pytest
 from findings_page import check_figures, check_statements, figures
 from places import ROOT
 
-from codesign.errors import InputError
-from codesign.figures import Status
+from codesign.ground.errors import InputError
+from codesign.ground.figures import Status
+from codesign.hardware.reproduce import Plot, Reproduction, Series, plot_svg, write_plots
 from codesign.planners import reproduction
 from codesign.planners.harmonic.paper import closed_forms as theory
 from codesign.planners.harmonic.paper.figures import (
@@ -27,7 +28,6 @@ from codesign.planners.harmonic.paper.speed import Measurement, software_seconds
 from codesign.planners.harmonic.paper.theory import largest_eigenvalue
 from codesign.planners.harmonic.published import HarmonicSettings
 from codesign.planners.reproduction import Finding, Row, Use, silent
-from codesign.reproduce import Plot, Reproduction, Series, plot_svg, write_plots
 from codesign.system import catalog
 
 TOLD: list[str] = []

@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from reference_harmonic import climb
 
-from codesign.errors import InputError
+from codesign.ground.errors import InputError
 from codesign.maps import nearest_free
 from codesign.maps.generate import empty, maze, random_obstacles
 from codesign.planners.harmonic.plan import Field

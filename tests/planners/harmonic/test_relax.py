@@ -20,7 +20,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from reference_harmonic import relax_reference, relax_stage
 
-from codesign.errors import RunError
+from codesign.ground.errors import RunError
 from codesign.planners.harmonic.plan import StageEnd, kernels, relax, work
 from codesign.planners.harmonic.plan.arguments import check_arguments
 from codesign.planners.harmonic.plan.engine import Engine

@@ -11,9 +11,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from codesign import maps
-from codesign.errors import InputError, RunError
+from codesign.ground.errors import InputError, RunError
+from codesign.ground.memo import Memo
 from codesign.inputs import load_platform
-from codesign.memo import Memo
 from codesign.planners.harmonic.plan import relax
 from codesign.planners.harmonic.plan.fixed_point import Field, LowerBound
 from codesign.planners.harmonic.plan.parameters import RelaxParameters, Stop

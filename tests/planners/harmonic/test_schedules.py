@@ -12,14 +12,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import codesign
-from codesign.errors import InputError, SpecError
+from codesign.ground.errors import InputError, SpecError
 from codesign.planners.harmonic.plan import relax
 from codesign.planners.harmonic.plan.parameters import RelaxParameters
 from codesign.planners.harmonic.plan.planner import PLANNER
 from codesign.planners.harmonic.styles import ARCHITECTURES
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
-from codesign.results.result import Result
+from codesign.system.results.result import Result
 
 RELAX: dict[str, Any] = {"component": "fpga", "block": [10, 20], "iterations": 6, "stop": "schedule_end"}
 BEST = {"optimal": {"last": 23, "candidates": [5, 9, 14]}}
@@ -235,7 +235,7 @@ def test_a_promoted_stage_takes_the_same_cycles_visit_by_visit(tmp_path: Path) -
     promoted = {"schedule": [5, 14, 23], "promote": {"after": 1}}
     workload = workload_of(tmp_path, **promoted)
     platform = codesign.load_platform("virtex4-pci")
-    system = codesign.scenarios.bind(platform, workload)
+    system = codesign.system.scenarios.bind(platform, workload)
     style, cycles = system.architecture, []
     for detail in (True, False):
         steps = style.work(Job(system.problem, system.planning, part=system.part, detail=detail))
@@ -266,7 +266,7 @@ def test_a_promoted_stage_never_ends_a_run() -> None:
 def test_no_circuit_promotes_early(tmp_path: Path) -> None:
     from codesign.planners.harmonic.plug_in import PLUG_IN
 
-    system = codesign.scenarios.bind(
+    system = codesign.system.scenarios.bind(
         codesign.load_platform("virtex4-pci"), workload_of(tmp_path, schedule=[7, 23], promote={"after": 2})
     )
     with pytest.raises(SpecError, match="no circuit leaves a stage before it has settled"):

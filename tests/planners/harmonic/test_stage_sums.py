@@ -8,7 +8,7 @@ import random
 import numpy as np
 import pytest
 
-from codesign.memo import Memo
+from codesign.ground.memo import Memo
 from codesign.planners.harmonic.plan.fixed_point import Field
 from codesign.planners.harmonic.plan.parameters import RelaxParameters
 from codesign.planners.harmonic.plan.relax import relax

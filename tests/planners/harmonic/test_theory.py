@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from reference_harmonic import relax_reference
 
-from codesign.errors import InputError
+from codesign.ground.errors import InputError
 from codesign.maps import reachable
 from codesign.planners.harmonic.paper import closed_forms as theory
 from codesign.planners.harmonic.plan.precision import RequiredPrecision, required_precision

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from reference_harmonic import relax_reference
 
-from codesign.errors import InputError, MapError
+from codesign.ground.errors import InputError, MapError
 from codesign.maps.generate import maze, rooms
 from codesign.planners.harmonic.plan import relax
 from codesign.planners.harmonic.plan import warm_start as module

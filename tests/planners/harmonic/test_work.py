@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from codesign.memo import Memo
+from codesign.ground.memo import Memo
+from codesign.ground.records import StageRecord, VisitsRecord
 from codesign.planners.harmonic.plan.fixed_point import limbs_needed
 from codesign.planners.harmonic.plan.parameters import RelaxParameters
 from codesign.planners.harmonic.plan.relax import relax
@@ -18,7 +19,6 @@ from codesign.planners.harmonic.styles.software import block_cells
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
 from codesign.planners.styles import Step
-from codesign.records import StageRecord, VisitsRecord
 
 BIT_SERIAL, SOFTWARE, SOFTWARE_LIMBS = ARCHITECTURES
 

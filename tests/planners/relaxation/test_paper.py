@@ -10,6 +10,7 @@ from findings_page import check_figures, check_statements, figures
 from places import ROOT
 
 from codesign import maps
+from codesign.hardware.reproduce import Reproduction
 from codesign.planners.relaxation import published
 from codesign.planners.relaxation.paper import measures as saudi2016
 from codesign.planners.relaxation.paper import runs as saudi2016_runs
@@ -25,7 +26,6 @@ from codesign.planners.relaxation.paper.runs import (
 from codesign.planners.relaxation.plan import Boundary, Method
 from codesign.planners.relaxation.published import RelaxationSettings
 from codesign.planners.reproduction import Progress, Use, silent
-from codesign.reproduce import Reproduction
 
 SHIPPED = ROOT / "workloads" / "maps" / "floor-plan.png"
 

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from codesign import maps
-from codesign.errors import InputError
+from codesign.ground.errors import InputError
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
 from codesign.planners.relaxation.plan import Ending, Search, descend, solve

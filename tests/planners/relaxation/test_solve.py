@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from reference_relaxation import iterate
 
 from codesign import maps
-from codesign.errors import InputError, MapError
+from codesign.ground.errors import InputError, MapError
 from codesign.planners.relaxation.plan import PUBLISHED_TOLERANCE, Boundary, Method, Search
 from codesign.planners.relaxation.plan import solve as solve_by_default
 from codesign.planners.relaxation.plan.layout import diagonals

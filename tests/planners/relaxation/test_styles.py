@@ -10,9 +10,10 @@ from pydantic import ValidationError
 
 import codesign
 from codesign import maps
-from codesign.calibrate.host_costs import FOLLOWING, OCCUPANCY, all_probes, measure_host
-from codesign.errors import InputError, SpecError
-from codesign.figures import Status
+from codesign.ground.errors import InputError, SpecError
+from codesign.ground.figures import Status
+from codesign.ground.records import StageRecord
+from codesign.hardware.calibrate.host_costs import FOLLOWING, OCCUPANCY, all_probes, measure_host
 from codesign.inputs import load_part, load_platform
 from codesign.inputs.files import data_folder
 from codesign.inputs.platform import Platform
@@ -39,10 +40,9 @@ from codesign.planners.relaxation.styles.costs import (
 )
 from codesign.planners.styles import Step
 from codesign.planners.wavefront.styles.probes import PROBES as WAVEFRONT
-from codesign.records import StageRecord
-from codesign.scenarios import simulate
 from codesign.system import Result, catalog, point_of
 from codesign.system.place import RENDER_KERNEL
+from codesign.system.scenarios import simulate
 
 SEQUENTIAL, TWO_CORE = ARCHITECTURES
 ROOMS = maps.rooms(24, 32, room=(11, 15), door=3, seed=5).free

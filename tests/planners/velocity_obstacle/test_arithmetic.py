@@ -13,7 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
-from codesign.errors import InputError
+from codesign.ground.errors import InputError
 from codesign.planners.job import Job
 from codesign.planners.velocity_obstacle.plan import AvoidParameters, avoid, generate
 from codesign.planners.velocity_obstacle.plan import reference as plain

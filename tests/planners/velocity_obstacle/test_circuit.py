@@ -9,7 +9,11 @@ from pathlib import Path
 
 import pytest
 
-from codesign.errors import UnsuitedError
+from codesign.ground.errors import UnsuitedError
+from codesign.hardware.rtl import tools
+from codesign.hardware.rtl.runs import Run
+from codesign.hardware.rtl.simulate import simulate
+from codesign.hardware.rtl.verify import verify
 from codesign.planners.circuits import Image
 from codesign.planners.job import Job
 from codesign.planners.velocity_obstacle.plan.avoid import avoid
@@ -19,10 +23,6 @@ from codesign.planners.velocity_obstacle.published import TABLE_II, Style
 from codesign.planners.velocity_obstacle.rtl import CIRCUITS, RobotCircuit
 from codesign.planners.velocity_obstacle.rtl.robot import KINDS, TAKEN
 from codesign.planners.velocity_obstacle.styles import timing
-from codesign.rtl import tools
-from codesign.rtl.runs import Run
-from codesign.rtl.simulate import simulate
-from codesign.rtl.verify import verify
 
 FEW, MANY = range(2), range(2, 102)
 BACKEND = "icarus"

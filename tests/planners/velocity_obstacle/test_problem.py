@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from codesign.errors import InputError
+from codesign.ground.errors import InputError
 from codesign.planners.velocity_obstacle.plan import RobotsProblem, RobotsWorkload, generate
 from codesign.planners.velocity_obstacle.plan.problem import distances
 

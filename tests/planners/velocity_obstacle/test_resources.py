@@ -11,9 +11,9 @@ from examples import examples
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from codesign.figures import RESOURCES
+from codesign.ground.figures import RESOURCES
+from codesign.ground.part import Part
 from codesign.inputs import load_part
-from codesign.part import Part
 from codesign.planners.job import Job
 from codesign.planners.velocity_obstacle import published
 from codesign.planners.velocity_obstacle.plan import AvoidParameters, generate

@@ -6,10 +6,10 @@ from typing import Any
 
 import pytest
 
-from codesign.figures import Status
+from codesign.ground.figures import Status
+from codesign.ground.memo import Memo
+from codesign.ground.part import Part
 from codesign.inputs import load_part
-from codesign.memo import Memo
-from codesign.part import Part
 from codesign.planners.job import Job
 from codesign.planners.velocity_obstacle import published
 from codesign.planners.velocity_obstacle.plan import AvoidParameters, RobotsProblem, generate

@@ -8,13 +8,13 @@ import pytest
 from rtl_tools import quickest
 
 from codesign import maps
-from codesign.errors import UnsuitedError
+from codesign.ground.errors import UnsuitedError
+from codesign.hardware.rtl.verify import verify
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
 from codesign.planners.wavefront.plan.parameters import PropagateParameters
 from codesign.planners.wavefront.rtl import CIRCUITS
 from codesign.planners.wavefront.styles import timing
-from codesign.rtl.verify import verify
 
 BY_STYLE = {style.style: style for style in CIRCUITS}
 

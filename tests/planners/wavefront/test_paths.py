@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from pydantic import ValidationError
 
 from codesign import maps
-from codesign.errors import InputError, MapError
+from codesign.ground.errors import InputError, MapError
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
 from codesign.planners.paths import judge_paths

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from places import SHARED
 
 from codesign import maps
-from codesign.errors import InputError, MapError
+from codesign.ground.errors import InputError, MapError
 from codesign.planners.wavefront.plan import (
     UNREACHED,
     longest_distance,

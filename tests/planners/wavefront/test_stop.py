@@ -18,8 +18,8 @@ from codesign.inputs import Platform, Workload
 from codesign.maps import OccupancyGrid
 from codesign.planners.wavefront.plan import register_bits
 from codesign.planners.wavefront.plan.reference import adder_circuit, dijkstra
-from codesign.scenarios import simulate
 from codesign.system import Result
+from codesign.system.scenarios import simulate
 
 Cell = tuple[int, int]
 

@@ -13,10 +13,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from codesign import maps
-from codesign.errors import InputError
+from codesign.ground.errors import InputError
+from codesign.ground.memo import Memo
+from codesign.ground.records import TaskRecord
 from codesign.inputs import load_platform
 from codesign.inputs.part_file import load_part
-from codesign.memo import Memo
 from codesign.planners.breadth_first.styles.resources import block_rams
 from codesign.planners.demand import Demand
 from codesign.planners.interface import Problem
@@ -39,7 +40,6 @@ from codesign.planners.wavefront.styles import (
 from codesign.planners.wavefront.styles.layout import ArrayLayout
 from codesign.planners.wavefront.styles.software import SEED_CELLS
 from codesign.planners.wavefront.styles.tile import PIECES, TileLayout, lut4
-from codesign.records import TaskRecord
 
 PARTS = {"XC4VLX160-12": 91, "XC2V6000-4": 64, "XC2VP30-6": 41, "XC3S500E-4": 23}
 

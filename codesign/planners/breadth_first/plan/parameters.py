@@ -10,7 +10,7 @@ from typing import Annotated
 
 from pydantic import Field
 
-from codesign.models import TaskParameters
+from codesign.ground.models import TaskParameters
 
 MAX_QUEUE_WORDS = 2**24
 

@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from codesign.errors import InputError
-from codesign.models import Task, TaskParameters
+from codesign.ground.errors import InputError
+from codesign.ground.models import Task, TaskParameters
 from codesign.planners.breadth_first.plan.parameters import SearchParameters, TrackParameters
 from codesign.planners.breadth_first.plan.reference import NEIGHBOURS, UNKNOWN, Cell
 from codesign.planners.breadth_first.plan.search import (

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from codesign.models import Task
+from codesign.ground.models import Task
 from codesign.planners.breadth_first.plan.search import BreadthFirstPlan
 from codesign.planners.circuits import Pins
 from codesign.planners.interface import Problem

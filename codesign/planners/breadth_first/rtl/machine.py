@@ -11,8 +11,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from codesign.errors import Fault, UnsuitedError
-from codesign.models import Task
+from codesign.ground.errors import Fault, UnsuitedError
+from codesign.ground.models import Task
 from codesign.planners import circuits
 from codesign.planners.breadth_first.plan.parameters import (
     Address,

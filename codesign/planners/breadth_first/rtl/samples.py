@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from codesign.models import Task
+from codesign.ground.models import Task
 from codesign.planners.breadth_first.plan.parameters import (
     Address,
     MicroArchitecture,

@@ -19,7 +19,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from codesign.figures import Figure, Status
+from codesign.ground.figures import Figure, Status
 from codesign.planners.breadth_first.plan.parameters import MemoryPlace, SearchParameters
 from codesign.planners.breadth_first.plan.search import BreadthFirstPlan
 from codesign.planners.breadth_first.styles import timing

@@ -8,8 +8,8 @@ fitted to some sizes and held against others (``planners/breadth_first/measured/
 
 from __future__ import annotations
 
-from codesign.figures import Status
-from codesign.part import Part
+from codesign.ground.figures import Status
+from codesign.ground.part import Part
 from codesign.planners.breadth_first import published
 from codesign.planners.breadth_first.plan.parameters import (
     Address,

@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from codesign.figures import Figure, Status
+from codesign.ground.figures import Figure, Status
 from codesign.planners.breadth_first import published
 from codesign.planners.breadth_first.plan.parameters import SearchParameters
 from codesign.planners.breadth_first.plan.planner import searched

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from codesign.figures import Figure, Status, weakest
-from codesign.memo import Memo
-from codesign.part import Part
+from codesign.ground.figures import Figure, Status, weakest
+from codesign.ground.memo import Memo
+from codesign.ground.part import Part
 from codesign.planners.breadth_first import published
 from codesign.planners.breadth_first.plan.parameters import (
     MemoryPlace,

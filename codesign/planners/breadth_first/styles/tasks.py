@@ -8,8 +8,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from codesign.figures import Figure, Status, weakest
-from codesign.part import Part
+from codesign.ground.figures import Figure, Status, weakest
+from codesign.ground.part import Part
 from codesign.planners.breadth_first.plan.parameters import MemoryPlace, SearchParameters
 from codesign.planners.breadth_first.plan.planner import PLANNER
 from codesign.planners.breadth_first.plan.search import BreadthFirstPlan

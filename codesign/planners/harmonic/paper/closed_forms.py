@@ -10,7 +10,7 @@ import math
 from collections.abc import Sequence
 from fractions import Fraction
 
-from codesign.errors import InputError
+from codesign.ground.errors import InputError
 
 LN2 = math.log(2.0)
 

@@ -11,7 +11,7 @@ from statistics import fmean
 
 import numpy as np
 
-from codesign.figures import Status
+from codesign.ground.figures import Status
 from codesign.planners.harmonic import published
 from codesign.planners.harmonic.paper import closed_forms as theory
 from codesign.planners.harmonic.paper import figures

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from codesign.errors import InputError, MapError, choose_hint, outside_map
+from codesign.ground.errors import InputError, MapError, choose_hint, outside_map
 from codesign.planners.harmonic.plan.fixed_point import Field, limbs_needed
 from codesign.planners.harmonic.plan.parameters import MAX_PRECISION, Termination
 

@@ -18,8 +18,8 @@ from dataclasses import dataclass
 from itertools import pairwise
 from typing import TYPE_CHECKING, Protocol
 
-from codesign.errors import InputError
-from codesign.memo import Memo
+from codesign.ground.errors import InputError
+from codesign.ground.memo import Memo
 from codesign.planners.harmonic.plan.parameters import Stop
 from codesign.planners.harmonic.plan.stage_costs import SimulatedStages, iteration_cycles
 

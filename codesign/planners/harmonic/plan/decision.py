@@ -24,7 +24,7 @@ from enum import StrEnum
 import numpy as np
 from numpy.typing import NDArray
 
-from codesign.errors import InputError, choose_hint
+from codesign.ground.errors import InputError, choose_hint
 from codesign.maps.grid import as_free
 from codesign.maps.reach import check_cells, reachable
 from codesign.planners.harmonic.plan.fixed_point import Field

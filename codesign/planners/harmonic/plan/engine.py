@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from codesign.errors import RunError
+from codesign.ground.errors import RunError
 from codesign.planners.harmonic.plan import kernels
 from codesign.planners.harmonic.plan.arguments import Arguments
 from codesign.planners.harmonic.plan.fixed_point import Field, limbs_needed

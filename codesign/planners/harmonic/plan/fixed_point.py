@@ -15,7 +15,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from codesign.errors import InputError
+from codesign.ground.errors import InputError
 
 LIMB_BITS = 64
 

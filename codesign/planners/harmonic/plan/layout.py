@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from codesign.errors import RunError
+from codesign.ground.errors import RunError
 
 # One plane of a block, every box 8 words or more. Zeros lie in all boxes but R:
 #

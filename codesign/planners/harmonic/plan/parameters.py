@@ -10,8 +10,8 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field, field_validator, model_validator
 
-from codesign.errors import show
-from codesign.models import RefusalError, SpecModel, TaskParameters
+from codesign.ground.errors import show
+from codesign.ground.models import RefusalError, SpecModel, TaskParameters
 
 MAX_PRECISION = 1023
 MAX_CANDIDATES = 128

@@ -10,8 +10,8 @@ from weakref import WeakKeyDictionary
 import numpy as np
 from numpy.typing import NDArray
 
-from codesign.errors import InputError
-from codesign.models import TaskParameters
+from codesign.ground.errors import InputError
+from codesign.ground.models import TaskParameters
 from codesign.planners.harmonic.plan.arguments import MAX_BLOCKS
 from codesign.planners.harmonic.plan.fixed_point import Field, limbs_needed
 from codesign.planners.harmonic.plan.layout import plane_bytes
@@ -36,7 +36,7 @@ from codesign.planners.quality import Quality
 from codesign.planners.task_graph import Flow
 
 if TYPE_CHECKING:
-    from codesign.planners.harmonic.plan.trajectory import Ascent
+    pass
 
 CELL_BITS = 2
 """A cell of the map on its way to the planner: free, obstacle or goal."""

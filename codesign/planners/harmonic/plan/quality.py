@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from codesign.errors import InputError
-from codesign.memo import Memo
+from codesign.ground.errors import InputError
+from codesign.ground.memo import Memo
 from codesign.planners.harmonic.plan.decision import Rule
 from codesign.planners.harmonic.plan.fixed_point import Field
 from codesign.planners.harmonic.plan.precision import converged_field

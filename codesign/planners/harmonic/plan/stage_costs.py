@@ -25,7 +25,7 @@ from dataclasses import dataclass
 from functools import cached_property, partial
 from typing import TYPE_CHECKING
 
-from codesign.memo import Memo
+from codesign.ground.memo import Memo
 from codesign.planners.harmonic.plan.arguments import check_arguments
 from codesign.planners.harmonic.plan.decay import Decay
 from codesign.planners.harmonic.plan.pockets import sent_map
@@ -34,7 +34,6 @@ from codesign.planners.harmonic.plan.warm_start import FieldBounds
 
 if TYPE_CHECKING:
     from codesign.planners.harmonic.plan import Field
-    from codesign.planners.harmonic.plan.decay import Decay
     from codesign.planners.harmonic.plan.parameters import RelaxParameters
     from codesign.planners.interface import Problem
 

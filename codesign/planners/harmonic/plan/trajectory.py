@@ -14,7 +14,7 @@ from enum import StrEnum
 import numpy as np
 from numpy.typing import NDArray
 
-from codesign.errors import InputError
+from codesign.ground.errors import InputError
 from codesign.maps.reach import reachable
 from codesign.planners.harmonic.plan.decision import (
     Rule,

@@ -28,7 +28,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from codesign.errors import InputError
+from codesign.ground.errors import InputError
 from codesign.maps.reach import reachable
 from codesign.planners.harmonic.plan.decision import goal_mask
 from codesign.planners.harmonic.plan.fixed_point import Field, LowerBound

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from codesign.errors import Fault, UnsuitedError
+from codesign.ground.errors import Fault, UnsuitedError
 from codesign.planners.circuits import SHARED, Bits, Circuit, CircuitStyle, Expected, Image
 from codesign.planners.harmonic.plan.parameters import RelaxParameters, Stop, Termination
 from codesign.planners.harmonic.rtl.expected import DECISION_BITS, SWEEP_BITS, expected_run

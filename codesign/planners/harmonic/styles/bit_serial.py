@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from codesign.figures import Figure
-from codesign.memo import Same
-from codesign.part import Part
+from codesign.ground.figures import Figure
+from codesign.ground.memo import Same
+from codesign.ground.part import Part
 from codesign.planners.demand import Demand, short_resources
 from codesign.planners.harmonic.plan.fixed_point import LowerBound
 from codesign.planners.harmonic.plan.parameters import RelaxParameters, Stop, Termination

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from codesign.memo import Memo
+from codesign.ground.memo import Memo
 from codesign.planners.harmonic.plan.best_schedule import Schedule, optimise_schedule
 from codesign.planners.harmonic.plan.parameters import RelaxParameters, Start
 from codesign.planners.harmonic.plan.stages import Visits

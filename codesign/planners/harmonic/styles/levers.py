@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
-from codesign.figures import Status, label
-from codesign.part import Part
+from codesign.ground.figures import Status, label
+from codesign.ground.part import Part
 from codesign.planners.demand import Lever, Line, largest, part_lever
 from codesign.planners.harmonic.styles.geometry import RAM_WIDTH
 from codesign.planners.harmonic.styles.resources import (

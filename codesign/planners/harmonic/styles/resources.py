@@ -15,8 +15,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 
-from codesign.figures import Status
-from codesign.part import Part
+from codesign.ground.figures import Status
+from codesign.ground.part import Part
 from codesign.planners.counted import CountedLaws
 from codesign.planners.demand import Line, packed, sum_by_resource
 from codesign.planners.harmonic import published

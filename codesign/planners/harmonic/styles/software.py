@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from codesign.figures import Figure
+from codesign.ground.figures import Figure
 from codesign.planners.harmonic.plan.fixed_point import limbs_needed
 from codesign.planners.harmonic.plan.parameters import RelaxParameters
 from codesign.planners.harmonic.plan.relax import HarmonicPlan

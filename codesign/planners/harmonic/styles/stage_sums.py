@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from codesign.memo import Memo
+from codesign.ground.memo import Memo
 from codesign.planners.harmonic.plan.arguments import check_arguments
 from codesign.planners.harmonic.plan.fixed_point import Field
 from codesign.planners.harmonic.plan.parameters import RelaxParameters, Termination

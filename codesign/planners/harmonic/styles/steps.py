@@ -10,9 +10,11 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from codesign.errors import InputError
+from codesign.ground.errors import InputError
+from codesign.ground.memo import Memo
+from codesign.ground.progress import Track, plan_track
+from codesign.ground.records import StageRecord, VisitsRecord
 from codesign.maps.reach import reachable
-from codesign.memo import Memo
 from codesign.planners.harmonic.plan.fixed_point import Field, LowerBound
 from codesign.planners.harmonic.plan.parameters import RelaxParameters, Stop
 from codesign.planners.harmonic.plan.pockets import sent_map
@@ -23,8 +25,6 @@ from codesign.planners.host import one_step
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
 from codesign.planners.styles import Exchange, Step, beyond_map
-from codesign.progress import Track, plan_track
-from codesign.records import StageRecord, VisitsRecord
 
 LOAD, RELAX, DECIDE, READ = "load", "relax", "decide", "read"
 """The phases of the cycles. The first three are named as the tasks; the last is the read-out of the field."""

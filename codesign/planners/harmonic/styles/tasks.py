@@ -14,9 +14,9 @@ from collections.abc import Generator
 import numpy as np
 from numpy.typing import NDArray
 
-from codesign.figures import Figure, Status
-from codesign.memo import Memo
-from codesign.part import Part
+from codesign.ground.figures import Figure, Status
+from codesign.ground.memo import Memo
+from codesign.ground.part import Part
 from codesign.planners.clock_law import on_family
 from codesign.planners.demand import Demand, Line, packed
 from codesign.planners.harmonic import published

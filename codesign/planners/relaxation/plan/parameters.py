@@ -8,8 +8,8 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, model_validator
 
-from codesign.errors import InputError, choose_hint
-from codesign.models import RefusalError, TaskParameters
+from codesign.ground.errors import InputError, choose_hint
+from codesign.ground.models import RefusalError, TaskParameters
 
 PUBLISHED_TOLERANCE = 1e-15
 """Section V: "a very small error tolerance"."""

@@ -11,7 +11,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 from numpy.typing import NDArray
 
-from codesign.models import TaskParameters
+from codesign.ground.models import TaskParameters
 from codesign.planners.interface import Cell, LoadParameters, Planner, Policy, Problem
 from codesign.planners.job import Job
 from codesign.planners.paths import by_sides, cell_of, from_position

@@ -21,7 +21,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from codesign.errors import InputError, choose_hint
+from codesign.ground.errors import InputError, choose_hint
 from codesign.maps.reach import check_cells, reachable
 from codesign.planners.relaxation.plan.direct import MAX_DIRECT_CELLS, solve_direct
 from codesign.planners.relaxation.plan.parameters import (

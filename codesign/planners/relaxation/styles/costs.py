@@ -14,7 +14,7 @@ from __future__ import annotations
 import math
 from statistics import fmean
 
-from codesign.figures import Figure, Status
+from codesign.ground.figures import Figure, Status
 from codesign.planners.relaxation import published
 from codesign.planners.relaxation.plan import Method
 

@@ -19,7 +19,8 @@ from typing import Any
 
 import numpy as np
 
-from codesign.figures import Figure
+from codesign.ground.figures import Figure
+from codesign.ground.records import StageRecord
 from codesign.planners.host import HostStyle, assumed_bytes, map_read
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
@@ -40,7 +41,6 @@ from codesign.planners.relaxation.styles.costs import (
     sweep_units,
 )
 from codesign.planners.styles import Designs, Step
-from codesign.records import StageRecord
 
 SEARCH = "search"
 

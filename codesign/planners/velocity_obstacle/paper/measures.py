@@ -10,8 +10,8 @@ from pathlib import Path
 
 import numpy as np
 
+from codesign.ground.part import Part
 from codesign.inputs import load_part
-from codesign.part import Part
 from codesign.planners.papers import Case, Paper, Runs, Words
 from codesign.planners.quality import RobotsQuality
 from codesign.planners.reproduction import Series, Use

@@ -14,7 +14,7 @@ import math
 from dataclasses import dataclass
 from typing import Any, TypeAlias
 
-from codesign.errors import InputError
+from codesign.ground.errors import InputError
 from codesign.planners.velocity_obstacle.plan.parameters import LEAST_WIDTH, MOST_WIDTH, AvoidParameters
 from codesign.planners.velocity_obstacle.plan.problem import RobotsProblem
 

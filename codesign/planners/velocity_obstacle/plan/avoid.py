@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from codesign.errors import InputError
+from codesign.ground.errors import InputError
 from codesign.planners.velocity_obstacle.plan.avoidance import Avoidance
 from codesign.planners.velocity_obstacle.plan.faults import fault_of
 from codesign.planners.velocity_obstacle.plan.parameters import AvoidParameters

@@ -9,8 +9,9 @@ from typing import Annotated, Self
 import numpy as np
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
-from codesign.errors import InputError
-from codesign.models import RefusalError, SpecModel, TaskParameters
+from codesign.ground.errors import InputError
+from codesign.ground.models import RefusalError, SpecModel, TaskParameters
+from codesign.ground.units import PICOSECONDS_PER_SECOND, Dimension, parse_quantity
 from codesign.planners.velocity_obstacle.plan.problem import (
     FEWEST_ROBOTS,
     LARGEST_ARENA,
@@ -18,7 +19,6 @@ from codesign.planners.velocity_obstacle.plan.problem import (
     RobotsProblem,
     generate,
 )
-from codesign.units import PICOSECONDS_PER_SECOND, Dimension, parse_quantity
 
 LEAST_WIDTH, MOST_WIDTH = 8, 24
 MOST_DIRECTIONS, MOST_SPEEDS = 512, 64

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from codesign.models import TaskParameters
+from codesign.ground.models import TaskParameters
 from codesign.planners.interface import Planner
 from codesign.planners.job import Job
 from codesign.planners.quality import RobotsQuality

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from codesign.errors import InputError, choose_hint
+from codesign.ground.errors import InputError, choose_hint
 
 FEWEST_ROBOTS, MOST_ROBOTS = 2, 64
 LARGEST_ARENA = 4096.0

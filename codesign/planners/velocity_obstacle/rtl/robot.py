@@ -15,7 +15,7 @@ from typing import Any, overload
 
 import numpy as np
 
-from codesign.errors import Fault, UnsuitedError
+from codesign.ground.errors import Fault, UnsuitedError
 from codesign.planners.circuits import SHARED, Circuit, CircuitStyle, Events, Expected, Image
 from codesign.planners.velocity_obstacle.plan import reference
 from codesign.planners.velocity_obstacle.plan.arithmetic import Arithmetic, fixed

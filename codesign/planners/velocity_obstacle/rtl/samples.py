@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from codesign.errors import InputError
+from codesign.ground.errors import InputError
 from codesign.planners.job import Job
 from codesign.planners.velocity_obstacle.plan.faults import fault_of, least_range
 from codesign.planners.velocity_obstacle.plan.parameters import (

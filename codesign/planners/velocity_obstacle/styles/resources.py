@@ -27,8 +27,8 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 
-from codesign.figures import Status
-from codesign.part import Part
+from codesign.ground.figures import Status
+from codesign.ground.part import Part
 from codesign.planners.counted import CountedLaws
 from codesign.planners.demand import Line
 from codesign.planners.velocity_obstacle import published

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from codesign.errors import InputError
-from codesign.figures import Figure
-from codesign.part import Part
+from codesign.ground.errors import InputError
+from codesign.ground.figures import Figure
+from codesign.ground.part import Part
 from codesign.planners.demand import Demand
 from codesign.planners.host import task_record
 from codesign.planners.job import Job

@@ -25,8 +25,8 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from codesign.figures import Figure, Status
-from codesign.part import Part
+from codesign.ground.figures import Figure, Status
+from codesign.ground.part import Part
 from codesign.planners.clock_law import Placement, Registers, on_family
 from codesign.planners.measured import clock_rows
 from codesign.planners.velocity_obstacle.plan.avoidance import Avoidance

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from codesign.errors import InputError, MapError, outside_map
+from codesign.ground.errors import InputError, MapError, outside_map
 
 UNREACHED = -1
 """The potential of a cell that the wave did not reach before it ended, and of every obstacle."""

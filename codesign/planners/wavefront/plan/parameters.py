@@ -7,7 +7,7 @@ from typing import Annotated
 
 from pydantic import AfterValidator, Field, model_validator
 
-from codesign.models import RefusalError, SpecModel, TaskParameters
+from codesign.ground.models import RefusalError, SpecModel, TaskParameters
 from codesign.planners.wavefront.plan.grid import DELAYS, MAX_DELAY, MAX_EXTRA_DELAY, tile_count
 
 

@@ -9,9 +9,9 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from codesign.errors import MapError
-from codesign.memo import Memo
-from codesign.models import Task
+from codesign.ground.errors import MapError
+from codesign.ground.memo import Memo
+from codesign.ground.models import Task
 from codesign.planners.interface import Cell, Problem
 from codesign.planners.wavefront.plan.grid import WaveMap, check_cells, check_map
 from codesign.planners.wavefront.plan.parameters import Paths, PropagateParameters, WaveEnd

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from codesign.errors import MapError
+from codesign.ground.errors import MapError
+from codesign.ground.models import Task, TaskParameters
 from codesign.maps.reach import reachable
-from codesign.models import Task, TaskParameters
 from codesign.planners.interface import Cell, LoadParameters, Planner, Problem
 from codesign.planners.job import Job
 from codesign.planners.paths import cell_of, from_position

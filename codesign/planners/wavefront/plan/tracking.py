@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from codesign.errors import InputError, MapError
+from codesign.ground.errors import InputError, MapError
 from codesign.planners.wavefront.plan.grid import WaveMap, check_cells, check_map
 
 WHOLE_PATH = 2**31 - 1

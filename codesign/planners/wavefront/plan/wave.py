@@ -19,7 +19,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from codesign.errors import InputError, MapError
+from codesign.ground.errors import InputError, MapError
 from codesign.planners.wavefront.plan.grid import UNREACHED, WaveMap, check_cells, check_delays, check_map
 
 NO_LIMIT = 2**31 - 2

@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import ClassVar
 
-from codesign.errors import Fault, UnsuitedError
+from codesign.ground.errors import Fault, UnsuitedError
 from codesign.planners.circuits import SHARED, Circuit, CircuitStyle, Expected
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job

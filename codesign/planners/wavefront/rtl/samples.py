@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from codesign.models import Task
+from codesign.ground.models import Task
 from codesign.planners.interface import Cell, Problem
 from codesign.planners.job import Job
 from codesign.planners.wavefront.plan.parameters import PropagateParameters, WaveEnd

@@ -10,8 +10,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 
-from codesign.figures import Figure
-from codesign.memo import Memo
+from codesign.ground.figures import Figure
+from codesign.ground.memo import Memo
 from codesign.planners.demand import Line
 from codesign.planners.host import one_step
 from codesign.planners.interface import Problem

@@ -7,9 +7,9 @@ from collections.abc import Generator, Iterator
 from dataclasses import replace
 from typing import Any
 
-from codesign.figures import Figure, Status
-from codesign.memo import Memo
-from codesign.part import Part
+from codesign.ground.figures import Figure, Status
+from codesign.ground.memo import Memo
+from codesign.ground.part import Part
 from codesign.planners.demand import Demand, Line
 from codesign.planners.host import one_step
 from codesign.planners.interface import Problem

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
-from codesign.figures import Status
-from codesign.part import Part
+from codesign.ground.figures import Status
+from codesign.ground.part import Part
 from codesign.planners.demand import Lever, Line, part_lever, short_resources
 
 Shape = tuple[int, int]

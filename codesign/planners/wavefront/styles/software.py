@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Generator
 from typing import Any
 
-from codesign.figures import Figure
+from codesign.ground.figures import Figure
 from codesign.planners.host import HostStyle, assumed_bytes, map_read, one_step
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job

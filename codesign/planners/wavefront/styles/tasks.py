@@ -7,8 +7,8 @@ from collections.abc import Generator
 import numpy as np
 from numpy.typing import NDArray
 
-from codesign.figures import Figure, Status
-from codesign.part import Part
+from codesign.ground.figures import Figure, Status
+from codesign.ground.part import Part
 from codesign.planners.breadth_first.styles import resources as memories
 from codesign.planners.breadth_first.styles.state_machine import StateMachine
 from codesign.planners.clock_law import on_family

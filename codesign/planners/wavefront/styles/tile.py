@@ -9,8 +9,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
-from codesign.figures import Status
-from codesign.part import Part
+from codesign.ground.figures import Status
+from codesign.ground.part import Part
 from codesign.planners.breadth_first.styles.resources import block_rams
 from codesign.planners.counted import CountedLaws
 from codesign.planners.demand import Line

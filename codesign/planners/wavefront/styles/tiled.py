@@ -12,8 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from codesign.figures import Figure
-from codesign.memo import Memo
+from codesign.ground.figures import Figure
+from codesign.ground.memo import Memo
 from codesign.planners.demand import Line, short_resources
 from codesign.planners.host import one_step
 from codesign.planners.interface import Cell, Problem

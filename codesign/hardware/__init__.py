@@ -1,0 +1,1 @@
+"""Real hardware and papers beside the model: Verilog and tools, calibration, fidelity, reproduced papers."""

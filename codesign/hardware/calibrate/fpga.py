@@ -1,0 +1,241 @@
+"""Predicted against reported, term by term, and the calibration that follows from it."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from codesign.ground.errors import InputError, choose_hint
+from codesign.ground.figures import label
+from codesign.ground.units import counted
+from codesign.hardware.calibrate.calibration import Compared, fit_calibration
+from codesign.hardware.calibrate.design import DesignPoint, check_design, exported_point, find_manifest
+from codesign.hardware.calibrate.fit import Errors, errors_of
+from codesign.hardware.calibrate.lines import alone, compared_lines
+from codesign.hardware.calibrate.reports import ClockReading, Reading, Report, Stage, read_report
+from codesign.inputs.calibration_file import CLOCK, DYNAMIC, STATIC, CalibrationFile
+
+MOST_REPORTS = 1000
+
+
+@dataclass(frozen=True, repr=False)
+class Comparison:
+    """What reports say of the laws of one style.
+
+    - ``rows``: every number that both have. ``lines``: the same for each line of the demand, where a report has the
+      hierarchy of a design that is recognised. ``errors``: of each term that was fitted.
+    - ``calibration``: the factors; None where no term could be fitted. ``notes``: what a reader must know.
+    """
+
+    rows: tuple[Compared, ...]
+    lines: tuple[Compared, ...]
+    errors: Mapping[str, Errors]
+    calibration: CalibrationFile | None
+    notes: tuple[str, ...]
+
+    def __repr__(self) -> str:
+        fitted = counted(len(self.errors), "fitted term")
+        return f"Comparison({counted(len(self.rows), 'number')} compared, {fitted})"
+
+
+@dataclass(frozen=True)
+class _Told:
+    """A number of a report, for a design point."""
+
+    term: str
+    point: DesignPoint
+    reading: Reading
+    report: Report
+    clock: float = 0.0
+
+    def compared(self) -> Compared:
+        """The number beside that of the law."""
+        of_clock = self.term == DYNAMIC
+        law = self.point.dynamic_power(self.clock) if of_clock else self.point.predicted(self.term)
+        scale = self.point.counted_a_slice if self.term == "slices" else 1
+        cited = self.report.cited(self.reading)
+        return Compared(self.term, self.point.name, law, self.reading.value * scale, cited)
+
+
+def compare_reports(
+    paths: Sequence[Path],
+    point: DesignPoint | None,
+    *,
+    clock: str | None = None,
+    added_to: CalibrationFile | None = None,
+    name: str = "calibration",
+    explained: Mapping[str, str] | None = None,
+) -> Comparison:
+    """Read reports, hold them against the laws of their designs, and fit a factor to each term.
+
+    Args:
+        paths: the report files.
+        point: the design that all of them are of; None: each is recognised by the manifest beside it.
+        clock: the clock domain of the design, where a report has several.
+        added_to: a calibration; its samples are taken too.
+        name: of the new calibration.
+        explained: by term, why its reports differ from the law by more than a factor of 2.
+
+    Raises:
+        SpecError: a report is none, is cut off or in another language; or the calibration contradicts the part.
+        InputError: a report is of another design or part, names no design, or has several clocks.
+    """
+    if len(paths) > MOST_REPORTS:
+        raise InputError(f"{len(paths)} reports", "--report", f"give at most {MOST_REPORTS:,}")
+    points: dict[Path, DesignPoint] = {}
+    reports: list[tuple[Report, DesignPoint]] = []
+    notes: list[str] = []
+    for path in paths:
+        of, expected = _point_of(path, point, points)
+        report, wrapped = alone(read_report(path), expected)
+        notes += wrapped
+        note = check_design(report, of, expected)
+        notes += [*([note] if note else []), *(f"{report.file}: {text}" for text in report.notes)]
+        reports.append((report, of))
+    _check_one_style(reports)
+    told, more = _latest([*_terms(reports, clock)])
+    rows = tuple(each.compared() for each in told)
+    notes += more + [_bound(each) for each in told if _is_bound(each, clock)]
+    notes += [
+        f"{row.term} of {row.design}: the law says 0, and {row.report} says {row.reported:g}; no factor follows"
+        for row in rows
+        if row.ratio is None and row.reported
+    ]
+    calibration = fit_calibration(reports, rows, added_to, name, explained or {})
+    terms = {} if calibration is None else calibration.terms
+    errors = {term: errors_of(term, fitted.samples) for term, fitted in terms.items()}
+    notes += [
+        _no_help(term, error) for term, error in errors.items() if (error.held_out or 0.0) > error.before
+    ]
+    lines = tuple(itertools.chain.from_iterable(compared_lines(report, of) for report, of in reports))
+    return Comparison(rows, lines, errors, calibration, tuple(dict.fromkeys(notes)))
+
+
+def _point_of(
+    path: Path, point: DesignPoint | None, points: dict[Path, DesignPoint]
+) -> tuple[DesignPoint, str | None]:
+    """The design point of a report, and the top module that its name has to be; None where it has no circuit."""
+    manifest = find_manifest(path)
+    if point is not None:
+        return point, point.top
+    if manifest is None:
+        hint = "name PLATFORM WORKLOAD before --report, or keep manifest.json of hwsw rtl beside the report or above it"
+        raise InputError("names no design", str(path), hint)
+    if manifest not in points:
+        points[manifest] = exported_point(manifest)
+    return points[manifest], points[manifest].name
+
+
+def _check_one_style(reports: Iterable[tuple[Report, DesignPoint]]) -> None:
+    """A calibration is of one style on one family."""
+    first: tuple[str, ...] | None = None
+    for report, point in reports:
+        of = (point.style.planner, point.style.style, *filter(None, (point.task,)), point.part.family)
+        first = first or of
+        if of != first:
+            what = f"is of {' '.join(of)}, and the first report is of {' '.join(first)}"
+            raise InputError(what, report.file, "calibrate each style on each family by itself")
+
+
+def _terms(reports: Sequence[tuple[Report, DesignPoint]], clock: str | None) -> Iterator[_Told]:
+    """Every number of the reports that a law has too."""
+    constraints = {
+        point.name: reading.constraint
+        for report, point in reports
+        for reading in ([_clock(report, clock)] if report.clocks else [])
+        if reading.constraint is not None
+    }
+    for report, point in reports:
+        _check_counts(report, point)
+        for resource, reading in report.used.items():
+            yield _Told(resource, point, reading, report)
+        if report.clocks:
+            yield _Told(CLOCK, point, _clock(report, clock).fmax, report)
+        if report.static is not None:
+            yield _Told(STATIC, point, report.static, report)
+        if report.dynamic is not None:
+            at = report.power_clock or constraints.get(point.name)
+            if at is None:
+                hint = "name the timing report of the same run too, or a power report that has the clock"
+                raise InputError("does not say at which clock its power is", report.file, hint)
+            yield _Told(DYNAMIC, point, report.dynamic, report, at)
+
+
+def _clock(report: Report, wanted: str | None) -> ClockReading:
+    """The clock of the design in a report.
+
+    Raises:
+        InputError: the report has several, or none of that name.
+    """
+    names = [reading.name for reading in report.clocks]
+    if wanted is None and len(names) > 1:
+        raise InputError(
+            f"has {len(names)} clocks", report.file, f"--clock NAME, one of {', '.join(names[:12])}"
+        )
+    found = [reading for reading in report.clocks if wanted in (None, reading.name)]
+    if not found:
+        raise InputError(f"has no clock {wanted!r}", report.file, choose_hint(wanted or "", names))
+    return found[0]
+
+
+def _check_counts(report: Report, point: DesignPoint) -> None:
+    """Refuse counts that the part cannot have.
+
+    Raises:
+        SpecError: more than the part has, or more LUT than its slices hold.
+    """
+    used, part = report.used, point.part
+    for resource, reading in used.items():
+        scale = point.counted_a_slice if resource == "slices" else 1
+        most = part.resources[resource].interval[1]
+        if reading.value * scale > most:
+            what = f"{reading.value * scale:,.0f} {resource} are more than {part.name} has, {most:,.0f}"
+            raise _contradiction(report, reading.line, what)
+    slices, lut4 = used.get("slices"), used.get("lut4")
+    if slices is not None and lut4 is not None:
+        held = 2 * point.counted_a_slice * slices.value
+        if lut4.value > held:
+            what = f"{lut4.value:,.0f} LUT do not fit in {slices.value:,.0f} slices, which hold {held:,.0f}"
+            raise _contradiction(report, lut4.line, what)
+
+
+def _contradiction(report: Report, line: int, what: str) -> InputError:
+    return InputError(what, f"{report.file}:{line}:1", "it is the report of another part, or was edited")
+
+
+def _latest(told: Sequence[_Told]) -> tuple[list[_Told], list[str]]:
+    """The numbers of the latest stage of each term of each design, and notes on those that are left out."""
+    latest: dict[tuple[str, str], Stage] = {}
+    for each in told:
+        key = each.term, each.point.name
+        latest[key] = max(latest.get(key, each.report.stage), each.report.stage)
+    kept, notes = [], []
+    for each in told:
+        stage = latest[each.term, each.point.name]
+        if each.term == CLOCK and each.report.stage != Stage.ROUTED:
+            notes.append(f"{each.report.file}: its clock is of no routed design, and is left out")
+        elif each.report.stage != stage:
+            notes.append(f"{each.report.file}: another report has its numbers {stage.word}, which are taken")
+        else:
+            kept.append(each)
+    return kept, notes
+
+
+def _is_bound(told: _Told, clock: str | None) -> bool:
+    return told.term == CLOCK and _clock(told.report, clock).met
+
+
+def _bound(told: _Told) -> str:
+    return (
+        f"{told.report.file}: the constraint was met, so the tool did not go on: {told.reading.value / 1e6:.1f} MHz is"
+        " a lower bound. A tighter constraint says more"
+    )
+
+
+def _no_help(term: str, error: Errors) -> str:
+    return (
+        f"{label(term)}: the factor does not carry over to other designs: {error.held_out:.1%} on those held out,"
+        f" {error.before:.1%} by the law alone. Calibrate the design that you build by itself"
+    )

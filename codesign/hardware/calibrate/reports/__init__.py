@@ -1,0 +1,70 @@
+"""Reports of synthesis and place-and-route tools, read into one record: ``read_report``.
+
+The tool is recognised by the content of a file, never by its name.
+
+The parsers of edalize (0.6.8: Vivado, ISE, Quartus) give tables without the head of a report, without lines and without
+power, and need pandas and pyparsing. So these readers are our own; a test holds them against those of edalize.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+
+from codesign.ground.errors import SpecError
+from codesign.hardware.calibrate.reports import gowin, ise, lattice, nextpnr, quartus, vivado, yosys
+from codesign.hardware.calibrate.reports.record import ClockReading, Reading, Report, Stage
+from codesign.hardware.calibrate.reports.text import Text, read_text
+
+Reader = tuple[Callable[[Text], bool], Callable[[Text], Report]]
+"""Whether a tool wrote a text, by its content; and its reader."""
+
+READERS: Mapping[str, Reader] = {
+    "Vivado": (vivado.is_report, vivado.read),
+    "ISE": (ise.is_report, ise.read),
+    "Quartus": (quartus.is_report, quartus.read),
+    "Diamond, Radiant": (lattice.is_report, lattice.read),
+    "Gowin EDA": (gowin.is_report, gowin.read),
+    "Yosys": (yosys.is_report, yosys.read),
+    "nextpnr": (nextpnr.is_report, nextpnr.read),
+}
+"""The reader of each tool."""
+
+_NAMES = ("Vivado", "Xilinx", "Quartus", "Lattice", "Gowin", "GOWIN", "Yosys", "nextpnr")
+
+__all__ = ["READERS", "ClockReading", "Reading", "Report", "Stage", "read_report"]
+
+
+def read_report(path: Path) -> Report:
+    """One report file.
+
+    Raises:
+        SpecError: it is no report that a reader knows, is cut off or is in another language; with the line.
+    """
+    text = read_text(path, str(path))
+    read = next((read for is_report, read in READERS.values() if is_report(text)), None)
+    if read is None:
+        raise _unknown(text)
+    report = read(text)
+    if not report.used and not report.clocks and report.dynamic is None:
+        raise text.fault(0, "has no resource, no clock and no power", "name another report of the run")
+    return report
+
+
+def _unknown(text: Text) -> SpecError:
+    """The fault of a file that no reader knows."""
+    hint = f"reports of {', '.join(READERS)} are read, as text or JSON"
+    named = next((name for name in _NAMES if name in text.whole), None)
+    foreign = next((number for number, line in enumerate(text.lines, 1) if _is_foreign(line)), None)
+    if named is not None and foreign is not None:
+        what = f"mentions {named} in another language than English"
+        return text.fault(foreign, what, "write the report in English: run the tool with LANG=C")
+    if named is not None:
+        return text.fault(1, f"mentions {named}, and is cut off or another kind of file", hint)
+    return text.fault(1, "is no report that is known", hint)
+
+
+def _is_foreign(line: str) -> bool:
+    """Whether most letters of a line are not those of English."""
+    letters = [mark for mark in line if mark.isalpha()]
+    return sum(mark > "\x7f" for mark in letters) * 2 > len(letters)

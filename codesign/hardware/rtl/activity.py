@@ -1,0 +1,90 @@
+"""How often the nets of a circuit toggle, counted in a simulation: what dynamic power is proportional to.
+
+The nets are those of the circuit as LUT and flip-flops. In the Verilog of its source one net may have several names,
+and a name may have nets that no gate drives.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from codesign.ground.errors import RunError
+from codesign.ground.files import scratch
+from codesign.hardware.rtl.bench_runs import icarus
+from codesign.hardware.rtl.runs import Waves
+from codesign.planners.circuits import Circuit, Expected
+
+MOST_CYCLES = 4000
+"""Cycles of a run that toggles are counted in."""
+
+
+@dataclass(frozen=True)
+class Activity:
+    """Toggles counted over ``cycles`` edges of the clock, on ``bits`` bits of nets that are no clock."""
+
+    toggles: int
+    bits: int
+    cycles: int
+
+    @property
+    def rate(self) -> float:
+        """Toggles a bit and edge."""
+        return self.toggles / max(1, self.bits * self.cycles)
+
+
+def activity(circuit: Circuit, expected: Expected, most: int = MOST_CYCLES) -> Activity:
+    """The activity of a run of a circuit, on its netlist of LUT and flip-flops (``rtl.gates``).
+
+    Of a run of more than ``most`` cycles, those in its middle count.
+
+    Raises:
+        MissingToolError: pyosys or Icarus is not installed.
+        RunError: the Verilog cannot be compiled, or the netlist does not run.
+    """
+    cycles = sum(expected.cycles.values())
+    first = max(0, (cycles - most) // 2)
+    with scratch() as folder:
+        file = folder / "waves.vcd"
+        last = min(cycles, first + most) - 1
+        events = icarus(circuit, expected, Waves(file, first, last), gates=True).events
+        if not np.array_equal(events.value, expected.events.value[: len(events.value)]):
+            raise RunError(f"the netlist of {circuit.top} reports other values than the model")
+        with file.open(encoding="utf-8") as lines:
+            return count_toggles(lines)
+
+
+_VARIABLE = re.compile(r"\$var (?:wire|reg) (\d+) (\S+) (\S+)")
+"""A net. Parameters and the counters of loops are none."""
+_SCALAR, _VECTOR = re.compile(r"([01])(\S+)"), re.compile(r"b([01xz]+) (\S+)")
+
+
+def count_toggles(lines: Iterable[str]) -> Activity:
+    """Count the toggles of a waveform (VCD). Every ``clk`` is the clock, the first one counts the edges.
+
+    >>> count_toggles(["$var wire 1 ! clk $end", "$var wire 2 # n $end", "1!", "b00 #", "0!", "b11 #"])
+    Activity(toggles=2, bits=2, cycles=1)
+    """
+    widths: dict[str, int] = {}
+    clocks: list[str] = []
+    values: dict[str, int] = {}
+    toggles = edges = 0
+    for line in lines:
+        if declared := _VARIABLE.match(line):
+            width, code, name = declared.groups()
+            widths[code] = int(width)
+            if name == "clk":
+                clocks.append(code)
+        elif change := _SCALAR.match(line) or _VECTOR.match(line):
+            text, code = change.groups()
+            value = int(re.sub("[xz]", "0", text), 2)
+            if code in clocks:
+                edges += code == clocks[0] and value > values.get(code, 0)
+            elif code in values:
+                toggles += (value ^ values[code]).bit_count()
+            values[code] = value
+    bits = sum(width for code, width in widths.items() if code not in clocks)
+    return Activity(toggles, bits, max(1, edges))

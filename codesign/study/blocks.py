@@ -1,0 +1,204 @@
+"""Priced outcomes as bytes: one block for the points that compute the same.
+
+A block is a JSON header in one line, then the fields of its templates as JSON texts, a line each, then its arrays, all
+compressed. Templates with the same field have the same text (``Parts``). The first bytes of all numbers of an array
+come first, then the second ones: equal leading bytes of neighbours then compress to little.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
+from itertools import chain, islice
+from typing import Any
+
+import numpy as np
+import zstandard
+from numpy.typing import NDArray
+from pydantic import TypeAdapter
+
+from codesign.study.definition import read_json
+from codesign.study.partition import Indices, Together, Work
+from codesign.study.pricing.price import PRICED, Priced
+from codesign.study.shared import Parts
+from codesign.system.results.result import Reason
+
+_LEVEL = 3
+_MOST_BYTES = 2**30
+
+
+def compressed(data: bytes) -> bytes:
+    """The bytes, shorter."""
+    return zstandard.compress(data, _LEVEL)
+
+
+def expanded(data: bytes) -> bytes:
+    """What was compressed, of bounded size.
+
+    Raises:
+        ValueError: the bytes are damaged, or too many come of them.
+    """
+    try:
+        # Checked before: as many bytes are taken as the frame says.
+        size = zstandard.get_frame_parameters(data).content_size
+        if size > _MOST_BYTES:
+            raise ValueError(
+                f"a block of more than {_MOST_BYTES:,} bytes, or of a length that it does not say"
+            )
+        return zstandard.ZstdDecompressor().decompress(data, allow_extra_data=False)
+    except zstandard.ZstdError as wrong:
+        raise ValueError(str(wrong)) from wrong
+
+
+_COLUMNS = ("figures", "lows", "highs")
+_REASONS = TypeAdapter(tuple[Reason, ...])
+
+
+Plan = Sequence[tuple[str, Indices]]
+"""The key of each block, and its points; under an empty key points that are simulated by themselves."""
+
+
+def block_of(priced: Priced, parts: Parts) -> tuple[bytes, Priced]:
+    """The outcomes as bytes, and what a reader makes of these: the same, of shared parts."""
+    arrays: list[NDArray[Any]] = [priced.which.astype(np.int32), priced.reason.astype(np.int32)]
+    constants: dict[str, dict[str, float | None]] = {}
+    for kind in _COLUMNS:
+        constants[kind] = {}
+        for name, column in _columns(priced, kind).items():
+            if (column == column[0]).all() or np.isnan(column).all():
+                constants[kind][name] = None if np.isnan(column[0]) else float(column[0])
+            else:
+                arrays.append(np.asarray(column, np.float64))
+    texts, numbers, templates = parts.put(priced.templates)
+    header = {
+        "count": len(priced.which),
+        "templates": len(numbers),
+        "texts": {name: len(own) for name, own in texts.items()},
+        "reasons": [reason.model_dump(mode="json") for reason in priced.reasons],
+        "constants": constants,
+    }
+    lines = [json.dumps(header, ensure_ascii=False, separators=(",", ":")), *chain(*texts.values())]
+    columns = [numbers.T.reshape(-1), *arrays]
+    data = compressed(b"\n".join(["\n".join(lines).encode(), b"".join(map(_planes, columns))]))
+    return data, replace(priced, templates=templates)
+
+
+def read_block(data: bytes, parts: Parts) -> Priced:
+    """The outcomes of a block, of shared parts.
+
+    Raises:
+        ValueError, KeyError, TypeError: the bytes are no block that this version can read.
+    """
+    text, _, rest = expanded(data).partition(b"\n")
+    header = read_json(text.decode())
+    count = int(header["count"])
+    texts, rest = _texts(header["texts"], rest)
+    reader = _Reader(rest)
+    numbers = reader.rows(header["templates"], len(texts))
+    which, reason = (reader.take(np.dtype(np.int32), count).astype(np.intp) for _ in range(2))
+    columns: dict[str, dict[str, NDArray[np.float64]]] = {}
+    constants: Mapping[str, Mapping[str, float | None]] = header["constants"]
+    for kind in _COLUMNS:
+        own = constants[kind]
+        columns[kind] = {
+            name: np.broadcast_to(np.float64(np.nan if own[name] is None else own[name]), count)
+            if name in own
+            else reader.take(np.dtype(np.float64), count)
+            for name in PRICED
+        }
+    templates = parts.take(texts, numbers)
+    reasons = _REASONS.validate_python(header["reasons"])
+    varying = (columns[kind][name] for kind in _COLUMNS for name in PRICED if name not in constants[kind])
+    if any(np.isinf(column).any() for column in varying):
+        raise ValueError("a block has figures that are not finite")
+    if reader.left or not _inside(which, 0, len(templates)) or not _inside(reason, -1, len(reasons)):
+        raise ValueError("the arrays of a block do not belong to its header")
+    return Priced(templates, which, columns["figures"], columns["lows"], columns["highs"], reasons, reason)
+
+
+def plan_of(works: Iterable[Work], *, alone: bool = False, earlier: Plan = ()) -> bytes:
+    """Which points compute the same: the key of each block, and its points.
+
+    ``alone``: the points that are simulated by themselves too, under an empty key. ``earlier``: another plan of the
+    same study; what stands in it is kept.
+    """
+    plan = {(key, numbers.tobytes()): (key, numbers) for key, numbers in earlier}
+    for work in works:
+        if isinstance(work, Together):
+            plan[work.key, work.numbers.tobytes()] = work.key, work.numbers
+        elif alone and len(work):
+            numbers = np.array(sorted(work.indices), np.int64)
+            plan["", numbers.tobytes()] = "", numbers
+    header = json.dumps([[key, len(numbers)] for key, numbers in plan.values()])
+    steps = [np.diff(numbers, prepend=0) for _, numbers in plan.values()]
+    return compressed(b"\n".join([header.encode(), b"".join(map(_planes, steps))]))
+
+
+def read_plan(data: bytes, count: int) -> list[tuple[str, Indices]]:
+    """The key of each block, and its points, of a study of ``count`` points.
+
+    Raises:
+        ValueError, KeyError, TypeError: the bytes are no plan that this version can read.
+    """
+    text, _, rest = expanded(data).partition(b"\n")
+    plan = []
+    reader = _Reader(rest)
+    for key, size in read_json(text.decode()):
+        if size < 0:
+            raise ValueError(f"a block of {size} points")
+        numbers = np.cumsum(reader.take(np.dtype(np.int64), size))
+        if not _inside(numbers, 0, count) or (np.diff(numbers) <= 0).any():
+            raise ValueError("a block has points that the study has not")
+        plan.append((str(key), numbers))
+    return plan
+
+
+def _columns(priced: Priced, kind: str) -> Mapping[str, NDArray[np.float64]]:
+    return {"figures": priced.figures, "lows": priced.lows, "highs": priced.highs}[kind]
+
+
+def _planes(array: NDArray[Any]) -> bytes:
+    """The first bytes of all numbers, then the second ones, and so on; little-endian."""
+    little = np.ascontiguousarray(array, array.dtype.newbyteorder("<"))
+    return little.view(np.uint8).reshape(len(array), -1).T.tobytes()
+
+
+def _texts(counts: Mapping[str, int], data: bytes) -> tuple[dict[str, list[str]], bytes]:
+    """As many texts as each field has, a line each, and what stands behind them."""
+    *lines, rest = data.split(b"\n", sum(counts.values()))
+    if len(lines) != sum(counts.values()) or min(counts.values(), default=0) < 0:
+        raise ValueError("a block lacks texts")
+    texts = iter(lines)
+    return {name: [text.decode() for text in islice(texts, count)] for name, count in counts.items()}, rest
+
+
+class _Reader:
+    """Reads arrays, one after another."""
+
+    def __init__(self, data: bytes) -> None:
+        self._data, self._place = data, 0
+
+    def rows(self, count: int, width: int) -> NDArray[np.int32]:
+        """The next numbers: ``count`` rows of ``width``, column by column."""
+        return self.take(np.dtype(np.int32), count * width).reshape(width, count).T
+
+    @property
+    def left(self) -> int:
+        """Bytes that were not read."""
+        return len(self._data) - self._place
+
+    def take(self, kind: np.dtype[Any], count: int) -> NDArray[Any]:
+        """The next array, of ``count`` numbers."""
+        size = count * kind.itemsize
+        if not 0 <= size <= self.left:
+            raise ValueError("a block is cut off")
+        planes = np.frombuffer(self._data, np.uint8, size, self._place).reshape(kind.itemsize, count)
+        self._place += size
+        return (
+            np.ascontiguousarray(planes.T).view(kind.newbyteorder("<")).reshape(-1).astype(kind, copy=False)
+        )
+
+
+def _inside(numbers: NDArray[Any], least: int, count: int) -> bool:
+    return not len(numbers) or bool(least <= numbers.min() and numbers.max() < count)

@@ -1,0 +1,32 @@
+"""Why a design is as it is: what its time and energy are made of, what keeps it out, what is better, how sure that is.
+
+What stands here is records, and pure functions of results. Designs of a study, and runs with something moved, are
+explained by ``codesign.study``.
+"""
+
+from codesign.system.explanation.records import (
+    Amount,
+    AxisEffect,
+    Explanation,
+    Moved,
+    Sure,
+    Why,
+    WhyOut,
+    Words,
+    explanation_schema,
+)
+from codesign.system.explanation.shares import why_energy, why_time
+
+__all__ = [
+    "Amount",
+    "AxisEffect",
+    "Explanation",
+    "Moved",
+    "Sure",
+    "Why",
+    "WhyOut",
+    "Words",
+    "explanation_schema",
+    "why_energy",
+    "why_time",
+]

@@ -1,0 +1,79 @@
+"""The course of a drive: what is counted while it goes on, and why it ended."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from codesign.ground.records import MissionRecord
+from codesign.system.chain import Answer
+from codesign.system.results.ledger import Ledger
+from codesign.system.results.mission import LIVELOCK
+from codesign.system.scenarios.drive.request import ClosedRequest, Fate, PlanRequest, livelock_text
+from codesign.system.scenarios.drive.scene import Scene
+
+
+@dataclass
+class Log:
+    """The course of a drive.
+
+    - ``first``, ``last``: its first answer and its latest. ``plans``: answers in all. ``latencies``: of replans, ps,
+      from the scan to the answer.
+    - ``requests``: those for plans, closed. ``asking``: where the scans that asked spent their time before they reached
+      the map; ``planning``: where the rest went. The two add up to the time from scan to end of all requests.
+    - ``asked``: requests for plans, those asked again included. ``broken_off``: plans broken off; ``in_a_row``: the
+      most of them with no answer between them.
+    - ``turns``: those of the control loop. ``turns_spent``: where their time went.
+    - ``waiting``: ps in which the robot stood and a plan was under way.
+    - ``stall``: what last kept the robot from driving on. ``progress``: when a plan was last under way that did not
+      fail, ps.
+    - ``ended``: why the drive ended; None while it goes on. ``reached``: whether it did all that it was to do.
+    """
+
+    scene: Scene
+    first: Answer | None = None
+    last: Answer | None = None
+    plans: int = 0
+    latencies: list[int] = field(default_factory=list)
+    requests: list[ClosedRequest] = field(default_factory=list)
+    planning: Ledger = field(default_factory=Ledger)
+    asked: int = 0
+    broken_off: int = 0
+    in_a_row: int = 0
+    turns_spent: Ledger = field(default_factory=Ledger)
+    asking: Ledger = field(default_factory=Ledger)
+    turns: int = 0
+    missed: int = 0
+    goals_reached: int = 0
+    waiting: int = 0
+    stall: str = ""
+    progress: int = 0
+    ended: str | None = None
+    reached: bool = False
+
+    def tell(self, event: str, text: str) -> None:
+        """Note something for listeners."""
+        machine = self.scene.machine
+        if machine.listening:
+            machine.tell(MissionRecord(machine.now, self.scene.robot.name, event, text))
+
+    def close(self, request: PlanRequest, fate: Fate) -> None:
+        """A request is over now; all of its time is booked."""
+        self.requests.append(ClosedRequest(request.sight.at, self.scene.machine.now, fate, request.seen))
+        self.asking.add(request.sight.spent)
+        self.planning.add(request.spent)
+
+    def break_off(self, request: PlanRequest) -> None:
+        """A plan for ``request`` was broken off; the request stays open."""
+        request.broken_off += 1
+        self.broken_off += 1
+        self.in_a_row = max(self.in_a_row, request.broken_off)
+        if request.broken_off == LIVELOCK:
+            self.tell("livelock", livelock_text(request))
+
+    def end(self, why: str, *, reached: bool = False) -> None:
+        """The drive ends here; the first reason counts."""
+        if self.ended is None:
+            # Contacts up to now are reported before the end is.
+            self.scene.advance()
+            self.ended, self.reached = why, reached
+            self.tell("ended", why)

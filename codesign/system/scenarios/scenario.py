@@ -1,0 +1,57 @@
+"""What a run asks of the scenario that a workload names."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from codesign.ground.memo import Memo
+from codesign.inputs import Platform, Workload
+from codesign.system.bind import System
+from codesign.system.build import Machine
+from codesign.system.results.result import Power, Result
+from codesign.system.scenario import LeverProgress, ProgressOfMission, ScenarioRules
+
+
+class Scenario(ScenarioRules, ABC):
+    """One kind of scenario: its rules, and how it runs. Only ``type`` and ``run`` are required."""
+
+    @abstractmethod
+    def run(
+        self,
+        machine: Machine,
+        boards: Mapping[str, Power],
+        memo: Memo | None,
+        progress: ProgressOfMission | None,
+        /,
+    ) -> dict[str, Any]:
+        """Run a machine that is at time 0 to the end of the scenario.
+
+        Args:
+            machine: the bound system on its components.
+            boards: the power of each FPGA of the platform, by name.
+            memo: shares functional work with other runs; the figures are the same without.
+            progress: is called now and then while a mission goes on.
+
+        Returns:
+            The fields of ``Result`` that the run gives a value.
+        """
+
+    def outlook(self, _workload: Workload, /) -> str | None:
+        """A warning that the run may take long, for before it begins; None where it takes no longer than usual."""
+        return None
+
+    def with_levers(
+        self,
+        result: Result,
+        _system: System,
+        _run: Callable[[Platform, Workload], Result],
+        _progress: LeverProgress | None,
+        /,
+    ) -> Result:
+        """The result with what moving each lever of the system gives.
+
+        ``_run`` simulates another design point. By default there are no levers, and the result stays as it is.
+        """
+        return result

@@ -1,0 +1,337 @@
+"""The records of a run as a ROS 2 bag, with the topics that Nav2 has.
+
+A drive has one robot, with the topics ``/map``, ``/belief``, ``/true_map``, ``/plan``, ``/odom``, ``/tf``,
+``/tf_static``, ``/scan``, ``/goal_pose`` and ``/rosout``. The robots of a fleet have a namespace each. The traces of
+runs hold no ranges: those of ``/scan`` are computed again from the true map, the sensor and the place of the robot.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from codesign.components.range_kernels import ranges
+from codesign.components.sensor import RaySensor
+from codesign.ground.errors import printable
+from codesign.ground.frame import Frame
+from codesign.ground.records import (
+    BeliefRecord,
+    GoalRecord,
+    MapRecord,
+    MissionRecord,
+    ObstacleRecord,
+    PoseRecord,
+    PositionsRecord,
+    Record,
+    RobotRecord,
+    Subject,
+    TrajectoryRecord,
+    kinds_about,
+)
+from codesign.ground.units import PICOSECONDS_PER_SECOND
+from codesign.views.bags.folder import BagFolder
+from codesign.views.bags.messages import (
+    FREE,
+    INFORMATION,
+    OCCUPIED,
+    UNKNOWN,
+    WARNING,
+    Floor,
+    Messages,
+    wrapped,
+)
+
+BAG_KINDS = kinds_about(
+    Subject.MAP, Subject.ROBOT, Subject.GOALS, Subject.POSE, Subject.FLEET, Subject.PATH, Subject.CHANGE,
+    Subject.BELIEF, Subject.EVENT,
+)  # fmt: skip
+"""The records that a bag shows."""
+
+_ALARMS = {"no_way", "deadline_missed", "safety_stop", "contact", "livelock"}
+_SHORTEST_INTERVAL = PICOSECONDS_PER_SECOND
+_INTERVAL_A_CELL = 64 * 10**6
+"""Picoseconds between two whole grids: at least 1 s, and 64 us a cell, as in native traces."""
+
+_NAMESPACE = "robot_"
+
+
+@dataclass
+class _Grid:
+    """A grid that changes: int8, rows × columns, and the time of its last message."""
+
+    topic: str
+    cells: NDArray[np.int8]
+    written: int | None = None
+    changed: bool = True
+
+    def put(self, cells: NDArray[np.integer], values: NDArray[np.int8] | int) -> None:
+        self.cells[cells[:, 0], cells[:, 1]] = values
+        self.changed = True
+
+    def due(self, time: int, last: bool) -> bool:
+        interval = max(_SHORTEST_INTERVAL, _INTERVAL_A_CELL * self.cells.size)
+        soon = self.written is not None and time - self.written < interval
+        if not self.changed or (soon and not last):
+            return False
+        self.written, self.changed = time, False
+        return True
+
+
+@dataclass
+class _Robot:
+    """Where a robot was last: time (ps), x, y, yaw; and the prefix of its topics and frames."""
+
+    topics: str = ""
+    frames: str = ""
+    last: tuple[int, float, float, float] | None = None
+
+
+@dataclass
+class _World:
+    """The map and what changes on it."""
+
+    floor: Floor = field(default_factory=lambda: Floor(Frame(0)))
+    free: NDArray[np.bool_] = field(default_factory=lambda: np.zeros((0, 0), bool))
+    known: NDArray[np.int8] = field(default_factory=lambda: np.zeros((0, 0), np.int8))
+    corner: NDArray[np.int64] = field(default_factory=lambda: np.zeros(2, np.int64))
+
+    def here(self, cells: NDArray[np.integer]) -> NDArray[np.int64] | None:
+        """Cells counted on the map; None where one lies outside."""
+        if cells.ndim != 2 or cells.shape[1:] != (2,):
+            return None
+        here = cells - self.corner
+        return here if bool(((here >= 0) & (here < self.free.shape)).all()) else None
+
+
+class BagListener:
+    """Writes each record of a run as ROS messages into the bag ``path``; see ``BagFolder`` for its errors.
+
+    ``begin``: ns that are added to every time of the run.
+    """
+
+    def __init__(self, path: Path, begin: int = 0) -> None:
+        self._make = Messages(begin)
+        self._bag = BagFolder(path)
+        self._world = _World()
+        self._map: MapRecord | None = None
+        self._robot: RobotRecord | None = None
+        self._grids: dict[str, _Grid] = {}
+        self._robots: dict[str, _Robot] = {}
+        self._pending: GoalRecord | None = None
+        self._directions: NDArray[np.float64] = np.zeros((0, 2))
+        self._last = 0
+        self._takers: dict[Subject, Callable[[Any], None]] = {
+            Subject.MAP: self._mapped,
+            Subject.ROBOT: self._driver,
+            Subject.GOALS: self._goal,
+            Subject.POSE: self._pose,
+            Subject.FLEET: self._positions,
+            Subject.PATH: self._trajectory,
+            Subject.CHANGE: self._obstacle,
+            Subject.BELIEF: self._belief,
+            Subject.EVENT: self._event,
+        }
+
+    def __call__(self, record: Record) -> None:
+        """Write one record."""
+        about = record.ROLE.about
+        take = self._takers.get(about)
+        if take is not None:
+            self._last = max(self._last, record.time)
+            if self._map is not None and about is not Subject.ROBOT:
+                self._begin(self._map, None)
+            take(record)
+
+    def close(self) -> None:
+        """Write the last grids, and finish the bag."""
+        if self._map is not None:
+            self._begin(self._map, None)
+        for grid in self._grids.values():
+            self._show(grid, self._last, last=True)
+        self._bag.close()
+
+    def abort(self) -> None:
+        """Remove what was written."""
+        self._bag.abort()
+
+    def __enter__(self) -> BagListener:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, *_rest: object) -> None:
+        if kind is None:
+            self.close()
+        else:
+            self.abort()
+
+    def _mapped(self, record: MapRecord) -> None:
+        """Keep the map: the robot, which follows, says what its map does not show."""
+        self._map = record
+
+    def _driver(self, record: RobotRecord) -> None:
+        self._robot = record
+        if self._map is not None:
+            self._begin(self._map, record)
+
+    def _event(self, record: MissionRecord) -> None:
+        level = WARNING if record.event in _ALARMS else INFORMATION
+        text = printable(f"{record.event.replace('_', ' ')}: {record.text}", 4000)
+        self._write(
+            "/rosout", record.time, self._make.log(record.time, level, printable(record.source), text)
+        )
+
+    def _write(self, topic: str, time: int, message: object, latched: bool = False) -> None:
+        self._bag.write(topic, self._make.nanoseconds(time), message, latched)
+
+    def _begin(self, record: MapRecord, robot: RobotRecord | None) -> None:
+        """The map, as map_server has it: without the obstacles that the robot's map does not show."""
+        self._map = None
+        origin = (0.0, 0.0, 0.0) if record.origin is None else tuple(map(float, record.origin))
+        frame = Frame(record.free.shape[0], record.resolution or 1.0, (origin[0], origin[1], origin[2]))
+        cells = np.where(record.free, FREE, OCCUPIED).astype(np.int8)
+        known = cells.copy()
+        self._world = _World(Floor(frame, *record.corner), record.free.copy(), known, np.array(record.corner))
+        if robot is not None and (hidden := self._world.here(robot.hidden)) is not None:
+            known[hidden[:, 0], hidden[:, 1]] = FREE
+        if record.unknown is not None and record.unknown.shape == known.shape:
+            known[record.unknown] = UNKNOWN
+        self._write("/map", record.time, self._make.grid(record.time, known, frame), latched=True)
+        self._grids = {"/true_map": _Grid("/true_map", cells)}
+        if robot is not None:
+            begin = known if robot.knows else np.full_like(known, UNKNOWN)
+            self._grids["/belief"] = _Grid("/belief", begin.copy())
+            for grid in self._grids.values():
+                self._show(grid, record.time)
+        if robot is not None and robot.rays > 0:
+            self._directions = RaySensor(robot.reach, robot.rays).directions
+        self._pending = GoalRecord(record.time, record.source, record.goals)
+
+    def _show(self, grid: _Grid, time: int, last: bool = False) -> None:
+        if grid.due(time, last):
+            message = self._make.grid(time, grid.cells, self._world.floor.frame)
+            self._write(grid.topic, time, message, latched=True)
+
+    def _obstacle(self, record: ObstacleRecord) -> None:
+        here = self._world.here(record.cells)
+        grid = self._grids.get("/true_map")
+        if here is not None and grid is not None:
+            self._world.free[here[:, 0], here[:, 1]] = not record.appeared
+            grid.put(here, OCCUPIED if record.appeared else FREE)
+            self._show(grid, record.time)
+
+    def _belief(self, record: BeliefRecord) -> None:
+        here = self._world.here(record.cells)
+        grid = self._grids.get("/belief")
+        if here is not None and grid is not None:
+            grid.put(here, np.where(record.blocked, OCCUPIED, FREE).astype(np.int8))
+            self._show(grid, record.time)
+
+    def _goal(self, record: GoalRecord) -> None:
+        """A single goal is written at once. Of several, the first plan shows which one is meant."""
+        self._pending = None
+        if len(record.cells) == 1:
+            row, column = record.cells[0].tolist()
+            x, y = self._world.floor.point(row, column)
+            self._write("/goal_pose", record.time, self._make.pose_stamped(record.time, x, y))
+        elif len(record.cells):
+            self._pending = record
+
+    def _trajectory(self, record: TrajectoryRecord) -> None:
+        robot = self._robots.get(record.source)
+        points = [self._world.floor.point(row, column) for row, column in record.points.tolist()]
+        if robot is not None and robot.topics:
+            self._write(f"{robot.topics}/path", record.time, self._make.path(record.time, points))
+            return
+        pending, self._pending = self._pending, None
+        if pending is not None and len(pending.cells) == 1:
+            self._goal(pending)
+        elif pending is not None and record.arrived and points:
+            self._write("/goal_pose", pending.time, self._make.pose_stamped(pending.time, *points[-1]))
+        self._write("/plan", record.time, self._make.path(record.time, points))
+
+    def _pose(self, record: PoseRecord) -> None:
+        floor = self._world.floor
+        robot = self._robots.get(record.source)
+        if robot is None:
+            robot = self._robots[record.source] = _Robot()
+            edges = [("map", "odom", 0.0, 0.0, 0.0)]
+            if len(self._directions):
+                edges.append(("base_link", "base_scan", 0.0, 0.0, 0.0))
+            self._write("/tf_static", record.time, self._make.transforms(record.time, *edges), latched=True)
+        x, y = floor.point(record.row, record.column)
+        yaw = floor.yaw(record.heading)
+        last, robot.last = robot.last, (record.time, x, y, yaw)
+        since = 0 if last is None else record.time - last[0]
+        turning = (
+            0.0 if last is None or not since else wrapped(yaw - last[3]) / since * PICOSECONDS_PER_SECOND
+        )
+        self._move(record.time, robot, (record.speed, turning))
+        if self._robot is not None and len(self._directions):
+            self._scan(record, self._robot, yaw, since / PICOSECONDS_PER_SECOND)
+
+    def _move(self, time: int, robot: _Robot, speeds: tuple[float, float]) -> None:
+        assert robot.last is not None
+        frames = f"{robot.frames}odom", f"{robot.frames}base_link"
+        self._write(f"{robot.topics}/odom", time, self._make.odometry(time, frames, robot.last[1:], speeds))
+        if not robot.topics:
+            self._write("/tf", time, self._make.transforms(time, (*frames, *robot.last[1:])))
+
+    def _scan(self, record: PoseRecord, robot: RobotRecord, yaw: float, period: float) -> None:
+        """What the sensor saw. A run counts its rays clockwise from the x axis of the map, ROS the other way."""
+        world = self._world
+        row, column = record.row - world.corner[0], record.column - world.corner[1]
+        side = world.floor.frame.resolution
+        lengths = ranges(world.free, row, column, robot.reach / side, self._directions)
+        counterclockwise = np.roll(lengths[::-1], 1) * side
+        first = wrapped(world.floor.frame.origin[2] - yaw)
+        message = self._make.scan(
+            record.time, "base_scan", first, counterclockwise.astype(np.float32), robot.reach, period
+        )
+        self._write("/scan", record.time, message)
+
+    def _positions(self, record: PositionsRecord) -> None:
+        """The robots of a fleet. Each looks where it moves."""
+        floor, count, edges = self._world.floor, len(record.positions), []
+        if f"{_NAMESPACE}0" not in self._robots:
+            for number in range(count):
+                name = f"{_NAMESPACE}{number}"
+                self._robots[name] = _Robot(f"/{name}", f"{name}/")
+            roots = [("map", f"{_NAMESPACE}{number}/odom", 0.0, 0.0, 0.0) for number in range(count)]
+            self._write("/tf_static", record.time, self._make.transforms(record.time, *roots), latched=True)
+            self._targets(count)
+        for number, (row, column) in enumerate(record.positions.tolist()):
+            robot = self._robots.get(f"{_NAMESPACE}{number}")
+            if robot is None:
+                continue
+            x, y = floor.point(row, column)
+            before, x_before, y_before, yaw = robot.last or (record.time, x, y, 0.0)
+            length = math.hypot(x - x_before, y - y_before)
+            if length:
+                yaw = math.atan2(y - y_before, x - x_before)
+            since = record.time - before
+            robot.last = (record.time, x, y, yaw)
+            self._move(record.time, robot, (length / since * PICOSECONDS_PER_SECOND if since else 0.0, 0.0))
+            edges.append((f"{robot.frames}odom", f"{robot.frames}base_link", x, y, yaw))
+        self._write("/tf", record.time, self._make.transforms(record.time, *edges))
+
+    def _targets(self, count: int) -> None:
+        """The goal of each robot of a fleet."""
+        pending, self._pending = self._pending, None
+        if pending is None or len(pending.cells) != count:
+            return
+        for robot, (row, column) in enumerate(pending.cells.tolist()):
+            x, y = self._world.floor.point(row, column)
+            message = self._make.pose_stamped(pending.time, x, y)
+            self._write(f"/{_NAMESPACE}{robot}/goal_pose", pending.time, message)
+
+
+def export_bag(records: Iterable[Record], path: Path, begin: int = 0) -> None:
+    """Write the records of a run as a bag; ``begin`` as in ``BagListener``."""
+    with BagListener(path, begin) as listener:
+        for record in records:
+            listener(record)

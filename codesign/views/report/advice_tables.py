@@ -1,0 +1,102 @@
+"""The tables of an answer about boards."""
+
+from __future__ import annotations
+
+from codesign.ground.figures import label
+from codesign.ground.units import counted
+from codesign.study.advice.answer import Advice, BoardAdvice, Design
+from codesign.study.advice.needs import Needs
+from codesign.study.advice.sentence import design_text, shortfall_text
+from codesign.study.advice.shortfalls import number_text
+from codesign.system.results.task import reach_text
+from codesign.views.report.table import Cell, Table, left, right, word
+from codesign.views.report.wording import (
+    ABSENT,
+    axis_text,
+    quantity_cell,
+    quantity_text,
+    share_text,
+    yes_cell,
+)
+
+_KEYS = {"component", "style"}
+
+
+def advice_table(advice: Advice) -> Table:
+    """A row for each board: its design, what that comes to, and what binds or excludes it."""
+    columns = (
+        *left("board", "suffices"),
+        *right("price", unit="USD"),
+        *right("rate", unit="Hz"),
+        *right("margin"),
+        *right("power", unit="W"),
+        *left("design", "parameters", "binds, or fails by", "fastest"),
+    )
+    pocket = "" if advice.reach in (None, 1) else f"; {reach_text([advice.reach])}"
+    notes = [
+        f"A map of {advice.rows} × {advice.columns} cells, {advice.free_cells:,} free;"
+        f" {counted(advice.starts, 'start')}{pocket}."
+        " Rate: one over the time of a plan, the worst over the starts. Margin: rate over the rate that is asked for.",
+        "Power: mean power at the plug at the rate that is asked for, idle between plans; ≥: of its components alone,"
+        " as nobody measured the whole board (board.power).",
+        *(f"Not searched, as the budget was spent: {what}." for what in advice.not_searched),
+        *advice.remarks,
+    ]
+    strong = {index for index, board in enumerate(advice.boards) if board.board == advice.recommended}
+    return Table(
+        "boards",
+        columns,
+        tuple(_row(board, advice.needs) for board in advice.boards),
+        tuple(notes),
+        frozenset(strong),
+    )
+
+
+def _row(board: BoardAdvice, needs: Needs) -> tuple[Cell, ...]:
+    design = board.design
+    margin = Cell(ABSENT) if board.margin is None else Cell(f"{board.margin:.3g}", board.margin)
+    return (
+        word(board.board),
+        yes_cell(board.suffices),
+        Cell(ABSENT) if board.price_usd is None else Cell(number_text(board.price_usd), board.price_usd),
+        quantity_cell(None if design is None else design.rate_hz, "Hz"),
+        margin,
+        _power(board),
+        word(ABSENT if design is None else design_text(design)),
+        word(ABSENT if design is None else _parameters(design)),
+        word(_binds(board, needs)),
+        word(_fastest(board)),
+    )
+
+
+def _power(board: BoardAdvice) -> Cell:
+    """Mean power at the plug; of a board that declares none, that of its components, which is less."""
+    design = board.design
+    if design is not None and design.input_power_w is not None:
+        return quantity_cell(design.input_power_w, "W")
+    parts = quantity_cell(board.idle_w if design is None else design.mean_power_w, "W")
+    return parts if parts.value is None else Cell(f"≥ {parts.text}", parts.value)
+
+
+def _fastest(board: BoardAdvice) -> str:
+    """The fastest design, where it is another one."""
+    fastest = board.fastest
+    if fastest is None or fastest == board.design or fastest.rate_hz is None:
+        return ABSENT
+    return f"{quantity_text(fastest.rate_hz, 'Hz')}: {design_text(fastest)}"
+
+
+def _parameters(design: Design) -> str:
+    planning = next(iter(design.mapping.values()))
+    chosen = {key: value for key, value in planning.items() if key not in _KEYS} | design.settings
+    return ", ".join(f"{key} {axis_text(key, value)}" for key, value in chosen.items()) or ABSENT
+
+
+def _binds(board: BoardAdvice, needs: Needs) -> str:
+    if board.shortfalls:
+        text = "; ".join(shortfall_text(short, needs) for short in board.shortfalls)
+        return f"{text} (not sure)" if board.perhaps else text
+    design = board.design
+    if design is None or design.binds_share is None:
+        return ABSENT
+    return f"{label(design.binds)}: {share_text(float(f'{design.binds_share:.3g}'))} of the limit"

@@ -1,0 +1,103 @@
+"""What every self-contained HTML page shares: the environment of templates, the footer, data for scripts.
+
+Data flows in through templates that escape everything; what is put in as it is comes from this package, or from a
+library that is kept in it with its licence. The page's content security policy forbids every request: what a reader
+sees is in the file.
+"""
+
+from __future__ import annotations
+
+import base64
+import json
+import re
+from collections.abc import Mapping
+from functools import cache
+from importlib import resources
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from codesign.ground.files import write_atomically
+from codesign.system.results.provenance import Provenance
+from codesign.views.report.wording import ABSENT
+
+if TYPE_CHECKING:
+    import jinja2
+
+    from codesign.views.report.canvas import Picture
+
+_INVISIBLE = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f\u200e\u200f\u202a-\u202e\u2066-\u2069\ud800-\udfff]")
+"""Controls but tab and newline, marks that turn the direction of writing, halves of surrogate pairs."""
+
+
+def rendered(template: str, provenance: Provenance | None, **values: Any) -> str:
+    """The page that a template makes of values. What is no page of its own is escaped."""
+    page: str = _environment().get_template(template).render(footer=footer_text(provenance), **values)
+    return page
+
+
+@cache
+def _environment() -> jinja2.Environment:
+    import jinja2
+
+    environment = jinja2.Environment(
+        loader=jinja2.PackageLoader("codesign.views.report"),
+        autoescape=True,
+        finalize=_visible,
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.globals.update(
+        style=template_text("style.css"),
+        shared=template_text("shared.js"),
+        data_address=_data_address,
+        absent=ABSENT,
+    )
+    return environment
+
+
+def footer_text(provenance: Provenance | None) -> str:
+    """What made a page, in a line; of a page without specs, version and date."""
+    stamped = (provenance or Provenance()).stamped()
+    names = {"codesign": "hwsw", "workload_digest": "workload", "map_digest": "map"}
+    platforms = [f"platform {name} {digest[:12]}" for name, digest in stamped.platform_digests.items()]
+    parts = [
+        f"{names.get(key, key)} {text[:12] if key.endswith('digest') else text}"
+        for key, text in stamped.constants.items()
+    ]
+    return "; ".join((parts[0], *platforms, *parts[1:]))
+
+
+def _visible(value: Any) -> Any:
+    """Text with characters that no page may hold, or that would hide or turn what follows, written as escapes.
+
+    What is safe by its type is our own and stays as it is.
+    """
+    if isinstance(value, str) and not hasattr(value, "__html__"):
+        return _INVISIBLE.sub(lambda match: ascii(match[0])[1:-1], value)
+    return value
+
+
+def template_text(name: str) -> str:
+    """A file beside the templates: a style, a script."""
+    return (resources.files("codesign.views.report") / "templates" / name).read_text(encoding="utf-8")
+
+
+def script_json(value: Mapping[str, Any]) -> str:
+    """JSON that may stand in a script element: nothing in it can end the element or open a comment."""
+    text = json.dumps(value, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
+    return text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
+
+
+def _data_address(picture: Picture) -> str:
+    kind = "svg+xml" if picture.format == "svg" else "png"
+    return f"data:image/{kind};base64,{base64.b64encode(picture.data).decode()}"
+
+
+def write_page(path: Path, page: str) -> None:
+    """Write a page whole, or not at all.
+
+    Raises:
+        RunError: the file cannot be written.
+    """
+    write_atomically(path, page.encode("utf-8", "replace"))

@@ -1,0 +1,226 @@
+"""Numbers and parameters in a reader's words: one place, so that a page and a terminal say the same."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+from codesign.ground.figures import ResultFigure
+from codesign.ground.units import (
+    PICOSECONDS_PER_SECOND,
+    Dimension,
+    format_count,
+    format_energy,
+    format_frequency,
+    format_power,
+    format_time,
+    shown_units,
+)
+from codesign.views.report.table import Cell
+
+ABSENT = "–"
+"""Stands where there is no figure."""
+
+ENDED, PACE = "ended", "what sets the pace"
+"""Rows of tables. A page shows them in its head."""
+
+_LONGEST = 160
+_SHAPES = {"block", "blocks"}
+_PREFIXES = ((1e-9, "n"), (1e-6, "u"), (1e-3, "m"), (1.0, ""))
+
+
+def figure_cell(
+    figure: ResultFigure, value: float | None, interval: tuple[float, float] | None = None
+) -> Cell:
+    """A figure of a result, with its interval where one is given. The value is in the unit of ``figure``."""
+    if figure.counted == "share":
+        return share_cell(value)
+    whole = figure.counted == "count" and value is not None
+    cell = quantity_cell(round(value) if whole and value is not None else value, figure.unit)
+    ends = "" if interval is None or value is None else ends_text(cell.text, *interval, figure.unit)
+    return Cell(f"{cell.text} ({ends})", value) if ends else cell
+
+
+def quantity_cell(value: float | None, unit: str = "") -> Cell:
+    """A quantity in ``unit``, or a bare number."""
+    return Cell(ABSENT) if value is None else Cell(quantity_text(value, unit), value)
+
+
+def count_cell(count: int | None) -> Cell:
+    """A whole number."""
+    return Cell(ABSENT) if count is None else Cell(format_count(count), count)
+
+
+def share_cell(share: float | None) -> Cell:
+    """A share of one."""
+    return Cell(ABSENT) if share is None else Cell(share_text(share), share)
+
+
+def part_cell(part: float, whole: float) -> Cell:
+    """The share that ``part`` is of ``whole``, which may be more than all of it."""
+    if whole <= 0:
+        return Cell(ABSENT)
+    share = part / whole
+    # Above 1 the cautious rounding of a share has no meaning.
+    return Cell(share_text(share) if share <= 1 else f"{100 * share:.4g} %", share)
+
+
+def yes_cell(truth: bool | None) -> Cell:
+    """Whether something holds."""
+    return Cell(ABSENT) if truth is None else Cell("yes" if truth else "no", truth)
+
+
+def share_text(share: float) -> str:
+    """A share as percent. Only 1 is 100 %, only 0 is 0 %.
+
+    >>> share_text(0.9999999), share_text(0.5), share_text(1)
+    ('>99.99 %', '50 %', '100 %')
+    """
+    if 0.9999 < share < 1:
+        return ">99.99 %"
+    if 0 < share < 0.0001:
+        return "<0.01 %"
+    return f"{_decimals(100 * share, 2)} %"
+
+
+def quantity_text(value: float, unit: str) -> str:
+    """A quantity with the unit prefix that suits it.
+
+    ``unit`` is that of ``value``: s, ps, Hz, W, J or 1. Any other word stands behind the number.
+
+    >>> quantity_text(0.00321, "s"), quantity_text(2.5, "cells"), quantity_text(1, "cells")
+    ('3.21 ms', '2.5 cells', '1 cell')
+    """
+    if not math.isfinite(value):
+        return f"{value}"
+    if unit in {"s", "ps"}:
+        picoseconds = round(value if unit == "ps" else value * PICOSECONDS_PER_SECOND)
+        return format_time(picoseconds) if picoseconds else "0 s"
+    if unit == "Hz" and value > 0:
+        return format_frequency(value)
+    if unit in {"W", "J"} and value >= 0:
+        return format_power(value) if unit == "W" else format_energy(value)
+    # From 10,000 on a fraction is no news; %g would turn to exponents.
+    whole = (value == round(value) or abs(value) >= 1e4) and abs(value) < 1e15
+    number = format_count(round(value)) if whole else f"{value:,.4g}"
+    if unit in {"", "1"}:
+        return number
+    return f"{number} {unit.removesuffix('s') if value == 1 else unit}"
+
+
+def interval_text(low: float, high: float, unit: str) -> str:
+    """The interval of a figure; nothing where it is a point."""
+    if low == high:
+        return ""
+    return f"{quantity_text(low, unit)} to {quantity_text(high, unit)}"
+
+
+def ends_text(value: str, low: float, high: float, unit: str) -> str:
+    """The interval of a figure of a result behind its ``value``, to three digits, without the unit that both share.
+
+    Rounded outwards: what is shown holds all that may be. Nothing where both ends are one.
+
+    >>> ends_text("12.3 ms", 0.008, 0.02501, "s"), ends_text("900 us", 0.0008, 0.0025, "s")
+    ('8 to 25.1', '800 us to 2.5 ms')
+    """
+    if low == high:
+        return ""
+    ends = [quantity_text(_outwards(low, math.floor), unit), quantity_text(_outwards(high, math.ceil), unit)]
+    shared = value.partition(" ")[2]
+    if shared and all(end.endswith(f" {shared}") for end in ends):
+        ends = [end.removesuffix(f" {shared}") for end in ends]
+    return " to ".join(ends)
+
+
+def _outwards(value: float, rounded: Callable[[float], int]) -> float:
+    """A value rounded up or down to three digits."""
+    if not value or not math.isfinite(value):
+        return value
+    scale = 10.0 ** (math.floor(math.log10(abs(value))) - 2)
+    # What is on the grid but for its last bits stays there.
+    steps = value / scale
+    nearest = round(steps)
+    return (nearest if math.isclose(steps, nearest, rel_tol=1e-9) else rounded(steps)) * scale
+
+
+def axis_text(name: str, value: Any) -> str:
+    """The value of an axis, or of a parameter, in a reader's words.
+
+    >>> axis_text("relax.block", [36, 66]), axis_text("relax.schedule", [15, 31])
+    ('36×66', '15, 31')
+    >>> axis_text("relax.schedule", {"first": 7, "step": 8, "last": 255})
+    '7 to 255 by 8'
+    """
+    if isinstance(value, Mapping):
+        if set(value) == {"first", "step", "last"}:
+            return f"{value['first']} to {value['last']} by {value['step']}"
+        return _cut(", ".join(f"{key} {axis_text(key, inner)}" for key, inner in value.items()))
+    if isinstance(value, Sequence) and not isinstance(value, str):
+        joint = "×" if name.rpartition(".")[2] in _SHAPES else ", "
+        return _cut(joint.join(axis_text("", inner) for inner in value))
+    return _scalar_text(value)
+
+
+def prefix(values: Sequence[float], unit: str) -> tuple[float, str]:
+    """The prefixed unit that suits most of these values of one axis of a plot, and its size in ``unit``.
+
+    >>> prefix([0.002, 0.003, 1.0], "s")
+    (0.001, 'ms')
+    """
+    sizes = (
+        [(size, f"{sign}{unit}") for size, sign in _PREFIXES] if unit in {"s", "J", "W"} else [(1.0, unit)]
+    )
+    middle = sorted(map(abs, values))[len(values) // 2] if values else 0.0
+    if not middle:
+        return 1.0, unit
+    return next((size for size in reversed(sizes) if size[0] <= middle), sizes[0])
+
+
+def labelled(name: str, unit: str) -> str:
+    """The label of an axis of a plot.
+
+    >>> labelled("time", "ms"), labelled("block RAMs", "1")
+    ('time (ms)', 'block RAMs')
+    """
+    return name if unit in {"", "1"} else f"{name} ({unit})"
+
+
+def wants_logarithm(least: float, most: float) -> bool:
+    """Whether an axis from ``least`` to ``most`` is easier to read by its logarithm."""
+    return least > 0 and most / least > 20
+
+
+_DIMENSIONS = {
+    "s": Dimension.TIME,
+    "Hz": Dimension.FREQUENCY,
+    "W": Dimension.POWER,
+    "J": Dimension.ENERGY,
+}
+
+
+def number_scales() -> dict[str, Any]:
+    """The units that the script ``numbers.js`` chooses from, by the unit of a value."""
+    return {unit: _scale(dimension) for unit, dimension in _DIMENSIONS.items()}
+
+
+def _scale(dimension: Dimension) -> dict[str, Any]:
+    units = [(unit, float(size)) for unit, size in shown_units(dimension)]
+    # A time is a whole number of picoseconds, and 0 of it is written in seconds.
+    return {"base": next(unit for unit, size in units if size == 1), "units": units}
+
+
+def _scalar_text(value: Any) -> str:
+    if value is None:
+        return ABSENT
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    return quantity_text(value, "") if isinstance(value, float) else _cut(str(value))
+
+
+def _cut(text: str) -> str:
+    return text if len(text) <= _LONGEST else f"{text[: _LONGEST - 1]}…"
+
+
+def _decimals(value: float, digits: int) -> str:
+    return f"{value:.{digits}f}".rstrip("0").rstrip(".")
