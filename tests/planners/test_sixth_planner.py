@@ -61,6 +61,10 @@ assert all_probes()["flood_cell"]().units == 1000
 """
 
 
+ROW = "a sixth planner"
+"""The row of docs/architecture.md that this holds."""
+
+
 @pytest.fixture(scope="module")
 def tree(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A copy of the tree with the planner of docs/extending.md as a sixth room, installed as pip would leave it."""

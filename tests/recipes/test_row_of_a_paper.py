@@ -12,6 +12,9 @@ from codesign.planners.papers import Case, Paper, Runs, Words
 from codesign.planners.wavefront.paper.measures import PAPER
 from codesign.views.report.reproduction_page import reproduction_html
 
+ROW = "a row of a paper"
+"""The row of docs/architecture.md that this holds."""
+
 ENTRY = """\
 parts:
   - rows:

@@ -10,6 +10,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
 import pytest
+from places import ROOT
 from recipes import Recipe
 
 Edits = Mapping[str, tuple[tuple[str, str], ...]]
@@ -25,6 +26,11 @@ class Toy:
     printed: str
     edits: Edits = field(default_factory=dict)
     files: Mapping[str, str] = field(default_factory=dict)
+
+
+def shipped(path: str, name: str, new: str) -> str:
+    """A shipped file under another name."""
+    return (ROOT / path).read_text(encoding="utf-8").replace(f"name: {name}\n", f"name: {new}\n")
 
 
 PART = """kind: part
@@ -100,6 +106,73 @@ GENERATOR_MODEL = '''class StripesMap(_Sized):
 
 STEP_KEY = """    mirrored: bool = Field(default=False, description="Turns the map's columns around.")
 """
+
+READER_OF_REPORTS = '''"""What a toy writes: ``TOY SLICES 12``."""
+
+from __future__ import annotations
+
+from codesign.hardware.calibrate.reports.record import Reading, Report, Stage
+from codesign.hardware.calibrate.reports.text import Text
+
+
+def is_report(text: Text) -> bool:
+    """True if the toy wrote it."""
+    return text.whole.startswith("TOY SLICES")
+
+
+def read(text: Text) -> Report:
+    """A report of the toy."""
+    used = {"slices": Reading(float(text.whole.split()[2]), 1)}
+    return Report(text.file, text.digest, "Toy", "1", Stage.SYNTHESISED, used=used)
+'''
+
+REQUEST = '''class Greet(Request):
+    """Greet NAME."""
+
+    name: Annotated[str, Argument()]
+    loud: Annotated[bool, Option("Say it loudly.", "--loud")] = False
+
+
+'''
+
+GREETING = '''"""Command greet."""
+
+from __future__ import annotations
+
+import click
+
+from codesign.cli.requests import Greet
+
+
+def greet(asked: Greet) -> None:
+    """Greet somebody."""
+    click.echo(f"hello {asked.name}{'!' if asked.loud else ''}")
+'''
+
+FAN = '''class Fan(Component):
+    """A fan that blows all the time."""
+
+    turns = 1200
+
+
+'''
+
+FAN_MAKER = """def _fan(environment: Any, name: str, _spec: Any, _by_name: Any, listeners: Any) -> components.Component:
+    from codesign.components.component import Fan
+
+    return Fan(environment, name, listeners)
+
+
+"""
+
+FAN_MODEL = '''class FanComponent(AnyComponent):
+    """A fan."""
+
+    type: Literal["fan"] = Field(description="A fan.")
+    blades: int = Field(description="a toy")
+
+
+'''
 
 TOYS = [
     Toy(
@@ -260,6 +333,149 @@ TOYS = [
                     '        ResultFigure("studs", "", "a toy", "stud count", value=lambda result: 1.0),\n',
                 ),
             )
+        },
+    ),
+    Toy(
+        "an architecture style",
+        "import codesign\n"
+        "workload = codesign.load_workload('breadth-first-java')\n"
+        "mapping = {'search': workload.mapping['search'].model_copy(update={'style': 'software_toy'})}\n"
+        "workload = workload.model_copy(update={'mapping': mapping})\n"
+        "result = codesign.simulate('pentium4-java', workload)\n"
+        "print(result.style, result.feasible)",
+        "software_toy True",
+        edits={
+            "planners/breadth_first/styles/__init__.py": (
+                (
+                    '    Software("software", CELL_KERNEL),',
+                    '    Software("software_toy", "breadth_first_java_cell"),\n',
+                ),
+            )
+        },
+    ),
+    Toy(
+        "a kernel that a host is timed by",
+        "from codesign.hardware.calibrate.host_costs import all_probes; print('toy_cell' in all_probes())",
+        "True",
+        edits={
+            "planners/breadth_first/styles/probes.py": (
+                ("    CELL_KERNEL: _", '    "toy_cell": _breadth_first,\n'),
+            )
+        },
+    ),
+    Toy(
+        "a rule over conditions",
+        "import numpy as np; from codesign.inputs.aggregate import WORDS\n"
+        "from codesign.study.aggregation import aggregated\n"
+        "print('widest' in WORDS, aggregated('widest', np.array([3.0, 1.0, 9.0]), False))",
+        "True 8.0",
+        edits={
+            "inputs/aggregate.py": (
+                ('"median")\n\n\nclass Quantile', '"widest", '),
+                ('"median"]\nRule =', '"widest", '),
+            ),
+            "study/aggregation.py": (
+                (
+                    '    if rule == "median":',
+                    '    if rule == "widest":\n        return np.asarray(values.max(axis=-1) - values.min(axis=-1))\n',
+                ),
+            ),
+        },
+    ),
+    Toy(
+        "a report of another tool",
+        "import pathlib; from codesign.hardware.calibrate.reports import read_report\n"
+        "pathlib.Path('toy.rpt').write_text('TOY SLICES 12')\n"
+        "report = read_report(pathlib.Path('toy.rpt')); print(report.tool, report.used['slices'].value)",
+        "Toy 12.0",
+        edits={
+            "hardware/calibrate/reports/__init__.py": (
+                ("vivado, yosys\n", "toytool, "),
+                ('    "nextpnr": (nextpnr.is_report', '    "Toy": (toytool.is_report, toytool.read),\n'),
+            )
+        },
+        files={"hardware/calibrate/reports/toytool.py": READER_OF_REPORTS},
+    ),
+    Toy(
+        "a part that is placed",
+        "from codesign.hardware.rtl.place import DEVICES; print(DEVICES['LFE5U-45F'].options)",
+        "45k",
+        edits={
+            "hardware/rtl/place.py": (
+                ('    "LFE5U-85F": _ecp5(', '    "LFE5U-45F": _ecp5("45k", "CABGA381"),\n'),
+            )
+        },
+    ),
+    Toy(
+        "a CLI command",
+        "from click.testing import CliRunner; from codesign.cli import main as hwsw\n"
+        "print(CliRunner().invoke(hwsw, ['greet', 'Ada', '--loud']).output)\n"
+        "print(CliRunner().invoke(hwsw, ['--help']).output)",
+        "hello Ada!",
+        edits={
+            "cli/requests.py": (
+                ("COMMANDS = {", REQUEST),
+                (
+                    '    "map": Command(Map',
+                    '    "greet": Command(Greet, "greet:greet", "Greet somebody."),\n',
+                ),
+            )
+        },
+        files={"cli/greet.py": GREETING},
+    ),
+    Toy(
+        "a platform, a workload",
+        "import codesign; result = codesign.simulate('toy-board', 'toy-job')\n"
+        "print(result.platform, result.workload, result.feasible)",
+        "toy-board toy-job True",
+        files={
+            "platforms/toy-board.yaml": shipped("platforms/virtex2pro.yaml", "virtex2pro", "toy-board"),
+            "workloads/toy-job.yaml": shipped("workloads/breadth-first.yaml", "breadth-first", "toy-job"),
+        },
+    ),
+    Toy(
+        "a law for a clock",
+        "import codesign; result = codesign.simulate('nexys2', 'robots-2')\n"
+        "print(result.clock.limit.value, result.feasible)",
+        "10000000 False",
+        edits={
+            "planners/velocity_obstacle/styles/timing.py": (
+                ("    limit = Figure(\n        value=min(CLOCK, ram)", "    ram = 10_000_000\n"),
+            )
+        },
+    ),
+    Toy(
+        "a figure of a mission",
+        "import sys; from codesign.cli import main\n"
+        "limit = ('--set', 'workload.scenario.limit=15 s', '--no-levers', '-v')\n"
+        "sys.argv = ['hwsw', 'run', 'arty-a7', 'office-breadth-first', *limit]\n"
+        "main()",
+        "songs sung",
+        edits={
+            "system/results/mission.py": (
+                (
+                    "    contacts: int",
+                    '    songs: int = Field(default=0, title="songs sung", description="a toy")\n',
+                ),
+            ),
+            "system/scenarios/drive/summary.py": (("        turns=log.turns,", "        songs=7,\n"),),
+        },
+    ),
+    Toy(
+        "a kind of component",
+        "import yaml, pathlib, codesign\n"
+        "board = yaml.safe_load(pathlib.Path('platforms/virtex4-pci.yaml').read_text())\n"
+        "board['components']['fan'] = {'type': 'fan', 'blades': 3}\n"
+        "print(codesign.simulate(board, 'labyrinth').utilisation['fan'])",
+        "0.0",
+        edits={
+            "components/component.py": (("", FAN),),
+            "inputs/components.py": (("COMPONENTS: dict[str, type", FAN_MODEL),),
+            "system/assemble.py": (
+                ("_BUILD: Mapping[type", FAN_MAKER),
+                ("    ProcessorComponent: _processor,\n}", "    FanComponent: _fan,\n"),
+                ("    FpgaComponent,\n    MemoryComponent,", "    FanComponent,\n"),
+            ),
         },
     ),
     Toy(

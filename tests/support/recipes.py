@@ -41,9 +41,9 @@ class Recipe:
         path.write_text(text, encoding="utf-8")
 
     def write(self, name: str, text: str) -> None:
-        """Write a new file into a named folder, counted from the root of the tree or from the package."""
+        """Write a new file beside a named one or into a named folder, of the root of the tree or of the package."""
         folder = name.rpartition("/")[0] + "/"
-        assert folder in self.named, f"the row does not name {folder}"
+        assert any(each.startswith(folder) for each in self.named), f"the row does not name {folder}"
         base = self.folder if (self.folder / folder).is_dir() else self.folder / "codesign"
         (base / name).write_text(text, encoding="utf-8")
 
