@@ -27,11 +27,7 @@ def run() -> list[dict[str, Any]]:
             bag = record(Path(folder) / "hall", Hall(seconds=600.0, odom_rate=odom_rate), storage)
             size = sum(path.stat().st_size for path in bag.iterdir())
             rows.append(
-                {
-                    "case": f"{odom_rate:g} Hz, {storage}",
-                    "MB": f"{size / 1e6:.1f}",
-                    **_times(bag, Path(folder)),
-                }
+                {"case": f"{odom_rate:g} Hz, {storage}", "MB": f"{size / 1e6:.1f}", **_times(bag, Path(folder))}
             )
     return rows
 
@@ -60,10 +56,7 @@ def _times(bag: Path, folder: Path) -> dict[str, str]:
 
 def _start(bag: Path, out: Path) -> tuple[float, float]:
     """Processor times of the command, and of all that a run does before it simulates (``hwsw check``)."""
-    commands = (
-        ["workload", "from-bag", str(bag), "-o", str(out)],
-        ["check", "virtex2pro", str(out / "hall.yaml")],
-    )
+    commands = (["workload", "from-bag", str(bag), "-o", str(out)], ["check", "virtex2pro", str(out / "hall.yaml")])
     times = []
     for command in commands:
         before = _of_children()

@@ -44,9 +44,7 @@ def graph_of(free: NDArray[np.bool_]) -> csr_array:
     return csr_array((np.ones(len(ends[0]), np.int8), ends), shape=(free.size, free.size))
 
 
-def line(
-    case: str, seconds: float, cells: int, other: str = "", factor: float | None = None
-) -> dict[str, Any]:
+def line(case: str, seconds: float, cells: int, other: str = "", factor: float | None = None) -> dict[str, Any]:
     """One line of the table; ``factor``: how many times as long the other search takes."""
     return {
         "case": case,
@@ -74,9 +72,7 @@ def run() -> list[dict[str, Any]]:
         scipy = best_of(3, partial(breadth_first_order, graph, first, directed=True))
         case = f"{name}, {SIDE}×{SIDE}"
         rows.append(line(case, own, found.popped_cells, "SciPy, graph at hand", scipy / own))
-        rows.append(
-            line(case, own, found.popped_cells, f"target of {TARGET_MS:.0f} ms", TARGET_MS / 1e3 / own)
-        )
+        rows.append(line(case, own, found.popped_cells, f"target of {TARGET_MS:.0f} ms", TARGET_MS / 1e3 / own))
     free = maps.random_obstacles(REFERENCE_SIDE, REFERENCE_SIDE, density=0.25, seed=1).free
     start = maps.nearest_free(free, (0, 0))
     cells = np.argwhere(maps.reachable(free, [start]))

@@ -45,9 +45,4 @@ def _refusal(content: bytes) -> str:
 def _row(case: str, outcome: object, begin: float) -> dict[str, str]:
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
     seconds = time.process_time() - begin
-    return {
-        "case": case,
-        "outcome": str(outcome),
-        "processor s": f"{seconds:.2f}",
-        "peak MiB": f"{peak:,.0f}",
-    }
+    return {"case": case, "outcome": str(outcome), "processor s": f"{seconds:.2f}", "peak MiB": f"{peak:,.0f}"}

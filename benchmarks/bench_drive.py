@@ -83,13 +83,7 @@ def workload_text(planner: str) -> str:
     start, goal, *tour = ([int(row), int(column)] for row, column in cells[chosen])
     shown = f"{{file: {REAL}}}" if real else "{generate: rooms, rows: 256, columns: 256, door: 4, seed: 1}"
     return WORKLOAD.format(
-        planner=planner,
-        map=shown,
-        goal=goal,
-        start=start,
-        tour=tour,
-        mapping=PLANNERS[planner],
-        minutes=MINUTES,
+        planner=planner, map=shown, goal=goal, start=start, tour=tour, mapping=PLANNERS[planner], minutes=MINUTES
     )
 
 
@@ -127,9 +121,7 @@ def plain_simpy(records: list[Record]) -> tuple[float, int]:
         if isinstance(record, MessageRecord)
     )
     spans += [
-        (record.time, record.source, record.end - record.time)
-        for record in records
-        if isinstance(record, TaskRecord)
+        (record.time, record.source, record.end - record.time) for record in records if isinstance(record, TaskRecord)
     ]
     spans.sort()
     environment = simpy.Environment()

@@ -28,14 +28,7 @@ def run() -> list[Any]:
             assert (front == other).all(), "one front"
             ratio = f"{slow / seconds:.1f}"
         case = f"{count:,} designs, {objectives} objectives"
-        rows.append(
-            {
-                "case": case,
-                "front": f"{front.sum():,}",
-                "processor s": f"{seconds:.2f}",
-                "times faster": ratio,
-            }
-        )
+        rows.append({"case": case, "front": f"{front.sum():,}", "processor s": f"{seconds:.2f}", "times faster": ratio})
     return rows
 
 

@@ -43,10 +43,7 @@ REAL_MAPS = {
     "warehouse 63×161": "movingai/mapf/warehouse-10-20-10-2-1.map",
     "SLAM, cropped": "ros/turtlebot3/map.yaml",
 }
-HELD_OUT = {
-    "rooms 512²": "movingai/rooms/16room_000.map",
-    "depot, cropped": "ros/nav2/depot.yaml",
-}
+HELD_OUT = {"rooms 512²": "movingai/rooms/16room_000.map", "depot, cropped": "ros/nav2/depot.yaml"}
 """The least-squares fits of docs/laws.md left these maps out."""
 
 STARTS, RUNS, SECONDS = 12, 9, 1.0
@@ -185,11 +182,7 @@ def run() -> list[dict[str, str]]:
         simulated = _simulated(case, problem, platform)
         ratios[case].append(simulated / seconds)
         note = f"bit planes take {1e3 * planes:.4g} ms" if planes else "held out" if name in HELD_OUT else ""
-        rows.append(
-            _row(
-                case.label, name, f"{1e3 * simulated:.4g}", f"{1e3 * seconds:.4g}", simulated / seconds, note
-            )
-        )
+        rows.append(_row(case.label, name, f"{1e3 * simulated:.4g}", f"{1e3 * seconds:.4g}", simulated / seconds, note))
     for case, values in ratios.items():
         spread = f"{min(values):.2f} to {max(values):.2f}, median {median(values):.2f}"
         worst = max(values, key=lambda value: abs(math.log(value)))

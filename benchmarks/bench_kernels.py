@@ -11,13 +11,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from benchmarks.other_kernels import (
-    compiled_visits,
-    digits_of_32_bits,
-    node_by_node,
-    plane_by_plane,
-    visits,
-)
+from benchmarks.other_kernels import compiled_visits, digits_of_32_bits, node_by_node, plane_by_plane, visits
 from codesign.maps.generate import rooms
 from codesign.planners.harmonic.plan import Field, Stage, StageEnd, relax
 from codesign.planners.harmonic.plan.arguments import check_arguments
@@ -29,9 +23,7 @@ CLOCK = 150e6
 GOAL = (20, 20)
 
 
-def row(
-    case: str, seconds: float, iterations: int, nodes: int, simulated: float | None = None, note: str = ""
-) -> Any:
+def row(case: str, seconds: float, iterations: int, nodes: int, simulated: float | None = None, note: str = "") -> Any:
     """One line of the table. ``nodes``: of a block."""
     return {
         "case": case,
@@ -56,13 +48,9 @@ def best_of(count: int, run: Callable[[], Any]) -> tuple[float, Any]:
     return shortest, result
 
 
-def real_time(
-    name: str, free: NDArray[np.bool_], block: tuple[int, int], iterations: int, schedule: range
-) -> Any:
+def real_time(name: str, free: NDArray[np.bool_], block: tuple[int, int], iterations: int, schedule: range) -> Any:
     """The whole run: simulated time is that of the iterations, p + 2 cycles each."""
-    seconds, result = best_of(
-        7, lambda: relax(free, [GOAL], block=block, iterations=iterations, schedule=schedule)
-    )
+    seconds, result = best_of(7, lambda: relax(free, [GOAL], block=block, iterations=iterations, schedule=schedule))
     blocks = -(-free.shape[0] // block[0]) * -(-free.shape[1] // block[1])
     bits = "..".join(str(p) for p in dict.fromkeys((schedule[0], schedule[-1])))
     case = f"{name}: {blocks} blocks of {block[0]}×{block[1]}, p = {bits}, I = {iterations}"
@@ -87,11 +75,7 @@ def compared(block: tuple[int, int], most: int) -> list[Any]:
     mask = np.where(movable, ~np.uint64(0), np.uint64(0))
     rest = block, most, stage.sweeps
     contenders: tuple[tuple[str, Callable[[], Any], Callable[[Any], int]], ...] = (
-        (
-            "one stage: bit planes",
-            lambda: Engine(arguments),
-            lambda engine: _run(engine, 255).stage.iterations,
-        ),
+        ("one stage: bit planes", lambda: Engine(arguments), lambda engine: _run(engine, 255).stage.iterations),
         (
             "one stage: limbs, plane by plane",
             by_plane.copy,
@@ -152,13 +136,9 @@ def _run(engine: Engine, precision: int) -> StageEnd:
     return next(item for item in engine.run(0, precision) if isinstance(item, StageEnd))
 
 
-def _stage(
-    free: NDArray[np.bool_], start: Field, precision: int, settings: Any
-) -> tuple[float, Stage, Field]:
+def _stage(free: NDArray[np.bool_], start: Field, precision: int, settings: Any) -> tuple[float, Stage, Field]:
     """The shortest of 25 runs of one stage, without reading the start; what it made, and the field it left."""
-    arguments = check_arguments(
-        free, [GOAL], schedule=[precision], termination="sound", start=start, **settings
-    )
+    arguments = check_arguments(free, [GOAL], schedule=[precision], termination="sound", start=start, **settings)
     shortest = np.inf
     for _ in range(25):
         engine = Engine(arguments)
@@ -176,9 +156,7 @@ def by_size() -> list[Any]:
         count = side // 64
         free = np.tile(room, (count, count))
         goals = [(64 * i + 20, 64 * j + 20) for i in range(count) for j in range(count)]
-        before = relax(
-            free, goals, block=(side, side), iterations=64, schedule=[8], record_visits=False
-        ).field
+        before = relax(free, goals, block=(side, side), iterations=64, schedule=[8], record_visits=False).field
         arguments = check_arguments(
             free, goals, block=(side, side), iterations=64, schedule=[16], termination="sound", start=before
         )

@@ -83,16 +83,12 @@ def rows(folder: Path) -> list[Row]:
         outcome = of()
         peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
         seconds = time.process_time() - begin
-        table.append(
-            {"case": case, "outcome": str(shown(outcome)), "s": f"{seconds:.2f}", "peak MiB": f"{peak:,.0f}"}
-        )
+        table.append({"case": case, "outcome": str(shown(outcome)), "s": f"{seconds:.2f}", "peak MiB": f"{peak:,.0f}"})
         return outcome
 
     with Simulated() as simulated:
         study = step(
-            "a million points",
-            lambda: explored(store, "million"),
-            lambda made: f"{made.simulations} simulations",
+            "a million points", lambda: explored(store, "million"), lambda made: f"{made.simulations} simulations"
         )
     whole = float(table[-1]["s"])
     table.append(
@@ -103,24 +99,18 @@ def rows(folder: Path) -> list[Row]:
             "peak MiB": "",
         }
     )
-    table.append(
-        {"case": "the store", "outcome": f"{store.stat().st_size / 1e6:.1f} MB", "s": "", "peak MiB": ""}
-    )
+    table.append({"case": "the store", "outcome": f"{store.stat().st_size / 1e6:.1f} MB", "s": "", "peak MiB": ""})
     del study
     step("the same command again", lambda: explored(store, "million"), lambda _: "nothing computed")
     table[-1]["outcome"] += f": {float(table[-1]['s']) / whole:.1%} of the first"
-    study = step(
-        "read from the store", lambda: load_study(store), lambda read: f"{len(read.points):,} points"
-    )
+    study = step("read from the store", lambda: load_study(store), lambda read: f"{len(read.points):,} points")
     step(
         "front of five objectives",
         lambda: study.front,
         lambda front: f"{len(front)} of {len(study.feasible):,} feasible",
     )
     step("filter and sort", lambda: filtered(study), lambda design: f"design {design}")
-    step(
-        "full result of a point", lambda: study.points[study.front[0]].result, lambda result: result.precision
-    )
+    step("full result of a point", lambda: study.points[study.front[0]].result, lambda result: result.precision)
     files = {
         "Parquet": study.to_parquet,
         "CSV": lambda path: write_study_csv(study, path),
@@ -129,9 +119,7 @@ def rows(folder: Path) -> list[Row]:
     for name, write in files.items():
         path = folder / name.lower()
         step(
-            name,
-            lambda write=write, path=path: write(path),
-            lambda _, path=path: f"{path.stat().st_size / 1e6:.1f} MB",
+            name, lambda write=write, path=path: write(path), lambda _, path=path: f"{path.stat().st_size / 1e6:.1f} MB"
         )
     step(f"{CHECKED} random points alone", lambda: check_points(study, CHECKED), lambda check: check.sentence)
     table += labyrinth(folder)

@@ -105,11 +105,7 @@ def run() -> list[Any]:
     ):
         parts, pricer = works()
         list(executor.run(parts[:WARM], pricer))
-        executors = {
-            "one process": SerialExecutor(),
-            "two processes": ProcessExecutor(2),
-            "cluster": executor,
-        }
+        executors = {"one process": SerialExecutor(), "two processes": ProcessExecutor(2), "cluster": executor}
         taken = list(rounds(executors))
     rows = []
     for name in executors:
@@ -137,9 +133,5 @@ def network() -> list[dict[str, str]]:
     parts, pricer = works()
     some = parts[:25]
     outcomes = [*map(Packing(pricer), some)]
-    sent = {
-        "what computes, to each worker": pricer,
-        "25 works to a worker": some,
-        "25 outcomes back": outcomes,
-    }
+    sent = {"what computes, to each worker": pricer, "25 works to a worker": some, "25 outcomes back": outcomes}
     return [{"case": name, "rounds": f"{len(pickle.dumps(each, 5)):,} bytes"} for name, each in sent.items()]

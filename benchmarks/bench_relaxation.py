@@ -26,11 +26,7 @@ def stencil_pass(values, target, movable, columns, repeats):
     n = values.size - 2 * columns
     top = np.int64(0)
     for _ in range(repeats):
-        here, out, mask = (
-            values[columns : columns + n],
-            target[columns : columns + n],
-            movable[columns : columns + n],
-        )
+        here, out, mask = (values[columns : columns + n], target[columns : columns + n], movable[columns : columns + n])
         north, west = values[:n], values[columns - 1 : columns - 1 + n]
         east, south = values[columns + 1 : columns + 1 + n], values[2 * columns : 2 * columns + n]
         for k in range(n):
@@ -121,9 +117,7 @@ def run() -> list[dict[str, object]]:
         short, long = best_seconds(partial(iterate, 1)), best_seconds(partial(iterate, ITERATIONS))
         limit = two if method in {"am", "mam"} else one
         rows.append(_row(method, (long - short) / (ITERATIONS - 1), limit, free.size))
-    return rows + [
-        _direct_row(name, cells, goal, plain / free.size) for name, cells, goal in direct_cases(free)
-    ]
+    return rows + [_direct_row(name, cells, goal, plain / free.size) for name, cells, goal in direct_cases(free)]
 
 
 def _row(what: str, seconds: float, limit: float, nodes: int) -> dict[str, object]:
@@ -137,9 +131,7 @@ def direct_cases(free: NDArray[np.bool_]) -> list[tuple[str, NDArray[np.bool_], 
     return [("floor plan", free, GOAL), *squares]
 
 
-def _direct_row(
-    name: str, free: NDArray[np.bool_], goal: tuple[int, int], update: float
-) -> dict[str, object]:
+def _direct_row(name: str, free: NDArray[np.bool_], goal: tuple[int, int], update: float) -> dict[str, object]:
     unknowns = int(free.sum()) - 1
     spent = best_seconds(partial(solve, free, [goal], method="direct"), 3)
     updates = spent / update

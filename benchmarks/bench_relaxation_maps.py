@@ -60,10 +60,7 @@ CANDIDATES: dict[str, dict[str, Any]] = {
     "gs, by descents": {"method": "gs"},
     "direct": {"method": "direct"},
     "gs to 1e-15": {"method": "gs", **TO_TOLERANCE},
-    **{
-        f"sor {omega} to 1e-15": {"method": "sor", "omega": omega, **TO_TOLERANCE}
-        for omega in (1.2, 1.5, 1.8, 1.95)
-    },
+    **{f"sor {omega} to 1e-15": {"method": "sor", "omega": omega, **TO_TOLERANCE} for omega in (1.2, 1.5, 1.8, 1.95)},
     "am 1.5 to 1e-15": {"method": "am", "omega": 1.5, **TO_TOLERANCE},
     "am 1.97 to 1e-15": {"method": "am", "omega": 1.97, **TO_TOLERANCE},
     "mam 1.975, 1.92 to 1e-15": {"method": "mam", "omega": 1.975, "r": 1.92, **TO_TOLERANCE},

@@ -74,9 +74,7 @@ def case_of(name: str, side: int, last: int, options: dict[str, Any]) -> Case:
     )
     _, plan = cost(problem, parameters)
     ascent = Ascent(plan.field, free, [goal])
-    far = np.where(
-        ascent.climbs_to_goal() & maps.reachable(free, [goal]), distance_octile(free, [goal]), -1.0
-    )
+    far = np.where(ascent.climbs_to_goal() & maps.reachable(free, [goal]), distance_octile(free, [goal]), -1.0)
     start = np.unravel_index(int(np.argmax(far)), far.shape)
     cells = np.unique(np.floor(ascent.follow(start).points + 0.5).astype(np.int64), axis=0)
     return Case(problem, parameters, plan, cells[np.abs(cells - goal).sum(axis=1) > 2])

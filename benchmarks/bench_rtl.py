@@ -51,9 +51,7 @@ def design_point() -> tuple[CircuitStyle, Job[Problem, RelaxParameters]]:
     return CIRCUITS[0], job
 
 
-def simulated(
-    style: CircuitStyle, job: Job[Problem, RelaxParameters], backend: str
-) -> tuple[float, float, int]:
+def simulated(style: CircuitStyle, job: Job[Problem, RelaxParameters], backend: str) -> tuple[float, float, int]:
     """Seconds of processor time that the build and the run take, and the differences from the model.
 
     Every program is built anew, to run fast: the cache is a temporary folder.

@@ -159,9 +159,7 @@ class Outcome:
 def outcome_of(case: Case) -> Outcome:
     """All runs of a case. Of the promotions, the one of fewest cycles."""
     memo = Memo()
-    promoted = {
-        after: case.run("promoted", memo, schedule=case.series, promote={"after": after}) for after in SWEEPS
-    }
+    promoted = {after: case.run("promoted", memo, schedule=case.series, promote={"after": after}) for after in SWEEPS}
     sweeps = min(promoted, key=lambda after: cycles(promoted[after]))
     runs = {
         "direct": case.run("direct", memo),
@@ -178,9 +176,7 @@ def rows_of(outcome: Outcome) -> dict[str, Any]:
     case, runs = outcome.case, outcome.runs
     found = runs["optimal"].found["relax.schedule"]
     height, width = case.shape
-    detail = next(
-        (f"{key} {case.options[key]}" for key in ("corridor", "room", "density") if key in case.options), ""
-    )
+    detail = next((f"{key} {case.options[key]}" for key in ("corridor", "room", "density") if key in case.options), "")
     milliseconds = [f"{1000 * seconds(run):.2f}" for run in runs.values()]
     return {
         "map": f"{case.name} {height}×{width}{', ' if detail else ''}{detail}",
@@ -234,10 +230,7 @@ def growth() -> list[dict[str, Any]]:
     rows = []
     for number in GROWTH:
         case = case_of(*MAPS[number])
-        row: dict[str, Any] = {
-            "map": f"{case.name} {case.shape[0]}×{case.shape[1]}",
-            "bits needed": case.last,
-        }
+        row: dict[str, Any] = {"map": f"{case.name} {case.shape[0]}×{case.shape[1]}", "bits needed": case.last}
         for times in TIMES_NEEDED:
             bits = times * (case.last + 1) - 1
             row[f"{times} times"] = "" if bits > MOST_BITS_OF_ONE_BLOCK else _gains(replace(case, last=bits))
@@ -252,9 +245,7 @@ def _gains(case: Case) -> str:
     best = {"optimal": {"last": case.last, "candidates": {"first": step - 1, "step": step}}}
     direct = cycles(case.run("direct", memo, **one))
     series = cycles(case.run("series", memo, **one, schedule=case.series))
-    return (
-        f"÷ {direct / series:.2f}, ÷ {direct / cycles(case.run('optimal', memo, **one, schedule=best)):.2f}"
-    )
+    return f"÷ {direct / series:.2f}, ÷ {direct / cycles(case.run('optimal', memo, **one, schedule=best)):.2f}"
 
 
 def main() -> None:

@@ -45,10 +45,7 @@ STUDIES: dict[str, tuple[str, dict[str, str]]] = {
         "wavefront-tiles",
         {**CLOCKS, "propagate.tile": "[16,24],[24,36],[12,18]", "propagate.paths": "shortest,safe"},
     ),
-    "breadth-first": (
-        "breadth-first",
-        {**CLOCKS, "search.micro_architecture": "three_cycles,two_cycles"},
-    ),
+    "breadth-first": ("breadth-first", {**CLOCKS, "search.micro_architecture": "three_cycles,two_cycles"}),
 }
 OBJECTIVES = tuple(FIGURES[name] for name in ("plan_time_worst_s", "slices", "power", "energy_j"))
 
@@ -71,13 +68,7 @@ def run() -> Iterator[dict[str, object]]:
         every = codesign.explore(platform, workload, workers=1, store=store)
         took = time.process_time() - begun
         yield _row(
-            name,
-            f"all {len(every.designs):,}",
-            len(every.front),
-            len(every.front),
-            [],
-            took,
-            len(every.designs),
+            name, f"all {len(every.designs):,}", len(every.front), len(every.front), [], took, len(every.designs)
         )
         yield from _rows(name, every, platform, workload, store)
 
@@ -95,13 +86,7 @@ def _rows(
             # Searched, though all points are cheaper to compute.
             with mock.patch.object(searching, "ENUMERATED", 0):
                 study = codesign.explore(
-                    platform,
-                    workload,
-                    workers=1,
-                    store=store,
-                    search=search,
-                    seed=seed,
-                    budget=budget,
+                    platform, workload, workers=1, store=store, search=search, seed=seed, budget=budget
                 )
             assert study.search is not None, "a search was named"
             traces.append(study.search.traces[0])
@@ -121,13 +106,7 @@ def _shares(every: Study, trace: Trace) -> list[float]:
 
 
 def _row(
-    name: str,
-    search: str,
-    found: int,
-    front: int,
-    shares: Sequence[Sequence[float]],
-    took: float,
-    evaluated: int,
+    name: str, search: str, found: int, front: int, shares: Sequence[Sequence[float]], took: float, evaluated: int
 ) -> dict[str, object]:
     row: dict[str, object] = {"study": name, "search": search, "evaluated": evaluated}
     for place, count in enumerate(POINTS):

@@ -53,9 +53,7 @@ def run() -> Iterator[dict[str, Any]]:
 def process_seconds(arguments: tuple[str, ...], folder: Path) -> tuple[float, float]:
     """Wall and CPU time of a process, s."""
     wall, cpu = time.perf_counter(), _cpu()
-    subprocess.run(
-        [sys.executable, *arguments], cwd=folder, env=_environment(), check=True, capture_output=True
-    )
+    subprocess.run([sys.executable, *arguments], cwd=folder, env=_environment(), check=True, capture_output=True)
     return time.perf_counter() - wall, _cpu() - cpu
 
 

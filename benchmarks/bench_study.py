@@ -130,10 +130,4 @@ def _now() -> tuple[float, float]:
 def _row(case: str, outcome: object, begin: tuple[float, float]) -> dict[str, str]:
     wall, own = (f"{now - before:.2f}" for now, before in zip(_now(), begin, strict=True))
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
-    return {
-        "case": case,
-        "outcome": str(outcome)[:60],
-        "s": wall,
-        "processor s": own,
-        "peak MiB": f"{peak:,.0f}",
-    }
+    return {"case": case, "outcome": str(outcome)[:60], "s": wall, "processor s": own, "peak MiB": f"{peak:,.0f}"}

@@ -7,13 +7,7 @@ from functools import partial
 from time import perf_counter
 from typing import Any
 
-from codesign.planners.velocity_obstacle.plan import (
-    AvoidParameters,
-    RobotsProblem,
-    avoid,
-    generate,
-    reference,
-)
+from codesign.planners.velocity_obstacle.plan import AvoidParameters, RobotsProblem, avoid, generate, reference
 from codesign.planners.velocity_obstacle.plan.arithmetic import double, fixed
 
 PARAMETERS = AvoidParameters(updates=500)

@@ -10,13 +10,7 @@ from collections.abc import Sequence
 from fractions import Fraction
 from itertools import groupby
 
-from benchmarks.velocity_obstacle_pace import (
-    LineLaw,
-    PaceRow,
-    baud_needed,
-    decide_times,
-    pace_table,
-)
+from benchmarks.velocity_obstacle_pace import LineLaw, PaceRow, baud_needed, decide_times, pace_table
 from codesign.planners.velocity_obstacle.plan import AvoidParameters
 from codesign.planners.velocity_obstacle.published import Style
 

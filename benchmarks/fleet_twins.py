@@ -191,12 +191,7 @@ class DesmodFleet(Component):
         robots = len(pattern.cycles[0])
         self.starts = [Queue(self.environment) for _ in range(robots)]
         self.decided, self.line, self.display = (Queue(self.environment) for _ in range(3))
-        self.parts = [
-            Board(self),
-            SerialLine(self),
-            Screen(self),
-            *(Robot(self, index) for index in range(robots)),
-        ]
+        self.parts = [Board(self), SerialLine(self), Screen(self), *(Robot(self, index) for index in range(robots))]
         self.elaborate()
 
     def connect_children(self) -> None:

@@ -56,16 +56,7 @@ class Study:
 
     def begin(self) -> subprocess.Popen[bytes]:
         (self.folder / "struck.yaml").write_text(SPEC)
-        command = [
-            sys.executable,
-            "-m",
-            "codesign",
-            "explore",
-            "virtex4-pci",
-            "struck.yaml",
-            "-q",
-            *self.words,
-        ]
+        command = [sys.executable, "-m", "codesign", "explore", "virtex4-pci", "struck.yaml", "-q", *self.words]
         command += ["--store", "points.sqlite", "--csv", "points.csv"]
         log = (self.folder / "log").open("ab")
         with log:
@@ -77,9 +68,7 @@ class Study:
         for _ in range(MOST_TRIES):
             if self.begin().wait() == 0:
                 return time.perf_counter() - begun
-        raise SystemExit(
-            f"{self.folder}: no end after {MOST_TRIES} runs\n{(self.folder / 'log').read_text()}"
-        )
+        raise SystemExit(f"{self.folder}: no end after {MOST_TRIES} runs\n{(self.folder / 'log').read_text()}")
 
 
 def coordinator(study: Study, seconds: float) -> str:
@@ -161,10 +150,7 @@ def struck(kind: str, count: int, folder: Path) -> Iterator[bool]:
                 if victim != NO_WORKER:
                     break
             same = study.table.read_bytes() == expected
-            print(
-                f"{number}: {victim} killed after {moment:.2f} s: {'equal' if same else 'DIFFERS'}",
-                flush=True,
-            )
+            print(f"{number}: {victim} killed after {moment:.2f} s: {'equal' if same else 'DIFFERS'}", flush=True)
             yield same
 
 

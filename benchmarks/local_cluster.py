@@ -77,18 +77,12 @@ class Cluster:
         command = [sys.executable, "-m", f"distributed.cli.dask_{kind}", *words, "--no-dashboard"]
         with log:
             return subprocess.Popen(
-                command,
-                stdout=log,
-                stderr=log,
-                env=ENVIRONMENT | self.config | environment,
-                start_new_session=True,
+                command, stdout=log, stderr=log, env=ENVIRONMENT | self.config | environment, start_new_session=True
             )
 
 
 @contextmanager
-def cluster(
-    folder: Path, workers: int = 2, *, nanny: bool = False, config: Path | None = None
-) -> Iterator[Cluster]:
+def cluster(folder: Path, workers: int = 2, *, nanny: bool = False, config: Path | None = None) -> Iterator[Cluster]:
     """A cluster until the end of the block."""
     started = Cluster(folder, nanny=nanny, config=config)
     try:

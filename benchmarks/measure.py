@@ -112,11 +112,7 @@ def measure_resources(room: str, families: Sequence[str], again: bool) -> None:
     styles = import_module(f"codesign.planners.{room}.plug_in").PLUG_IN.circuits
     digests = set()
     tools = version_of("pyosys")
-    current = {
-        (row.family, row.digest)
-        for row in read(room, "resources", styles)
-        if row.tools == tools and not again
-    }
+    current = {(row.family, row.digest) for row in read(room, "resources", styles) if row.tools == tools and not again}
     for style, circuit in circuits_of(room, resources(room)):
         digests.add(digest_of_circuit(circuit))
         for family in families:
@@ -126,10 +122,7 @@ def measure_resources(room: str, families: Sequence[str], again: bool) -> None:
             synthesis = synthesise(circuit, family)
             put(room, "resources", styles, resource_row(style, circuit, synthesis))
             took = time.monotonic() - begun
-            print(
-                f"{room} {style.style} {variables_of(circuit)} {family}: {synthesis.total}, {took:.1f} s",
-                flush=True,
-            )
+            print(f"{room} {style.style} {variables_of(circuit)} {family}: {synthesis.total}, {took:.1f} s", flush=True)
     drop(room, "resources", styles, lambda row: row.family in families and row.digest not in digests)
 
 
@@ -138,9 +131,7 @@ def tools_of(device: Device) -> str:
     return f"{version_of('pyosys')}, {version_of(device.tool)}"
 
 
-def clock_row(
-    style: CircuitStyle, circuit: Circuit, synthesis: Synthesis, placements: Sequence[Placement]
-) -> ClockRow:
+def clock_row(style: CircuitStyle, circuit: Circuit, synthesis: Synthesis, placements: Sequence[Placement]) -> ClockRow:
     by_clock = sorted(placements, key=lambda each: each.clock)
     median = by_clock[(len(by_clock) - 1) // 2]
     path = median.path
@@ -188,12 +179,7 @@ def measure_clocks(room: str, placements: Sequence[Placed], parts: Sequence[str]
                 f"seed {seed}: {clock:.1f} MHz, {took:.0f} s, {path}",
                 flush=True,
             )
-    drop(
-        room,
-        "clocks",
-        styles,
-        lambda row: (not parts or row.part in parts) and (row.part, row.digest) not in designs,
-    )
+    drop(room, "clocks", styles, lambda row: (not parts or row.part in parts) and (row.part, row.digest) not in designs)
 
 
 def measure_activity(room: str) -> None:

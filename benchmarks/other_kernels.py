@@ -100,9 +100,7 @@ def digits_of_32_bits(values: NDArray[np.int64], movable: NDArray[np.bool_], out
     return bool((total != values[inside]).any())
 
 
-def visits(
-    iterate: Any, values: Any, movable: Any, block: Any, most: int, sweeps: int, limbs_last: bool
-) -> int:
+def visits(iterate: Any, values: Any, movable: Any, block: Any, most: int, sweeps: int, limbs_last: bool) -> int:
     """Sweep after sweep until no visit changes a bit, or ``sweeps`` are made; the iterations made.
 
     ``values`` and ``movable`` have a frame; ``values`` is changed.

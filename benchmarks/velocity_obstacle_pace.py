@@ -79,9 +79,7 @@ class LineLaw:
         return int(decide * self.baud / self.frame_bits * self.data_bits / (2 * COORDINATE_BITS))
 
 
-def baud_needed(
-    robots: int, decide: Fraction, data_bits: int = 8, frame_bits: Fraction = Fraction(10)
-) -> Fraction:
+def baud_needed(robots: int, decide: Fraction, data_bits: int = 8, frame_bits: Fraction = Fraction(10)) -> Fraction:
     """The baud rate from which on the line takes all coordinates in ``decide`` seconds.
 
     >>> float(baud_needed(8, Fraction(1, 10)))
@@ -137,8 +135,6 @@ def pace_table(
             message = line.message(robots)
             pace: Literal["fpga", "line"] = "line" if message > decide else "fpga"
             rows.append(
-                PaceRow(
-                    robots, baud, decide, message, line.mean_period(robots, decides), pace, message <= step
-                )
+                PaceRow(robots, baud, decide, message, line.mean_period(robots, decides), pace, message <= step)
             )
     return tuple(rows)

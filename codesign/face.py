@@ -129,9 +129,7 @@ def _trace_writer(
         "workload": workload.name,
     }
     if level not in list(traces.Level):
-        raise InputError(
-            f"{level!r} is no level of a trace", "trace_level", choose_hint(level, list(traces.Level))
-        )
+        raise InputError(f"{level!r} is no level of a trace", "trace_level", choose_hint(level, list(traces.Level)))
     return traces.McapListener(trace, names | provenance.stamped().constants, traces.Level(level))
 
 

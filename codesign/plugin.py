@@ -30,16 +30,7 @@ from codesign.planners.paths import by_sides, cell_of, from_position, judge_arri
 from codesign.planners.plug_in import GROUP, PlugIn, Probe, Reproduce, Samples
 from codesign.planners.quality import Quality, RobotsQuality
 from codesign.planners.reproduction import Finding, Plot, Reproduction, Row, Series, row
-from codesign.planners.styles import (
-    Architecture,
-    Designs,
-    Exchange,
-    FleetUpdates,
-    Memory,
-    MemoryStep,
-    Step,
-    TaskStyle,
-)
+from codesign.planners.styles import Architecture, Designs, Exchange, FleetUpdates, Memory, MemoryStep, Step, TaskStyle
 from codesign.planners.task_graph import Flow
 
 __all__ = [

@@ -56,11 +56,7 @@ def type_tests(names: set[str]) -> int:
     count = 0
     for tree in trees().values():
         for node in ast.walk(tree):
-            if (
-                isinstance(node, ast.Call)
-                and isinstance(node.func, ast.Name)
-                and node.func.id == "isinstance"
-            ):
+            if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "isinstance":
                 asked: ast.AST = node.args[1]
             elif isinstance(node, ast.MatchClass):
                 asked = node.cls

@@ -81,9 +81,7 @@ def build(site: Path, source: Path | None = None) -> str:
         pages = source or Path(folder) / "pages"
         stage(pages)
         trees = Path(folder) / "trees"
-        sphinx = Sphinx(
-            pages, None, site, trees, "html", SETTINGS, status=None, warning=warnings, freshenv=True
-        )
+        sphinx = Sphinx(pages, None, site, trees, "html", SETTINGS, status=None, warning=warnings, freshenv=True)
         sphinx.build(force_all=True)
     return re.sub(r"\x1b\[[0-9;]*m", "", warnings.getvalue())
 
@@ -167,10 +165,7 @@ def _stage_names(folder: Path) -> None:
     """Pages of the public names, which autodoc fills, in place of the one page that a forge shows."""
     rows = [f"| [`{module}`]({module}.md) | {what} |" for module, what in MODULES.items()]
     tree = ["```{toctree}", ":hidden:", *MODULES, "```"]
-    _write(
-        folder / "python.md",
-        "\n".join(["# Python", "", "| module | what it has |", "|---|---|", *rows, "", *tree]),
-    )
+    _write(folder / "python.md", "\n".join(["# Python", "", "| module | what it has |", "|---|---|", *rows, "", *tree]))
     for module in MODULES:
         chosen = hasattr(importlib.import_module(module), "__all__")
         options = [":members:", *[":imported-members:"] * chosen]

@@ -74,9 +74,7 @@ def executed(notebook: dict[str, Any]) -> dict[str, Any]:
     """The notebook with the outputs of a new run."""
     with tempfile.TemporaryDirectory() as folder:
         outputs = iter(enumerate(run_cells(notebook, Path(folder)), 1))
-    cells = [
-        cell | _kept(next(outputs)) if cell["cell_type"] == "code" else cell for cell in notebook["cells"]
-    ]
+    cells = [cell | _kept(next(outputs)) if cell["cell_type"] == "code" else cell for cell in notebook["cells"]]
     return notebook | {"cells": cells}
 
 

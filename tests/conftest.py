@@ -59,12 +59,7 @@ explore:
 
 
 MOST_KERNELS = tuple(f"tests/inputs/test_{name}.py" for name in ("boards", "conditions", "searching"))
-NO_KERNELS = (
-    "tests/inputs/",
-    "tests/testing/",
-    "tests/test_layers.py",
-    "tests/hardware/rtl/test_synthesis.py",
-)
+NO_KERNELS = ("tests/inputs/", "tests/testing/", "tests/test_layers.py", "tests/hardware/rtl/test_synthesis.py")
 
 
 @pytest.hookimpl(trylast=True)

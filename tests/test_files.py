@@ -188,9 +188,7 @@ def test_a_tool_leaves_nothing_in_the_folder_for_temporary_files(tmp_path: Path)
     assert not folder.exists()
 
 
-def test_a_folder_that_is_replaced_outlives_an_interrupt(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_folder_that_is_replaced_outlives_an_interrupt(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Even one that removes all that is passing, between the two renames."""
     folder = tmp_path / "design"
     folder.mkdir()

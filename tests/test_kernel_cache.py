@@ -13,9 +13,7 @@ import pytest
 from codesign.ground import kernel_cache
 
 
-def test_kernels_find_a_private_cache_where_there_is_no_other(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_kernels_find_a_private_cache_where_there_is_no_other(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("NUMBA_CACHE_DIR", "")
     monkeypatch.delenv("NUMBA_CACHE_DIR")
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
@@ -84,12 +82,9 @@ def test_a_cache_is_cold_until_a_kernel_is_in_it(tmp_path: Path, monkeypatch: py
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    "command",
-    ["run virtex2pro breadth-first", "verify virtex2pro breadth-first", "explain virtex2pro breadth-first"],
+    "command", ["run virtex2pro breadth-first", "verify virtex2pro breadth-first", "explain virtex2pro breadth-first"]
 )
-def test_the_first_run_announces_the_compilation_and_the_second_does_not(
-    command: str, tmp_path: Path
-) -> None:
+def test_the_first_run_announces_the_compilation_and_the_second_does_not(command: str, tmp_path: Path) -> None:
     """In processes of their own, with an empty cache."""
     words = [sys.executable, "-m", "codesign", *command.split()]
     environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)}
@@ -145,9 +140,7 @@ def test_of_two_workers_of_this_machine_one_compiles(tmp_path: Path) -> None:
     assert sorted(found) == ["0\n", "1\n"], "one compiled it, the other found it"
 
 
-def test_a_process_that_loaded_kernels_before_is_refused(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_process_that_loaded_kernels_before_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
     monkeypatch.setitem(sys.modules, "codesign.planners.some", pytest)
     assert kernel_cache.keep_kernels_on_node("digest") == "it loaded kernels before: restart it"

@@ -58,9 +58,7 @@ def imports(path: Path) -> list[tuple[int, str, bool]]:
     tree = ast.parse(path.read_text(encoding="utf-8"))
     stub = path.with_suffix(".pyi")
     if stub.exists():  # what the package loads when it is first asked for
-        assert not any(
-            isinstance(node, ast.ImportFrom) and "codesign" in str(node.module) for node in tree.body
-        )
+        assert not any(isinstance(node, ast.ImportFrom) and "codesign" in str(node.module) for node in tree.body)
         tree = ast.parse(_absolute(stub))
     guarded = {
         id(inner)
@@ -147,10 +145,7 @@ def test_the_rule_catches_an_upward_import(
 def test_no_modules_import_each_other_in_a_circle() -> None:
     """Late imports count; what only a type checker imports does not."""
     graph = nx.DiGraph(
-        (module, name)
-        for module, path in modules().items()
-        for _line, name, typing in imports(path)
-        if not typing
+        (module, name) for module, path in modules().items() for _line, name, typing in imports(path) if not typing
     )
     graph.remove_edges_from([(module, "") for module in modules()])
     assert [sorted(circle) for circle in nx.strongly_connected_components(graph) if len(circle) > 1] == []
@@ -185,9 +180,7 @@ def test_help_needs_no_heavy_module() -> None:
 def test_no_plan_and_no_style_of_a_planner_knows_of_files() -> None:
     """A planner is usable without anything of YAML: only its reproduction reads platforms and workloads."""
     rooms = {module: path for module, path in modules().items() if entry_of(module) in ROOM_NAMES}
-    inner = {
-        module: path for module, path in rooms.items() if module.split(".")[2:3] in (["plan"], ["styles"])
-    }
+    inner = {module: path for module, path in rooms.items() if module.split(".")[2:3] in (["plan"], ["styles"])}
     assert {module.split(".")[1] for module in inner} == set(ROOMS)
     below = {"planners.interface", "planners.styles", "planners.paths", "planners.task_graph"}
     inner |= {module: path for module, path in modules().items() if module in below}

@@ -86,9 +86,7 @@ def test_bytes_count_buffers_views_objects_and_slots() -> None:
 def test_bytes_agree_with_the_allocator() -> None:
     tracemalloc.start()
     before, _ = tracemalloc.get_traced_memory()
-    value = {
-        index: [float(index), str(index) * 10, {"key": (index, index + 0.5)}] for index in range(1000, 3000)
-    }
+    value = {index: [float(index), str(index) * 10, {"key": (index, index + 0.5)}] for index in range(1000, 3000)}
     after, _ = tracemalloc.get_traced_memory()
     tracemalloc.stop()
     assert approximate_bytes(value) == pytest.approx(after - before, rel=0.25)

@@ -28,9 +28,7 @@ from codesign.ground.units import (
 
 frequencies = st.one_of(
     st.integers(1, MAX_FREQUENCY),
-    st.sampled_from(
-        [1, 3, 7, 33_000_000, 33_333_333, 66_666_666, 150_000_000, 10**9, 2 * 10**9, MAX_FREQUENCY]
-    ),
+    st.sampled_from([1, 3, 7, 33_000_000, 33_333_333, 66_666_666, 150_000_000, 10**9, 2 * 10**9, MAX_FREQUENCY]),
 )
 
 

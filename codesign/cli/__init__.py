@@ -82,9 +82,7 @@ class LazyGroup(click.Group):
                 error = fault
             elif _is_of_kernel_cache(fault):
                 error = RunError(
-                    f"the cache of compiled kernels cannot be used: {fault or type(fault).__name__}",
-                    None,
-                    _CACHE,
+                    f"the cache of compiled kernels cannot be used: {fault or type(fault).__name__}", None, _CACHE
                 )
             elif isinstance(fault, _OF_CLICK):
                 raise
@@ -126,18 +124,14 @@ _CACHE = "delete the __pycache__ folders of codesign, or set NUMBA_CACHE_DIR to 
 def _is_of_kernel_cache(fault: BaseException) -> bool:
     """Whether numba failed to read or write its cache. Such an error may be of any type."""
     place = os.path.join("numba", "core", "caching.py")
-    return any(
-        frame.f_code.co_filename.endswith(place) for frame, _ in traceback.walk_tb(fault.__traceback__)
-    )
+    return any(frame.f_code.co_filename.endswith(place) for frame, _ in traceback.walk_tb(fault.__traceback__))
 
 
 def _check_current_folder() -> None:
     try:
         os.getcwd()
     except OSError as fault:
-        raise InputError(
-            "the current folder does not exist any more", None, "change to another folder"
-        ) from fault
+        raise InputError("the current folder does not exist any more", None, "change to another folder") from fault
 
 
 def _was_lost(out: UnfailingStream | None) -> bool:

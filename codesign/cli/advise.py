@@ -19,9 +19,7 @@ from codesign.views.report.advice_tables import advice_table
 def advise(asked: Advise) -> None:
     """Answer which board suffices for a map at a rate, and why no cheaper one does."""
     needs = advice.parse_needs(asked.rate, asked.power, asked.price, asked.clearance)
-    named = (
-        None if asked.boards is None else [name.strip() for name in asked.boards.split(",") if name.strip()]
-    )
+    named = None if asked.boards is None else [name.strip() for name in asked.boards.split(",") if name.strip()]
     boards = advice.boards_of(named)
     section = advice.problem_section(
         asked.map_file,

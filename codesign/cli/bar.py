@@ -27,11 +27,7 @@ class Bar:
         columns = (TextColumn("{task.description}"), BarColumn(), _Count(), _TimeLeft())
         # Standard output may be a file or a pipe: rich would send it to the terminal.
         self._bar = Progress(
-            *columns,
-            console=console,
-            transient=True,
-            redirect_stdout=False,
-            refresh_per_second=_UPDATES_A_SECOND,
+            *columns, console=console, transient=True, redirect_stdout=False, refresh_per_second=_UPDATES_A_SECOND
         )
         self._task = self._bar.add_task("", total=None)
         self._words, self._expected = "", 0.0
@@ -50,13 +46,7 @@ class Bar:
                 self._expected = now + advance.expected_s
             ends = self._expected
         self._words = advance.words
-        self._bar.update(
-            self._task,
-            total=advance.total,
-            completed=advance.done,
-            description=advance.words,
-            ends=ends,
-        )
+        self._bar.update(self._task, total=advance.total, completed=advance.done, description=advance.words, ends=ends)
         if self._timer is None:
             self._timer = threading.Timer(max(0.0, self._due - now), self._appear)
             self._timer.daemon = True

@@ -66,11 +66,7 @@ def init(asked: Init) -> None:
         texts = starting_files()
     else:
         chosen = begin.beginning(
-            asked.board or begin.BOARD,
-            asked.planner or begin.PLANNER,
-            asked.map_file,
-            asked.goal,
-            asked.folder,
+            asked.board or begin.BOARD, asked.planner or begin.PLANNER, asked.map_file, asked.goal, asked.folder
         )
         texts, choices = chosen.texts, chosen.choices
     _write(asked.folder, texts)

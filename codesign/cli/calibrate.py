@@ -73,9 +73,7 @@ def fpga(asked: CalibrateFpga) -> None:
     if asked.output is None:
         return
     if compared.calibration is None:
-        raise InputError(
-            "no term has a factor, so there is nothing to write", "-o", "name reports of the design"
-        )
+        raise InputError("no term has a factor, so there is nothing to write", "-o", "name reports of the design")
     write_atomically(asked.output, calibration_text(compared.calibration).encode())
     click.echo(f"written: {printable(str(asked.output), None)}", err=asked.as_json)
 
@@ -87,9 +85,7 @@ def _named_point(specs: tuple[str, ...], settings: tuple[str, ...]) -> DesignPoi
             raise InputError("a setting without a design point", "--set", "name PLATFORM WORKLOAD")
         return None
     if len(specs) != 2:
-        raise InputError(
-            f"{len(specs)} names", "PLATFORM WORKLOAD", "name a platform and a workload, or none"
-        )
+        raise InputError(f"{len(specs)} names", "PLATFORM WORKLOAD", "name a platform and a workload, or none")
     platform, workload = load_platform(specs[0]), catalog.load_workload(specs[1])
     name = " ".join((platform.name, workload.name, *settings))
     return design_point(platform, workload, settings_of(settings), name[:200])

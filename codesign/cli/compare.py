@@ -32,12 +32,7 @@ if TYPE_CHECKING:
     from codesign.inputs import Constraint, Platform, Workload
     from codesign.inputs.problem import ProblemSpec
 
-DEFAULT = (
-    "virtex4-pci:labyrinth",
-    "virtex4-pci:wavefront-tiles",
-    "virtex2pro:breadth-first",
-    "pc-3400mhz:floor-plan",
-)
+DEFAULT = ("virtex4-pci:labyrinth", "virtex4-pci:wavefront-tiles", "virtex2pro:breadth-first", "pc-3400mhz:floor-plan")
 
 
 def compare(asked: Compare) -> None:
@@ -77,9 +72,7 @@ def _problem(asked: Compare) -> ProblemSpec | None:
         like = asked.like or ("" if asked.designs else "labyrinth")
         return problem_of(codesign.load_workload(like)) if like else None
     if asked.goal is None or asked.start is None:
-        raise InputError(
-            "a map needs a goal and a start", "--map", "add --goal ROW,COLUMN --start ROW,COLUMN"
-        )
+        raise InputError("a map needs a goal and a start", "--map", "add --goal ROW,COLUMN --start ROW,COLUMN")
     return problem_from_map(asked.map_file, asked.goal, asked.start, asked.reach)
 
 
@@ -104,10 +97,7 @@ def _check_axes(axes: Iterable[str], loaded: Sequence[tuple[str, Platform, Workl
 
 
 def _print(
-    results: list[tuple[str, Result | CodesignError]],
-    needs: tuple[Constraint, ...],
-    detail: str,
-    as_json: bool,
+    results: list[tuple[str, Result | CodesignError]], needs: tuple[Constraint, ...], detail: str, as_json: bool
 ) -> None:
     """The comparison, with ``TABLES`` those of each design; with ``SENTENCE`` a sentence for each design."""
     if as_json:

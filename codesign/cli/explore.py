@@ -102,8 +102,7 @@ def _cluster_of(address: str | None, *, quiet: bool) -> Iterator[ClusterExecutor
         if executor.died and not quiet:
             died = counted(executor.died, "worker")
             click.echo(
-                f"cluster {printable(address)}: {died} died, and what was under way was computed again",
-                err=True,
+                f"cluster {printable(address)}: {died} died, and what was under way was computed again", err=True
             )
 
 
@@ -136,9 +135,7 @@ def _explored(asked: Explore) -> tuple[Platform | list[Platform] | None, Workloa
     """The platform, or the platforms of an axis, or None where the workload has them; and the workload."""
     specs, settings, axes = asked.specs, dict(asked.settings), asked.axes
     if len(specs) > 2:
-        raise InputError(
-            f"{counted(len(specs), 'argument')}", "explore", "name one platform and one workload"
-        )
+        raise InputError(f"{counted(len(specs), 'argument')}", "explore", "name one platform and one workload")
     for axis in settings:
         if axis in axes or axis in asked.conditions:
             other = "--axis" if axis in axes else "--condition"
@@ -150,9 +147,7 @@ def _explored(asked: Explore) -> tuple[Platform | list[Platform] | None, Workloa
     if chosen is not None and len(specs) == 2:
         raise InputError("PLATFORM is named too", f"--set {PLATFORM_AXIS}", "keep one of the two")
     if not all(isinstance(name, str) for name in names):
-        raise InputError(
-            "names no platform", f"--set {PLATFORM_AXIS}", "write the name of one, or [NAME, ...]"
-        )
+        raise InputError("names no platform", f"--set {PLATFORM_AXIS}", "write the name of one, or [NAME, ...]")
     workload = exploring(codesign.load_workload(specs[-1]), axes, asked.conditions, asked.needs)
     platforms = load_platforms(names)
     if len(platforms) == 1:
@@ -185,12 +180,7 @@ def _check_files(
     asked: Explore | Report, inputs: Iterable[str | Path | None], store: tuple[str, Path] | None = None
 ) -> None:
     """Check, before any work, that all files of the study can be written; see ``check_outputs``."""
-    files = {
-        "--csv": asked.csv,
-        "--parquet": asked.parquet,
-        "--html": asked.page,
-        "--certify": asked.certificate,
-    }
+    files = {"--csv": asked.csv, "--parquet": asked.parquet, "--html": asked.page, "--certify": asked.certificate}
     check_outputs(files, inputs, store=store)
     if asked.parquet is not None:
         libraries()

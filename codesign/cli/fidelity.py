@@ -49,8 +49,7 @@ def fidelity(asked: requests.Fidelity) -> None:
     if asked.page is not None:
         shown = None if asked.picture is None else os.path.relpath(asked.picture, asked.page.parent)
         write_atomically(
-            asked.page,
-            fidelity_page(result, seeds, _command(asked.page, asked.picture, asked.quick), shown).encode(),
+            asked.page, fidelity_page(result, seeds, _command(asked.page, asked.picture, asked.quick), shown).encode()
         )
     if asked.picture is not None:
         write_atomically(asked.picture, fidelity_picture(result))

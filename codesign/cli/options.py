@@ -110,9 +110,7 @@ DEBUG = Option(
     callback=_begin_debug,
 )
 Debug = Annotated[bool, DEBUG]
-Force = Annotated[
-    bool, Option("Replace files of another kind too.", "--force", is_eager=True, callback=_begin_force)
-]
+Force = Annotated[bool, Option("Replace files of another kind too.", "--force", is_eager=True, callback=_begin_force)]
 """For every command that writes files: see ``replacing``."""
 
 
@@ -153,19 +151,13 @@ PLACE: dict[str, Any] = {"parse": "codesign.inputs.places:parse_place", "metavar
 
 Needs = Annotated[
     tuple[str, ...],
-    Option(
-        'Require a limit, such as "time < 100 ms" or "slices < 80 %". May be repeated.',
-        "--need",
-        metavar="LIMIT",
-    ),
+    Option('Require a limit, such as "time < 100 ms" or "slices < 80 %". May be repeated.', "--need", metavar="LIMIT"),
 ]
 Json = Annotated[bool, Option("Print as JSON.", "--json")]
 Page = Annotated[Path | None, Option("Write an HTML page.", "--html")]
 Bag = Annotated[
     Path | None,
-    Option(
-        "Write a ROS 2 bag into the new folder DIR.", "--ros2", type=click.Path(path_type=Path), metavar="DIR"
-    ),
+    Option("Write a ROS 2 bag into the new folder DIR.", "--ros2", type=click.Path(path_type=Path), metavar="DIR"),
 ]
 Memory = Annotated[
     int | None,

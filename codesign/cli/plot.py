@@ -48,9 +48,7 @@ def front(asked: PlotFront) -> None:
         axes = sorted(study.every_axis)
         if asked.marker is not None and asked.marker not in axes:
             raise InputError(
-                f"{printable(asked.marker)} is no axis of the study",
-                "--marker",
-                choose_hint(asked.marker, axes),
+                f"{printable(asked.marker)} is no axis of the study", "--marker", choose_hint(asked.marker, axes)
             )
         return front_picture(
             study,
@@ -105,9 +103,7 @@ def _moment(records: Iterable[Record], at: int, where: str) -> Picture:
 
 def timeline(asked: PlotTimeline) -> None:
     """Draw when each component and link was busy, from TRACE, or from a run of WORKLOAD on PLATFORM."""
-    _drawn(
-        lambda show: run_timeline_picture(_records(asked.specs, show)), asked.output, asked.width, asked.specs
-    )
+    _drawn(lambda show: run_timeline_picture(_records(asked.specs, show)), asked.output, asked.width, asked.specs)
 
 
 def schedule(asked: PlotSchedule) -> None:
@@ -139,15 +135,11 @@ def _records(specs: Sequence[str], show: Show) -> list[Record]:
     result = codesign.simulate(*specs, listeners=(memory,), keeping=True)
     if not result.simulated:
         reasons = "; ".join(map(str, result.reasons))
-        raise InputError(
-            f"the design does not fit, so there is no run: {printable(reasons)}", " ".join(specs)
-        )
+        raise InputError(f"the design does not fit, so there is no run: {printable(reasons)}", " ".join(specs))
     return list(memory.records)
 
 
-def _drawn(
-    draw: Callable[[Show], Picture | None], output: Path, width: float | None, inputs: Iterable[Any]
-) -> None:
+def _drawn(draw: Callable[[Show], Picture | None], output: Path, width: float | None, inputs: Iterable[Any]) -> None:
     """Draw a picture and write it. What names the output is checked before any work."""
     format_of(output, "--output")
     check_outputs({"--output": output}, inputs, kind="plot")

@@ -45,9 +45,7 @@ def reproduce(asked: Reproduce) -> None:
     available = catalog.papers()
     for name in asked.names:
         if name not in available:
-            raise InputError(
-                f"no planner named {name!r} has a paper", "PLANNER", choose_hint(name, available)
-            )
+            raise InputError(f"no planner named {name!r} has a paper", "PLANNER", choose_hint(name, available))
     if asked.listed:
         click.echo(render_text(settings_table(inspect.paper_settings(asked.names or available))))
         return
@@ -64,10 +62,7 @@ def reproduce(asked: Reproduce) -> None:
             reproductions.append(available[name](asked.quick, progress, moved[name]))
             debug_step(f"{name} reproduced")
     written = [
-        path
-        for each in reproductions
-        if asked.plots is not None
-        for path in papers.write_plots(each, asked.plots)
+        path for each in reproductions if asked.plots is not None for path in papers.write_plots(each, asked.plots)
     ]
     if asked.page is not None:
         _write_page(reproductions, asked.page)

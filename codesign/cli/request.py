@@ -90,9 +90,7 @@ def _words(kind: Any, default: Any) -> dict[str, Any]:
         return words | {"type": click.Choice(get_args(kind))}
     if get_origin(kind) is tuple:
         each, *rest = get_args(kind)
-        return (
-            words | _words(each, None) | ({"multiple": True} if rest == [...] else {"nargs": 1 + len(rest)})
-        )
+        return words | _words(each, None) | ({"multiple": True} if rest == [...] else {"nargs": 1 + len(rest)})
     return words | ({"is_flag": True} if kind is bool else {"type": OUTPUT if kind is Path else kind})
 
 

@@ -10,9 +10,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from codesign.cli.options import (
-    debug_step,
-)
+from codesign.cli.options import debug_step
 from codesign.cli.outputs import check_outputs
 from codesign.cli.progress import LATER_S, compiling_shown, progress_shown
 from codesign.cli.requests import Rtl, Verify
@@ -58,13 +56,7 @@ def verify(asked: Verify) -> None:
             show(Advance(cycles, expected or None, words, pace.left_s(cycles)))
 
         styles = verify_all(
-            points,
-            asked.backend,
-            asked.jobs,
-            progress if asked.every else None,
-            asked.waves,
-            within,
-            asked.cycles,
+            points, asked.backend, asked.jobs, progress if asked.every else None, asked.waves, within, asked.cycles
         )
     debug_step("verified")
     _print(styles, asked.waves, asked.cycles is not None, asked.as_json)
@@ -84,9 +76,7 @@ def _samples(asked: Verify) -> list[Asked]:
         if name not in {owner for owner, *_ in circuits}:
             hint = choose_hint(name, {owner for owner, *_ in circuits})
             raise InputError(f"no planner named {name!r} has circuits", "--planner", hint)
-    styles = [
-        style for (owner, *_), style in circuits.items() if not asked.planners or owner in asked.planners
-    ]
+    styles = [style for (owner, *_), style in circuits.items() if not asked.planners or owner in asked.planners]
     if not styles:
         raise InputError("no planner has circuits", "verify --all", "install a planner with circuits")
     first = asked.seed or 0
@@ -119,9 +109,7 @@ def _print(styles: Sequence[StyleChecked], waves: Path | None, drawn: bool, as_j
             click.echo(f"{each.planner} {each.style}: the cycles deviate by more than contention excuses")
     if waves is not None:
         seen = waves.exists() and (drawn or any(point.verified is not None for point in wrong))
-        click.echo(
-            f"waveform: {printable(str(waves), None)}" if seen else "no difference: no waveform is written"
-        )
+        click.echo(f"waveform: {printable(str(waves), None)}" if seen else "no difference: no waveform is written")
     count = sum(len(each.points) for each in styles)
     if not wrong:
         click.echo(f"{counted(count, 'design point')}: every event equals the model in kind, value and cycle")
@@ -143,9 +131,7 @@ def rtl(asked: Rtl) -> None:
     debug_step("circuit and expected events made")
     write_folder(asked.folder, {name: text.encode() for name, text in files.items()}, stale)
     top = json.loads(files[MANIFEST])["top"]
-    click.echo(
-        f"written: {printable(str(asked.folder), None)} ({counted(len(files), 'file')}, top module {top})"
-    )
+    click.echo(f"written: {printable(str(asked.folder), None)} ({counted(len(files), 'file')}, top module {top})")
     click.echo("next: README.md there says how to simulate and to build it")
 
 

@@ -45,9 +45,7 @@ def run(asked: Run) -> None:
     platform, workload_spec, study = specs_of(asked.specs, asked.point)
     limits = needs_of(asked.needs, figures=study.figures)
     check_outputs(
-        {"--trace": asked.trace, "--html": asked.page},
-        (*asked.specs, workload_spec.map_file),
-        plain=["--trace"],
+        {"--trace": asked.trace, "--html": asked.page}, (*asked.specs, workload_spec.map_file), plain=["--trace"]
     )
     if asked.bag is not None:
         load("codesign.views.bags:check_new")(asked.bag, "--ros2")
@@ -63,11 +61,7 @@ def run(asked: Run) -> None:
         stack.enter_context(compiling_shown(show))
         if moved[1].scenario.type == "plan_once":
             stack.enter_context(plans_shown(show))
-        ros2 = (
-            None
-            if asked.bag is None
-            else stack.enter_context(load("codesign.views.bags:BagListener")(asked.bag))
-        )
+        ros2 = None if asked.bag is None else stack.enter_context(load("codesign.views.bags:BagListener")(asked.bag))
         doing(show, "simulating")
         result = codesign.simulate(
             *moved,
@@ -90,17 +84,13 @@ def run(asked: Run) -> None:
             _write_page(result, asked.page, records.records)
             debug_step("page written")
     _print(result, study.constraints, limits, asked.detail, asked.as_json)
-    _print_files(
-        result, {"trace": asked.trace, "bag": asked.bag, "page": asked.page}, silent=asked.as_json or quiet
-    )
+    _print_files(result, {"trace": asked.trace, "bag": asked.bag, "page": asked.page}, silent=asked.as_json or quiet)
     _end(result)
 
 
 def _write_page(result: Result, page: Path, records: Sequence[Record]) -> None:
     """The page of the run, with its pictures and its course."""
-    report.result_page(
-        result, page, pictures=report.run_pictures(records), records=records, command=command_line()
-    )
+    report.result_page(result, page, pictures=report.run_pictures(records), records=records, command=command_line())
 
 
 def _end(result: Result) -> None:

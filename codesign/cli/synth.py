@@ -40,9 +40,7 @@ def synth(asked: Synth) -> None:
                 paces.append(Pace(total - 1))
             show(Advance(done, total, what, paces[0].left_s(done - 1) if paces else None))
 
-        result = compared(
-            design, asked.family, range(1, (asked.seeds or 1) + 1) if asked.placing else (), progress
-        )
+        result = compared(design, asked.family, range(1, (asked.seeds or 1) + 1) if asked.placing else (), progress)
     debug_step("synthesised")
     if asked.as_json:
         click.echo(json.dumps(_document(result), indent=2))

@@ -18,15 +18,7 @@ from codesign.ground.errors import InputError, printable
 from codesign.ground.files import write_atomically
 from codesign.ground.units import counted
 from codesign.views.report import moment_picture
-from codesign.views.trace import (
-    HEADER,
-    MOMENT_KINDS,
-    moment,
-    moment_lines,
-    open_trace,
-    timeline,
-    trace_thumbnail,
-)
+from codesign.views.trace import HEADER, MOMENT_KINDS, moment, moment_lines, open_trace, timeline, trace_thumbnail
 from codesign.views.trace.floor import UNKNOWN
 
 if TYPE_CHECKING:
@@ -58,9 +50,7 @@ def show(asked: TraceShow) -> None:
         if asked.at is not None or asked.picture is not None:
             lines = _moment_lines(opened, asked.at, asked.picture, asked.as_json)
         else:
-            lines = list(
-                _record_lines(opened, asked.topics, asked.begin, asked.end, asked.limit, asked.as_json)
-            )
+            lines = list(_record_lines(opened, asked.topics, asked.begin, asked.end, asked.limit, asked.as_json))
     for line in lines:
         click.echo(line)
     if opened.fault is not None:
@@ -97,9 +87,7 @@ def _moment_lines(opened: Trace, at: int | None, picture: Path | None, as_json: 
 
 def _check_picture(picture: Path, source: Path) -> None:
     if picture.suffix.lower() not in (".png", ".svg"):
-        raise InputError(
-            f"{picture} is neither PNG nor SVG", "--picture", "name a file that ends in .png or .svg"
-        )
+        raise InputError(f"{picture} is neither PNG nor SVG", "--picture", "name a file that ends in .png or .svg")
     check_outputs({"--picture": picture}, (source,))
 
 

@@ -103,17 +103,13 @@ def diff(asked: TraceDiff) -> None:
         results = {name: list(values) for name, values in found.results.items()}
         fields = {name: list(values) for name, *values in found.fields()}
         click.echo(
-            json.dumps(
-                {"equal": found.equal, "fields": fields, "channels": channels, "results": results}, indent=2
-            )
+            json.dumps({"equal": found.equal, "fields": fields, "channels": channels, "results": results}, indent=2)
         )
     elif found.first is None:
         click.echo("all records are equal")
     else:
         at = next(channel for channel in found.channels if channel.time is not None)
-        click.echo(
-            f"first difference at {format_time(at.time or 0)}: {at.record} of {printable(at.source, 40)}"
-        )
+        click.echo(f"first difference at {format_time(at.time or 0)}: {at.record} of {printable(at.source, 40)}")
         for name, record in zip(names, found.first, strict=True):
             click.echo(f"  {name}: {_row(record)}")
         for field, before, after in found.fields():
@@ -141,10 +137,7 @@ def timeline(asked: TraceTimeline) -> None:
         raise InputError("--to is not after --from", "hwsw trace timeline", "give a later --to")
     opened = _opened(asked.file)
     chart = gantt(
-        opened.records(kinds=ACTIVITY_KINDS),
-        asked.width or shutil.get_terminal_size().columns,
-        asked.begin,
-        asked.end,
+        opened.records(kinds=ACTIVITY_KINDS), asked.width or shutil.get_terminal_size().columns, asked.begin, asked.end
     )
     for line in chart.lines():
         click.echo(line)
@@ -159,8 +152,7 @@ def _opened(file: Path, quiet: bool = False) -> Trace:
 def _fault(opened: Trace) -> None:
     if opened.fault is not None:
         click.echo(
-            f"{printable(str(opened.path), None)}: the file is not complete: {printable(opened.fault)}",
-            err=True,
+            f"{printable(str(opened.path), None)}: the file is not complete: {printable(opened.fault)}", err=True
         )
 
 
@@ -228,9 +220,7 @@ def _bag(opened: Trace, path: Path, begin: int) -> list[Path]:
 def layout(asked: TraceLayout) -> None:
     """Write a layout for the trace FILE: the topics that it has, in panels, seen from above, with plots and events."""
     output = asked.output or asked.file.with_suffix(".rbl" if asked.viewer == "rerun" else ".json")
-    check_outputs(
-        {"--output": output}, [asked.file], kind="blueprint" if asked.viewer == "rerun" else "layout"
-    )
+    check_outputs({"--output": output}, [asked.file], kind="blueprint" if asked.viewer == "rerun" else "layout")
     with progress_shown(after_s=LATER_S) as show:
         opened = open_trace(asked.file, show)
         if asked.viewer == "rerun":

@@ -58,11 +58,7 @@ def verify_front(asked: VerifyFront) -> None:
 
 
 def _compare(
-    certificate: Certificate,
-    file: Path,
-    store: Path,
-    conditions: Mapping[str, object],
-    needs: tuple[str, ...],
+    certificate: Certificate, file: Path, store: Path, conditions: Mapping[str, object], needs: tuple[str, ...]
 ) -> None:
     # Only here: a check by itself needs nothing of what it checks.
     study = load("codesign.study:load_study")(store).needing(needs).at(conditions)
@@ -87,9 +83,7 @@ def _counts(verdict: Verdict) -> dict[str, int]:
 
 def _trusted(verdict: Verdict) -> list[str]:
     """What was taken on trust: what is no claim, then the claims that keep the most designs off the front."""
-    order = sorted(
-        verdict.trusted, key=lambda each: (each.eligible is not None, -(each.eligible or 0), -each.designs)
-    )
+    order = sorted(verdict.trusted, key=lambda each: (each.eligible is not None, -(each.eligible or 0), -each.designs))
     lines = [f"{'taken on trust':<48}{'designs':>14}{'eligible by figures':>22}"]
     for each in order[:_MOST]:
         what = clip(printable(each.what, None), 44)

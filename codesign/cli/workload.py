@@ -67,9 +67,7 @@ _ENDS = {"workload": ".yaml", "map": "-map.yaml", "image": "-map.pgm", "goals": 
 
 
 def _choices(asked: FromBag) -> Choices:
-    topics = {
-        name.removesuffix("_topic"): value for name, value in vars(asked).items() if name.endswith("_topic")
-    }
+    topics = {name.removesuffix("_topic"): value for name, value in vars(asked).items() if name.endswith("_topic")}
     rule = Rule(
         asked.slot / _SECOND,
         asked.margin,
@@ -88,9 +86,7 @@ def _plan_like(like: str) -> tuple[str, dict[str, Any]]:
     tree = document.tree if isinstance(document.tree, dict) else {}
     planner, mapping, problem = (tree.get(key) for key in ("planner", "mapping", "problem"))
     if not isinstance(planner, str) or not isinstance(mapping, dict) or not isinstance(problem, dict):
-        raise InputError(
-            f"{clip(like)} is no workload with a planner, a problem and a mapping", "--like", _OTHER
-        )
+        raise InputError(f"{clip(like)} is no workload with a planner, a problem and a mapping", "--like", _OTHER)
     if "map" not in problem:
         raise InputError(f"{clip(like)} plans on no map with a goal", "--like", _OTHER)
     return planner, mapping
@@ -134,8 +130,6 @@ def _answers(platform: str, file: Path, facts: BagFacts, show: Show) -> list[int
     point = point_of(loaded, codesign.load_workload(str(file)), values_of(tuple(texts)))
     result = codesign.simulate(*point, listeners=[records])
     if not result.simulated:
-        reasons = "; ".join(
-            f"{reason.name}: {reason.demand:,.6g} of {reason.limit:,.6g}" for reason in result.reasons
-        )
+        reasons = "; ".join(f"{reason.name}: {reason.demand:,.6g} of {reason.limit:,.6g}" for reason in result.reasons)
         click.echo(f"{platform} cannot run the workload: {printable(reasons)}", err=True)
     return board_latencies(records.records)

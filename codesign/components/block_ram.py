@@ -132,9 +132,7 @@ class BlockRam(ScannedMemory):
             RunError: fewer words are left, ``words`` is not positive, or ``name`` has words already.
         """
         if words < 1 or name in self.allotted:
-            raise RunError(
-                f"{words} words for {name!r}", self.name, "allot a positive number once for each name"
-            )
+            raise RunError(f"{words} words for {name!r}", self.name, "allot a positive number once for each name")
         if words > self.words_left:
             raise RunError(
                 f"{name} needs {words} words, {self.words_left} of {self.depth} are left",
@@ -221,11 +219,7 @@ class BlockRam(ScannedMemory):
     def _begin(self, port: int, cycle: int, address: int) -> None:
         self._contents()
         if not 0 <= port < PORTS or not 0 <= address < self.depth:
-            raise RunError(
-                f"port {port}, word {address}",
-                self.name,
-                f"ports are 0 and 1, words 0 to {self.depth - 1}",
-            )
+            raise RunError(f"port {port}, word {address}", self.name, f"ports are 0 and 1, words 0 to {self.depth - 1}")
         self._check(cycle, 1)
         if port not in self._free(cycle):
             raise RunError(
@@ -274,8 +268,7 @@ class BlockRam(ScannedMemory):
         last = first + cycles - 1
         if first < max(self._last_cycle, 0) or self.clock.edge(last + 1) > self.now:
             raise RunError(
-                f"accesses in cycles {first} to {last} are booked out of order or before they happen",
-                self.name,
+                f"accesses in cycles {first} to {last} are booked out of order or before they happen", self.name
             )
 
     def _free(self, cycle: int) -> list[int]:

@@ -103,9 +103,7 @@ class Bus(Link):
         """Whether an outage began since the attempt did, at ``since`` (ps; None: it has not begun)."""
         return since is not None and self._outages.between(since, self.now + 1) is not None
 
-    def _run_bursts(
-        self, message: Message, line: Channel, words: int
-    ) -> Generator[simpy.Event, Any, int | None]:
+    def _run_bursts(self, message: Message, line: Channel, words: int) -> Generator[simpy.Event, Any, int | None]:
         """Process generator: bursts until the message ends, or another message may be next.
 
         Returns the words that were carried, or None where an outage cut them off.

@@ -165,9 +165,7 @@ class Channel:
         return [queue[0] for queue in self._queues.values() if queue and queue[0].ready]
 
     def _most_urgent(self) -> int | None:
-        return (
-            None if self.holder is not None else min((head.priority for head in self._heads()), default=None)
-        )
+        return None if self.holder is not None else min((head.priority for head in self._heads()), default=None)
 
     def _serve(self) -> None:
         self.holder = min(self._heads(), key=self._rank if self._served else _KEY)

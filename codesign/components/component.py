@@ -10,14 +10,7 @@ import simpy
 
 from codesign.components.samples import Samples
 from codesign.ground.errors import InputError, RunError
-from codesign.ground.records import (
-    Listener,
-    Record,
-    SampleRecord,
-    UtilisationRecord,
-    recorded_by,
-    unwanted_by,
-)
+from codesign.ground.records import Listener, Record, SampleRecord, UtilisationRecord, recorded_by, unwanted_by
 from codesign.ground.units import cycles_by, edge
 
 Environment = simpy.Environment

@@ -161,17 +161,13 @@ class Fpga(Component):
                 "every unit of a step takes at least one cycle; leave out units that do nothing",
             )
         if float(cycles.sum(dtype=np.float64)) + first > MAX_STEP_CYCLES:
-            raise RunError(
-                f"phase {step.phase!r} runs beyond 2^62 cycles", self.name, "make the problem smaller"
-            )
+            raise RunError(f"phase {step.phase!r} runs beyond 2^62 cycles", self.name, "make the problem smaller")
         work = np.cumsum(cycles, dtype=np.int64)
         inside = self.block_ram.claims if self.block_ram and step.ram_addresses >= PORTS else None
         outside = self.external.claims if self.external and isinstance(step, MemoryStep) else None
         if inside is not None and outside is not None:
             raise RunError(
-                f"two displays stall phase {step.phase!r}",
-                self.name,
-                "let one of them read a copy of its own",
+                f"two displays stall phase {step.phase!r}", self.name, "let one of them read a copy of its own"
             )
         claims = inside or outside
         return np.asarray(first + work, np.int64) if claims is None else claims.ends(first, work)

@@ -192,9 +192,7 @@ class Link(Component):
 
     def _check_bits(self, bits: int) -> None:
         if bits < 1:
-            raise RunError(
-                f"a message of {bits} bits", self.name, "send at least one bit, or no message at all"
-            )
+            raise RunError(f"a message of {bits} bits", self.name, "send at least one bit, or no message at all")
 
     def _check_least(self, *limits: tuple[str, int, int]) -> None:
         """Refuse a parameter below its least value. ``limits``: name, value and least value of each."""
@@ -348,9 +346,7 @@ class Link(Component):
         queued = self.now - message.requested - message.transferred
         damaged = reason is None and self._arrived_damaged(message)
         wrong = self._wrong_bits(message) if damaged else ()
-        return Delivery(
-            self.now, outcome, reason, message.attempts, queued, message.transferred, damaged, wrong
-        )
+        return Delivery(self.now, outcome, reason, message.attempts, queued, message.transferred, damaged, wrong)
 
     def _close(self, message: Message, reason: str | None) -> Delivery:
         """Book the end of a message, and emit its record."""

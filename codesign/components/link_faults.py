@@ -174,9 +174,7 @@ class Outages:
         merged: list[Outage] = []
         for begin, end in sorted(spans, key=lambda span: span[0]):
             if begin < 0 or (end is not None and end <= begin):
-                raise InputError(
-                    f"an outage from {begin} ps to {end} ps", "outages", "let it end after it began"
-                )
+                raise InputError(f"an outage from {begin} ps to {end} ps", "outages", "let it end after it began")
             last = merged[-1] if merged else None
             if last is None or (last.end is not None and last.end < begin):
                 merged.append(Outage(begin, end))

@@ -31,11 +31,7 @@ class ExternalMemory(ScannedMemory):
     """
 
     def __init__(
-        self,
-        environment: simpy.Environment,
-        name: str,
-        law: ExternalMemoryLaw,
-        listeners: Sequence[Listener] = (),
+        self, environment: simpy.Environment, name: str, law: ExternalMemoryLaw, listeners: Sequence[Listener] = ()
     ) -> None:
         super().__init__(environment, name, ClockDomain(law.hz), listeners)
         self.law = law
@@ -57,9 +53,7 @@ class ExternalMemory(ScannedMemory):
             RunError: fewer bits are left, ``bits`` is not positive, or ``name`` has bits already.
         """
         if bits < 1 or name in self.allotted:
-            raise RunError(
-                f"{bits} bits for {name!r}", self.name, "allot a positive number once for each name"
-            )
+            raise RunError(f"{bits} bits for {name!r}", self.name, "allot a positive number once for each name")
         whole = -(-bits // self.law.width) * self.law.width
         if whole > self.bits_left:
             raise RunError(
@@ -118,9 +112,7 @@ class ExternalMemory(ScannedMemory):
         if words < 1:
             raise RunError(f"a {kind} of {words} words", self.name, "give at least one")
         if self._shared:
-            raise RunError(
-                f"a {kind} beside a design that drives the memory", self.name, "let the design do it"
-            )
+            raise RunError(f"a {kind} beside a design that drives the memory", self.name, "let the design do it")
         work = self.sequential_cycles(words) if sequential else self.random_cycles(words)
         requested = self.now
         with self._turn.request() as turn:

@@ -143,11 +143,7 @@ class Motion:
     """
 
     def __init__(
-        self,
-        path: Polyline,
-        phases: NDArray[np.float64],
-        headings: NDArray[np.float64] | None,
-        heading: float,
+        self, path: Polyline, phases: NDArray[np.float64], headings: NDArray[np.float64] | None, heading: float
     ) -> None:
         self.path = path
         self._begins = phases[:, 0].copy()
@@ -171,9 +167,7 @@ class Motion:
         return cls(path, np.array([[0.0, arc, 0.0, 0.0]]), None, heading)
 
     @classmethod
-    def brake(
-        cls, path: Polyline, arc: float, speed: float, kinematics: Kinematics, heading: float
-    ) -> Motion:
+    def brake(cls, path: Polyline, arc: float, speed: float, kinematics: Kinematics, heading: float) -> Motion:
         """Brake along ``path`` from ``arc`` at ``speed``, as hard as the kinematics allow."""
         if isinstance(kinematics, PointDrive) or speed <= 0.0:
             return cls.halted(path, arc, heading)
@@ -307,11 +301,7 @@ def _profile(
         if speed <= 0.0:
             angles[0] = 0.0  # from standing it starts in any direction
         limits = motion_kernels.bend_limits(
-            arcs[:-1],
-            2.0 * np.sin(angles / 2.0),
-            kinematics.acceleration,
-            control_period / SECOND,
-            kinematics.speed,
+            arcs[:-1], 2.0 * np.sin(angles / 2.0), kinematics.acceleration, control_period / SECOND, kinematics.speed
         )
     limits = np.concatenate((np.minimum(limits, kinematics.speed), np.zeros(1)))
     speeds, most = motion_kernels.speeds_at(lengths, limits, kinematics.acceleration, speed)

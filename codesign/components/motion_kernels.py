@@ -11,11 +11,7 @@ from numpy.typing import NDArray
 
 @njit(cache=True, nogil=True)
 def bend_limits(
-    arcs: NDArray[np.float64],
-    changes: NDArray[np.float64],
-    acceleration: float,
-    period: float,
-    fastest: float,
+    arcs: NDArray[np.float64], changes: NDArray[np.float64], acceleration: float, period: float, fastest: float
 ) -> NDArray[np.float64]:
     """Greatest speed at each vertex that limits the change of velocity within one control period.
 
@@ -61,9 +57,7 @@ def bend_limits(
 
 
 @njit(cache=True, nogil=True)
-def speeds_at(
-    lengths: NDArray[np.float64], limits: NDArray[np.float64], acceleration: float, begin: float
-) -> Any:
+def speeds_at(lengths: NDArray[np.float64], limits: NDArray[np.float64], acceleration: float, begin: float) -> Any:
     """Greatest speed at each vertex within the limits and the acceleration: backward and forward pass.
 
     Args:

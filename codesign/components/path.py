@@ -56,9 +56,7 @@ class Polyline:
     def __init__(self, points: NDArray[np.float64] | Sequence[Sequence[float]]) -> None:
         array = np.array(points, np.float64)
         if array.ndim != 2 or array.shape[0] < 1 or array.shape[1] != 2 or not np.isfinite(array).all():
-            raise InputError(
-                f"a path of shape {array.shape}", "path", "give n × 2 finite numbers (row, column), n ≥ 1"
-            )
+            raise InputError(f"a path of shape {array.shape}", "path", "give n × 2 finite numbers (row, column), n ≥ 1")
         moved = array[1:] - array[:-1]
         arcs = np.zeros(len(array))
         np.sqrt(moved[:, 0] ** 2 + moved[:, 1] ** 2).cumsum(out=arcs[1:])
@@ -116,9 +114,7 @@ class Polyline:
         A cell is open where it has the value ``is_open`` in ``grid``, bool, rows × columns.
         """
         cells = self.crossings[1]
-        return int(
-            path_kernels.first_closed(cells, grid, is_open, first, len(cells) if last is None else last)
-        )
+        return int(path_kernels.first_closed(cells, grid, is_open, first, len(cells) if last is None else last))
 
     def head(self, length: float) -> Polyline:
         """The first ``length`` cells of the path, or all of it where it is shorter."""
@@ -147,9 +143,7 @@ class Polyline:
         share = (position[0] - rows) * down + (position[1] - columns) * right
         share /= down**2 + right**2
         share = np.minimum(np.maximum(share, 0.0), 1.0)
-        distances = np.sqrt(
-            (rows + share * down - position[0]) ** 2 + (columns + share * right - position[1]) ** 2
-        )
+        distances = np.sqrt((rows + share * down - position[0]) ** 2 + (columns + share * right - position[1]) ** 2)
         return self.arcs[:-1] + share * (self.arcs[1:] - self.arcs[:-1]), distances
 
     def between(self, start: float, end: float) -> NDArray[np.float64]:
@@ -187,11 +181,7 @@ def authority(
 
 
 def join(
-    path: Polyline,
-    position: Point,
-    passable: NDArray[np.bool_] | None = None,
-    *,
-    lookahead: float = 1.0,
+    path: Polyline, position: Point, passable: NDArray[np.bool_] | None = None, *, lookahead: float = 1.0
 ) -> Polyline:
     """The path from ``position`` onto ``path``, which may have been planned from another position.
 

@@ -45,9 +45,7 @@ def crossings(points: NDArray[np.float64], arcs: NDArray[np.float64]) -> Any:
             # The segment is (y, x) + s (down, along). The next border between rows lies at s = to_row, that between
             # columns at s = to_column; above 1: no border of that kind is left.
             to_row = min(max((row + 0.5 * row_step - y) / down, 0.0), 1.0) if row != last_row else 2.0
-            to_column = (
-                min(max((column + 0.5 * column_step - x) / along, 0.0), 1.0) if column != last_column else 2.0
-            )
+            to_column = min(max((column + 0.5 * column_step - x) / along, 0.0), 1.0) if column != last_column else 2.0
             # Through a corner the segment touches both cells beside it, so they are reported with the cell that it
             # enters:
             #
@@ -77,9 +75,7 @@ def crossings(points: NDArray[np.float64], arcs: NDArray[np.float64]) -> Any:
 
 
 @njit(cache=True, nogil=True)
-def first_closed(
-    cells: NDArray[np.int64], grid: NDArray[np.bool_], is_open: bool, first: int, last: int
-) -> int:
+def first_closed(cells: NDArray[np.int64], grid: NDArray[np.bool_], is_open: bool, first: int, last: int) -> int:
     """Index of the first crossing, from ``first`` to before ``last``, into a closed cell or past a corner beside one.
 
     -1 where all are open. Cells outside of the grid are closed.

@@ -96,9 +96,7 @@ class Processor(Component):
         """
         if kernel not in self.costs:
             raise RunError(
-                f"no cost is given for kernel {kernel!r}",
-                f"{self.name}.costs",
-                choose_hint(kernel, self.costs),
+                f"no cost is given for kernel {kernel!r}", f"{self.name}.costs", choose_hint(kernel, self.costs)
             )
         if units < 0:
             raise RunError(f"{units} units of {kernel}", self.name, "give 0 or more")

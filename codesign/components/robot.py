@@ -289,12 +289,7 @@ class MobileRobot(Component):
         if tuple(path.points[0]) != position:
             path = Polyline([position, *path.points[1:]])
         motion = Motion.drive(
-            path,
-            self.kinematics,
-            authority,
-            speed=self.speed,
-            heading=self.heading,
-            control_period=self.control_period,
+            path, self.kinematics, authority, speed=self.speed, heading=self.heading, control_period=self.control_period
         )
         if motion is None:
             self._brake()

@@ -150,13 +150,7 @@ class Claims:
     """
 
     def __init__(
-        self,
-        scan: Scan,
-        pixel_clock: ClockDomain,
-        clock: ClockDomain,
-        *,
-        burst: int | None = None,
-        words: int = 0,
+        self, scan: Scan, pixel_clock: ClockDomain, clock: ClockDomain, *, burst: int | None = None, words: int = 0
     ) -> None:
         common = math.gcd(pixel_clock.hz, clock.hz)
         self.scan = scan
@@ -173,9 +167,7 @@ class Claims:
         if burst is None and scan.closest_requests * self._cycles < self._pixels:
             self.words = self._run = min(self.words, budget)
         elif burst is not None and not 0 <= burst <= budget:
-            raise RunError(
-                f"a burst of {burst} cycles is longer than a line", None, "fetch fewer words a line"
-            )
+            raise RunError(f"a burst of {burst} cycles is longer than a line", None, "fetch fewer words a line")
         each = self.words if self._run is None else self._run
         self.a_frame = each * scan.fetched[0]
         if self.a_frame * self._pixels >= scan.pixels_a_frame * self._cycles:
@@ -228,9 +220,7 @@ class Claims:
         # A span of cycles loses at most its share, and the cycles of one frame.
         latest = first + int((float(work[-1]) + self.a_frame + 2) / free * 1.000001) + int(frame) + 2
         if latest * max(1.0, self._pixels / self._cycles) > LARGEST:
-            raise RunError(
-                "work beside the display runs beyond 2^61 cycles", None, "make the problem smaller"
-            )
+            raise RunError("work beside the display runs beyond 2^61 cycles", None, "make the problem smaller")
         goal = work + (first - self.between(0, first))
         low, high = first + work, np.full(work.shape, latest, np.int64)
         for _ in range(ROUNDS):
@@ -254,11 +244,7 @@ class ScannedMemory(Component):
     """
 
     def __init__(
-        self,
-        environment: simpy.Environment,
-        name: str,
-        clock: ClockDomain,
-        listeners: Sequence[Listener] = (),
+        self, environment: simpy.Environment, name: str, clock: ClockDomain, listeners: Sequence[Listener] = ()
     ) -> None:
         super().__init__(environment, name, listeners)
         self.clock = clock

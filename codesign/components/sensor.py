@@ -162,9 +162,7 @@ class RaySensor:
             return RangeScan(passed, NOTHING.blocked)
         obstacle = np.array(cell_of(np.array(position) + (reach + NEAR) * direction), np.int64)
         inside = bool(((obstacle >= 0) & (obstacle < shape)).all())
-        return RangeScan(
-            passed[(passed != obstacle).any(axis=1)], obstacle[None] if inside else NOTHING.blocked
-        )
+        return RangeScan(passed[(passed != obstacle).any(axis=1)], obstacle[None] if inside else NOTHING.blocked)
 
 
 @dataclass(frozen=True)
@@ -182,9 +180,7 @@ class RadiusSensor:
         _check_range(self.range_cells)
         if self.range_cells > MAX_RADIUS:
             what = f"a radius of {self.range_cells:.4g} cells, each of them sent at every scan"
-            raise InputError(
-                what, "sensor.range", f"at most {MAX_RADIUS:,} cells: a shorter range, or larger cells"
-            )
+            raise InputError(what, "sensor.range", f"at most {MAX_RADIUS:,} cells: a shorter range, or larger cells")
 
     @cached_property
     def bits(self) -> int:
@@ -221,17 +217,14 @@ class RadiusSensor:
         inverted = _as_set(cells[[bit for bit in wrong if bit < len(cells)]])
         opened, closed = _as_set(scan.free), _as_set(scan.blocked)
         return RangeScan(
-            _raster((opened - inverted) | (closed & inverted)),
-            _raster((closed - inverted) | (opened & inverted)),
+            _raster((opened - inverted) | (closed & inverted)), _raster((closed - inverted) | (opened & inverted))
         )
 
 
 Sensor = RaySensor | RadiusSensor
 
 
-def _disc(
-    middle: Point, reach: float, shape: tuple[int, ...] | None
-) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
+def _disc(middle: Point, reach: float, shape: tuple[int, ...] | None) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
     """The part of a disc that lies on a map of ``shape``: its first row and column, and the cells within, bool.
 
     A cell is within where (row - y)² + (column - x)² ≤ reach². Time and memory grow with the map and not with the disc.
@@ -264,6 +257,4 @@ def _check_range(cells: float) -> None:
 def _check_inside(free: NDArray[np.bool_], position: Point) -> None:
     row, column = cell_of(position)
     if not (0 <= row < free.shape[0] and 0 <= column < free.shape[1]):
-        raise InputError(
-            f"a scan from {position}, outside of the map", "position", "keep the robot in the map"
-        )
+        raise InputError(f"a scan from {position}, outside of the map", "position", "keep the robot in the map")

@@ -113,8 +113,6 @@ def _blocked(free: NDArray[np.bool_], row: int, column: int) -> bool:
 
 
 @njit(cache=True, nogil=True)
-def _mark(
-    seen: NDArray[np.int8], rows: int, columns: int, top: int, left: int, row: int, column: int
-) -> None:
+def _mark(seen: NDArray[np.int8], rows: int, columns: int, top: int, left: int, row: int, column: int) -> None:
     if 0 <= row < rows and 0 <= column < columns:
         seen[row - top, column - left] = BLOCKED

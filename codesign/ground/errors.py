@@ -133,9 +133,7 @@ class Fault:
 
     def __str__(self) -> str:
         place = f"{self.file}:{self.line}:{self.column}" if self.line else self.file
-        head = (
-            printable(f"{place}: {self.key}" if self.key else place, None) + f": {printable_lines(self.what)}"
-        )
+        head = printable(f"{place}: {self.key}" if self.key else place, None) + f": {printable_lines(self.what)}"
         return f"{head}\n  hint: {printable_lines(self.hint)}" if self.hint else head
 
 
@@ -190,9 +188,7 @@ def outside_map(
     """
     begin = first if any(first) else [0] * len(shape)
     end = [start + side - 1 for start, side in zip(begin, shape, strict=True)]
-    here, lowest, highest = (
-        f"({', '.join(str(int(part)) for part in place)})" for place in (cell, begin, end)
-    )
+    here, lowest, highest = (f"({', '.join(str(int(part)) for part in place)})" for place in (cell, begin, end))
     axes = "(row, column) " if len(shape) == 2 else ""
     sides = " × ".join(str(side) for side in shape)
     kind = "cropped map" if any(first) else "map"

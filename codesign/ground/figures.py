@@ -138,9 +138,7 @@ class ResultFigure:
         """
         suffix = "_" + re.sub(r"\W+", "_", self.unit.lower().replace("/ ", "per ").removesuffix(")"))
         said = named_unit(self.name)[1] == self.unit or self.name.endswith(suffix)
-        return (
-            self.name if said or self.unit == "1" or not self.name.isidentifier() else f"{self.name}{suffix}"
-        )
+        return self.name if said or self.unit == "1" or not self.name.isidentifier() else f"{self.name}{suffix}"
 
     @property
     def is_resource(self) -> bool:
@@ -158,13 +156,7 @@ class ResultFigure:
         return f"{'most' if self.maximise else 'least'} {self.label}"
 
 
-_RESOURCES = {
-    "slices": "",
-    "lut4": "LUT4",
-    "flip_flops": "flip-flops",
-    "block_rams": "block RAMs",
-    "multipliers": "",
-}
+_RESOURCES = {"slices": "", "lut4": "LUT4", "flip_flops": "flip-flops", "block_rams": "block RAMs", "multipliers": ""}
 RESOURCES = tuple(_RESOURCES)
 """The kinds of resource that a part is budgeted in. They are never added up over kinds."""
 
@@ -209,9 +201,7 @@ FIGURES: dict[str, ResultFigure] = {
         ),
         ResultFigure("power", "", "static and dynamic power of the FPGA while it plans", unit="W"),
         ResultFigure(
-            "energy_j",
-            "energy",
-            "energy a plan, mean over the starts; of a drive or a fleet, of the whole run",
+            "energy_j", "energy", "energy a plan, mean over the starts; of a drive or a fleet, of the whole run"
         ),
         ResultFigure(
             "share_reaching_goal",
@@ -221,11 +211,7 @@ FIGURES: dict[str, ResultFigure] = {
             counted="share",
         ),
         _count("local_maxima", "quality", "planned cells with no strictly greater neighbour: no way up"),
-        _count(
-            "wrong_cells",
-            "quality",
-            "cells whose value is not the one that the planner's arithmetic settles at",
-        ),
+        _count("wrong_cells", "quality", "cells whose value is not the one that the planner's arithmetic settles at"),
         ResultFigure(
             "path_length_ratio_mean",
             "quality",
@@ -249,25 +235,15 @@ FIGURES: dict[str, ResultFigure] = {
             maximise=True,
         ),
         ResultFigure(
-            "time_to_targets_s",
-            "quality",
-            "driving time of the last robot that arrived, by the clock of the robots",
+            "time_to_targets_s", "quality", "driving time of the last robot that arrived, by the clock of the robots"
         ),
         _count("precision", "", "fractional bits of the final field", unit="bits"),
+        ResultFigure("mission_time_s", "mission", "simulated time at the end of the mission", of_whole_path=True),
         ResultFigure(
-            "mission_time_s", "mission", "simulated time at the end of the mission", of_whole_path=True
+            "mission_energy_j", "mission.energy", "energy of the mission, the robot's body included", of_whole_path=True
         ),
         ResultFigure(
-            "mission_energy_j",
-            "mission.energy",
-            "energy of the mission, the robot's body included",
-            of_whole_path=True,
-        ),
-        ResultFigure(
-            "distance_ratio",
-            "mission",
-            "distance driven over the shortest path, at least 1",
-            of_whole_path=True,
+            "distance_ratio", "mission", "distance driven over the shortest path, at least 1", of_whole_path=True
         ),
         _count("replans", "mission", "plans asked for because of what was seen on the way, and answered"),
         ResultFigure(
@@ -373,9 +349,7 @@ _EXPRESSION = re.compile(r"(^| )[-+*/] |\b(sqrt|log|abs|min|max)\(")
 
 
 def _words(name: str) -> str:
-    return " ".join(
-        FIGURES[word].label if word in FIGURES else word.replace("_", " ") for word in name.split(" ")
-    )
+    return " ".join(FIGURES[word].label if word in FIGURES else word.replace("_", " ") for word in name.split(" "))
 
 
 def weakest(*statuses: Status) -> Status:

@@ -263,9 +263,7 @@ def written_atomically(path: Path) -> Iterator[Path]:
         os.close(os.open(name, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o600))
     except (OSError, ValueError) as error:
         raise RunError(
-            f"cannot write: {_reason(error)}",
-            str(path),
-            "name a file in a folder that exists and can be written to",
+            f"cannot write: {_reason(error)}", str(path), "name a file in a folder that exists and can be written to"
         ) from error
     with passing(name) as part:
         try:

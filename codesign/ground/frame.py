@@ -55,7 +55,4 @@ class Frame:
         left, below, yaw = self.origin
         if not yaw:
             return left + right, below + up
-        return (
-            left + right * math.cos(yaw) - up * math.sin(yaw),
-            below + right * math.sin(yaw) + up * math.cos(yaw),
-        )
+        return (left + right * math.cos(yaw) - up * math.sin(yaw), below + right * math.sin(yaw) + up * math.cos(yaw))

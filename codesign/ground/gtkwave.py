@@ -46,11 +46,7 @@ def save_file(vcd: Path, groups: Mapping[str, Sequence[Shown]]) -> str:
             for signal in signals:
                 suffix = f"[{signal.bits - 1}:0]" if signal.bits > 1 and signal.form != "real" else ""
                 form = "hex" if signal.translate_file else signal.form
-                save.trace(
-                    f"{signal.name}{suffix}",
-                    datafmt=form,
-                    translate_filter_file=signal.translate_file or None,
-                )
+                save.trace(f"{signal.name}{suffix}", datafmt=form, translate_filter_file=signal.translate_file or None)
     return text.getvalue()
 
 

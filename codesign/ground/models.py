@@ -59,9 +59,7 @@ class RefusalError(ValueError):
         of_key: whether the key itself is refused, for any value.
     """
 
-    def __init__(
-        self, what: str, hint: str | None = None, at: Location = (), *, of_key: bool = False
-    ) -> None:
+    def __init__(self, what: str, hint: str | None = None, at: Location = (), *, of_key: bool = False) -> None:
         super().__init__(what, hint, at)
         self.what = what
         self.hint = hint
@@ -185,16 +183,12 @@ def choice(key: str, models: Mapping[str, type[BaseModel]]) -> WrapValidator:
             return value
         accepted = f"accepted: {', '.join(sorted(models))}"
         if not isinstance(value, dict):
-            raise RefusalError(
-                f"{show(value)} is not a mapping", f"write {key}: and its parameters; {accepted}"
-            )
+            raise RefusalError(f"{show(value)} is not a mapping", f"write {key}: and its parameters; {accepted}")
         if key not in value:
             raise RefusalError(f"{key} is missing", accepted)
         name = value[key]
         if not isinstance(name, str) or name not in models:
-            raise RefusalError(
-                f"there is no {key} {show(name)}", choose_hint(clip(str(name), 60), models), (key,)
-            )
+            raise RefusalError(f"there is no {key} {show(name)}", choose_hint(clip(str(name), 60), models), (key,))
         return models[name].model_validate(value, context=info.context)
 
     return WrapValidator(choose)

@@ -45,13 +45,7 @@ def introduced(digest: str) -> dict[str, Any]:
         fault = keep_kernels_on_node(digest)
     except OSError as wrong:
         fault = f"it has no folder for its kernels: {wrong}"
-    return {
-        "versions": versions(),
-        "host": platform.node(),
-        "process": os.getpid(),
-        "fault": fault,
-        "cold": is_cold(),
-    }
+    return {"versions": versions(), "host": platform.node(), "process": os.getpid(), "fault": fault, "cold": is_cold()}
 
 
 class Held:

@@ -81,13 +81,7 @@ class Track:
     """
 
     def __init__(
-        self,
-        show: Show,
-        words: str,
-        total: int,
-        clock: Callable[[], float] = time.monotonic,
-        *,
-        bound: bool = False,
+        self, show: Show, words: str, total: int, clock: Callable[[], float] = time.monotonic, *, bound: bool = False
     ) -> None:
         self._show, self._words, self._clock, self._bound = show, words, clock, bound
         self._pace = Pace(total, clock)

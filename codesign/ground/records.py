@@ -50,9 +50,7 @@ class ArrayOf:
     shape: tuple[int | None, ...]
 
     def __str__(self) -> str:
-        sides = " × ".join(
-            "nm"[place] if side is None else str(side) for place, side in enumerate(self.shape)
-        )
+        sides = " × ".join("nm"[place] if side is None else str(side) for place, side in enumerate(self.shape))
         return f"{self.dtype}, {sides}"
 
 
@@ -151,9 +149,7 @@ class Record:
         if not (self.IN_CELLS and (rows or columns)):
             return self
         places = {name: vars(self)[name] for name in self.IN_CELLS}
-        return replace(
-            self, **{name: here + np.array([rows, columns], here.dtype) for name, here in places.items()}
-        )
+        return replace(self, **{name: here + np.array([rows, columns], here.dtype) for name, here in places.items()})
 
     @classmethod
     def called(cls) -> str:
@@ -541,10 +537,7 @@ class ObstacleRecord(Record):
 
     def described(self) -> tuple[str, str]:
         """How many cells changed, and how."""
-        return (
-            "obstacle",
-            f"{counted(len(self.cells), 'cell')} {'blocked' if self.appeared else 'free again'}",
-        )
+        return ("obstacle", f"{counted(len(self.cells), 'cell')} {'blocked' if self.appeared else 'free again'}")
 
 
 @dataclass(frozen=True)
@@ -641,9 +634,7 @@ class MissionRecord(Record):
         """A mark over all rows. It begins or ends the time in which the robot waits for a plan."""
         asks, answers = self.event == "plan_requested", self.event in ("plan_ready", "no_way", "ended")
         name, told = self.event.replace("_", " "), {"source": self.source, "text": self.text}
-        return (
-            Mark(self.time, "", name, told, self.source, "asked" if asks else "answered" if answers else ""),
-        )
+        return (Mark(self.time, "", name, told, self.source, "asked" if asks else "answered" if answers else ""),)
 
 
 @dataclass(frozen=True)
@@ -739,9 +730,7 @@ class SummaryRecord(Record):
 RECORD_TYPES: dict[str, type[Record]] = {kind.__name__: kind for kind in Record.__subclasses__()}
 """Every class of record by its name: the classes that a reader can decode."""
 
-ACTIVITY_KINDS = tuple(
-    kind for kind in RECORD_TYPES.values() if kind.ROLE.work or kind.acts is not Record.acts
-)
+ACTIVITY_KINDS = tuple(kind for kind in RECORD_TYPES.values() if kind.ROLE.work or kind.acts is not Record.acts)
 """The records that say what is done when."""
 
 

@@ -26,8 +26,7 @@ MAX_FREQUENCY = PICOSECONDS_PER_SECOND
 """Hz: one edge a picosecond. Above it two edges would coincide."""
 
 _QUANTITY = re.compile(
-    r"(?P<number>[+-]?[0-9]+(?:\.[0-9]+)?(?:[eE][+-]?[0-9]{1,3})?)(?P<space> *)(?P<unit>(?:[^0-9.,+-].*)?)",
-    re.S,
+    r"(?P<number>[+-]?[0-9]+(?:\.[0-9]+)?(?:[eE][+-]?[0-9]{1,3})?)(?P<space> *)(?P<unit>(?:[^0-9.,+-].*)?)", re.S
 )
 _MAX_TEXT = 64
 _NON_FINITE = re.compile(r"[+-]?\.?(inf(inity)?|nan)\b", re.I)
@@ -71,13 +70,7 @@ class Scale:
 
 
 def _scale(
-    base: str,
-    units: Mapping[str, int | Fraction],
-    most: str,
-    example: str,
-    *,
-    whole: bool = False,
-    zero: bool = True,
+    base: str, units: Mapping[str, int | Fraction], most: str, example: str, *, whole: bool = False, zero: bool = True
 ) -> Scale:
     sizes = MappingProxyType({unit: Fraction(size) for unit, size in units.items()})
     return Scale(base, whole, sizes, Fraction(most), zero, example)
@@ -160,20 +153,12 @@ SCALES: Mapping[Dimension, Scale] = MappingProxyType(
             "20 mJ",
         ),
         Dimension.LENGTH: _scale(
-            "m",
-            {"um": _MICRO, "µm": _MICRO, "mm": _MILLI, "cm": Fraction(1, 100), "m": 1, "km": _KILO},
-            "1e9",
-            "5 cm",
+            "m", {"um": _MICRO, "µm": _MICRO, "mm": _MILLI, "cm": Fraction(1, 100), "m": 1, "km": _KILO}, "1e9", "5 cm"
         ),
         Dimension.CURRENT: _scale("A", {"uA": _MICRO, "µA": _MICRO, "mA": _MILLI, "A": 1}, "1e6", "20 mA"),
-        Dimension.VOLTAGE: _scale(
-            "V", {"uV": _MICRO, "µV": _MICRO, "mV": _MILLI, "V": 1, "kV": _KILO}, "1e6", "1.2 V"
-        ),
+        Dimension.VOLTAGE: _scale("V", {"uV": _MICRO, "µV": _MICRO, "mV": _MILLI, "V": 1, "kV": _KILO}, "1e6", "1.2 V"),
         Dimension.SPEED: _scale(
-            "m/s",
-            {"mm/s": _MILLI, "cm/s": Fraction(1, 100), "km/h": Fraction(5, 18), "m/s": 1},
-            "1e6",
-            "0.5 m/s",
+            "m/s", {"mm/s": _MILLI, "cm/s": Fraction(1, 100), "km/h": Fraction(5, 18), "m/s": 1}, "1e6", "0.5 m/s"
         ),
         Dimension.ACCELERATION: _scale(
             "m/s^2", {"mm/s^2": _MILLI, "cm/s^2": Fraction(1, 100), "m/s^2": 1}, "1e6", "0.5 m/s^2"
@@ -188,11 +173,7 @@ SCALES: Mapping[Dimension, Scale] = MappingProxyType(
         Dimension.MONEY: _scale("USD", {"USD": 1}, "1e9", "249 USD"),
         # Of plans that are asked for, not of a clock.
         Dimension.RATE: _scale(
-            "Hz",
-            {"mHz": _MILLI, "Hz": 1, "kHz": _KILO, "MHz": _MEGA, "GHz": _GIGA},
-            "1e6",
-            "10 Hz",
-            zero=False,
+            "Hz", {"mHz": _MILLI, "Hz": 1, "kHz": _KILO, "MHz": _MEGA, "GHz": _GIGA}, "1e6", "10 Hz", zero=False
         ),
     }
 )
@@ -237,8 +218,7 @@ def parse_quantity(text: str, dimension: Dimension) -> int | Fraction:
         return value
     if value.denominator != 1:
         raise InputError(
-            f"{shown} is not a whole number of {scale.base}",
-            hint=f"round it to {scale.base}, the resolution here",
+            f"{shown} is not a whole number of {scale.base}", hint=f"round it to {scale.base}, the resolution here"
         )
     return int(value)
 

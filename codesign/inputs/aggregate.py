@@ -39,10 +39,7 @@ class Share(SpecModel):
         description='The limit: as text, "< 100 ms"; or at_most, at_least, below and above, in the unit of the figure.'
     )
     required: float | None = Field(
-        default=None,
-        gt=0,
-        le=1,
-        description="The least share of a feasible design; by default none is required.",
+        default=None, gt=0, le=1, description="The least share of a feasible design; by default none is required."
     )
 
     def __str__(self) -> str:
@@ -107,12 +104,8 @@ def _rules(value: Any, info: ValidationInfo) -> Any:
             figure = None if key == DEFAULT else declared(key)
         except RefusalError as refusal:
             short = key in SHORT_NAMES
-            hint = (
-                str(refusal.hint) if short else choose_hint(clip(str(key), 60), (*known_figures(), DEFAULT))
-            )
-            refusals.append(
-                refusal_details(RefusalError(f"{show(key)} is no figure", hint, of_key=True), (str(key),))
-            )
+            hint = str(refusal.hint) if short else choose_hint(clip(str(key), 60), (*known_figures(), DEFAULT))
+            refusals.append(refusal_details(RefusalError(f"{show(key)} is no figure", hint, of_key=True), (str(key),)))
             continue
         try:
             rules[str(key)] = _rule(figure, raw, info.context)

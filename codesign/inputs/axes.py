@@ -49,9 +49,7 @@ _TOO_LARGE = 10**MAX_TEXT
 _NINES = "9" * (MAX_TEXT + 1)
 
 KEYS = ("from", "to", "step", "factor", "count", "scale")
-_FORMS = (
-    "write {from: 10 MHz, to: 100 MHz, step: 10 MHz}, or factor: 2, or count: 12 with scale: linear or log"
-)
+_FORMS = "write {from: 10 MHz, to: 100 MHz, step: 10 MHz}, or factor: 2, or count: 12 with scale: linear or log"
 
 
 @dataclass(frozen=True)
@@ -95,9 +93,7 @@ class Range:
             raise InputError(f"{show(self.change)} is no number of values", hint=forms)
         return _exact(self.change, dimension if self.by == "step" else None, forms)
 
-    def _check(
-        self, begin: Fraction, end: Fraction, change: Fraction, dimension: Dimension | None, forms: str
-    ) -> None:
+    def _check(self, begin: Fraction, end: Fraction, change: Fraction, dimension: Dimension | None, forms: str) -> None:
         if not self.by and not (dimension is None and begin.denominator == end.denominator == 1):
             hint = f"write {self.first}..{self.last}:STEP" if ".." in forms else forms
             raise InputError(f"{self.text} has no step", hint=hint)
@@ -160,9 +156,7 @@ def range_of(raw: Mapping[str, Any]) -> Range:
     """
     strange = next((key for key in raw if key not in KEYS), None)
     if strange is not None:
-        raise InputError(
-            f"unknown key {clip(str(strange))!r}", hint=choose_hint(clip(str(strange), 60), KEYS)
-        )
+        raise InputError(f"unknown key {clip(str(strange))!r}", hint=choose_hint(clip(str(strange), 60), KEYS))
     missing = next((key for key in ("from", "to") if key not in raw), None)
     changes: list[By] = [key for key in ("step", "factor", "count") if key in raw]  # type: ignore[misc]
     if missing or len(changes) > 1:
@@ -399,9 +393,7 @@ def in_circle(axes: Collection[str], when: Mapping[str, Collection[str]]) -> lis
     """The first axis that depends on itself by others; none where no axis does."""
     order = ordered(axes, when)
     place = {axis: number for number, axis in enumerate(order)}
-    return [
-        axis for axis in order if any(place.get(other, -1) >= place[axis] for other in when.get(axis, ()))
-    ][:1]
+    return [axis for axis in order if any(place.get(other, -1) >= place[axis] for other in when.get(axis, ()))][:1]
 
 
 def _circle(axis: str) -> RefusalError:
@@ -477,9 +469,7 @@ def with_listed_axes(document: Document) -> Document:
             edits[path] = {other: values for other, values in when.items() if other not in refused}
     if not edits:
         return document
-    listed = put(
-        document, edits, lambda path: Origin(sources.get(path, path) if path[1] == WHEN else path, document)
-    )
+    listed = put(document, edits, lambda path: Origin(sources.get(path, path) if path[1] == WHEN else path, document))
     number = 1 + max(number for number, _ in listed.origins.values())
     values: dict[KeyPath, tuple[int, Origin]] = {
         (*place, index): (number, Origin((*source, index), document))
@@ -516,16 +506,12 @@ def _values(raw: Mapping[str, Any], place: KeyPath) -> tuple[list[Any], KeyPath]
     accepted = (VALUES, *KEYS, WHEN)
     for key in raw:
         if key not in accepted:
-            raise _RefusedError(
-                (*place, key), "unknown key", choose_hint(clip(str(key), 60), accepted), at_key=True
-            )
+            raise _RefusedError((*place, key), "unknown key", choose_hint(clip(str(key), 60), accepted), at_key=True)
     if WHEN in raw and place[1] == "conditions":
         what = "a condition is met by every design"
         raise _RefusedError((*place, WHEN), what, "leave when out, or make it a decision", at_key=True)
     if WHEN in raw and not isinstance(raw[WHEN], dict):
-        raise _RefusedError(
-            (*place, WHEN), "is not a mapping", "write {AXIS: VALUE}, or {AXIS: [VALUE, ...]}"
-        )
+        raise _RefusedError((*place, WHEN), "is not a mapping", "write {AXIS: VALUE}, or {AXIS: [VALUE, ...]}")
     if WHEN in raw and not raw[WHEN]:
         raise _RefusedError((*place, WHEN), "names no axis", "write {AXIS: VALUE}, or leave it out")
     of_range = {key: each for key, each in raw.items() if key in KEYS}
@@ -534,9 +520,7 @@ def _values(raw: Mapping[str, Any], place: KeyPath) -> tuple[list[Any], KeyPath]
         raise _RefusedError(place, what, "keep the list, or the range")
     if VALUES in raw:
         if not isinstance(raw[VALUES], list):
-            raise _RefusedError(
-                (*place, VALUES), "is not a list", "write the values in brackets: [first, second]"
-            )
+            raise _RefusedError((*place, VALUES), "is not a list", "write the values in brackets: [first, second]")
         return raw[VALUES], (*place, VALUES)
     try:
         return range_values(of_range), place
@@ -545,9 +529,7 @@ def _values(raw: Mapping[str, Any], place: KeyPath) -> tuple[list[Any], KeyPath]
 
 
 _MAX_TEXT = 20_000
-_RANGE = re.compile(
-    rf" *({NUMBER}[^.:*]*?) *\.\. *({NUMBER}[^:*]*?) *(?:([:*])(.*)| in +([^ ]+)( +log)? *)?", re.S
-)
+_RANGE = re.compile(rf" *({NUMBER}[^.:*]*?) *\.\. *({NUMBER}[^:*]*?) *(?:([:*])(.*)| in +([^ ]+)( +log)? *)?", re.S)
 _SIGNS: dict[str, By] = {":": "step", "*": "factor"}
 _OPENING, _CLOSING = "[{", "]}"
 _LINE_FORMS = (

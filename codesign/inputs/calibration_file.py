@@ -54,8 +54,7 @@ class FittedTerm(SpecModel):
 
     factor: FactorFigure = Field(description="What the law is multiplied by, with its interval.")
     offset: Annotated[float, Field(ge=-1e12, le=1e12)] = Field(
-        default=0.0,
-        description="What is added then: a count, fitted to four designs or more of several sizes.",
+        default=0.0, description="What is added then: a count, fitted to four designs or more of several sizes."
     )
     margin: Annotated[float, Field(ge=0, le=1e6)] = Field(
         default=0.0,
@@ -77,9 +76,7 @@ class FittedTerm(SpecModel):
         factor = self.factor.value
         low, high = (bound / factor for bound in self.factor.interval)
         value = max(LEAST_FACTOR * factor, factor + self.offset / predicted)
-        width = self.margin * math.sqrt(
-            1 + leverage(list(inverse_sizes(self.samples).values()), 1 / predicted)
-        )
+        width = self.margin * math.sqrt(1 + leverage(list(inverse_sizes(self.samples).values()), 1 / predicted))
         return value, max(0.0, min(low * value, value - width)), max(high * value, value + width)
 
     @model_validator(mode="after")
@@ -131,9 +128,7 @@ class CalibrationFile(Spec):
     style: Name = Field(description="Style whose laws it is for.")
     task: str = Field(default="", description="Task that is placed by itself; empty for the planning task.")
     family: Annotated[str, Field(min_length=1)] = Field(description="Family of the chip, such as ECP5.")
-    part: Annotated[str, Field(min_length=1)] = Field(
-        description="Part of the reports, with its speed grade."
-    )
+    part: Annotated[str, Field(min_length=1)] = Field(description="Part of the reports, with its speed grade.")
     tools: Annotated[tuple[str, ...], Field(min_length=1)] = Field(description="Tools and their versions.")
     reports: dict[str, str] = Field(description="SHA-256 of each report file, by its name.")
     codesign: str = Field(description="Version of hwsw that wrote it.")
@@ -154,9 +149,7 @@ class CalibrationFile(Spec):
             most = part.resources[term].interval[1] if term in part.resources else None
             for sample in fitted.samples:
                 if term == CLOCK and self.part == part.full_name and sample.reported > limit:
-                    what = (
-                        f"{sample.reported / 1e6:.1f} MHz ({sample.report}) is above the {limit / 1e6:g} MHz"
-                    )
+                    what = f"{sample.reported / 1e6:.1f} MHz ({sample.report}) is above the {limit / 1e6:g} MHz"
                     return f"{what} that a block RAM of {part.full_name} reaches"
                 if most is not None and sample.reported > most:
                     return f"{sample.reported:,.0f} {term} ({sample.report}) are more than {part.name} has, {most:,}"
@@ -186,18 +179,11 @@ def load_calibration(name: str, part: Part, info: ValidationInfo) -> Calibration
     except SpecError:
         raise
     except InputError as error:
-        hint = (
-            error.hint
-            if CALIBRATIONS.names(folders)
-            else "hwsw calibrate fpga -o calibrations/NAME.yaml writes one"
-        )
+        hint = error.hint if CALIBRATIONS.names(folders) else "hwsw calibrate fpga -o calibrations/NAME.yaml writes one"
         raise RefusalError(error.what, hint, ("calibration",)) from None
     contradiction = calibration.contradiction(part)
     if contradiction is not None:
-        what, hint = (
-            f"calibration {clip(name, 40)} {contradiction}",
-            "name one of this part, or leave the key out",
-        )
+        what, hint = (f"calibration {clip(name, 40)} {contradiction}", "name one of this part, or leave the key out")
         raise RefusalError(what, hint, ("calibration",))
     return calibration
 

@@ -156,11 +156,7 @@ class _Trial:
             point = self.point(form.document, movable, index, value)
             blocked = point.faults[len(form.document.faults) :]
             if blocked:
-                return (
-                    []
-                    if form.spec is None
-                    else [self.at_axis(_marked(blocked[0].what, form), blocked[0].hint)]
-                )
+                return [] if form.spec is None else [self.at_axis(_marked(blocked[0].what, form), blocked[0].hint)]
             spec, wrong = form.validated(point, self._teller(form, point, moved, place), keep)
             faults += wrong
             if spec is None:
@@ -209,9 +205,7 @@ def workload_faults(document: Document) -> list[Fault]:
     variants = variants if isinstance(variants, dict) and len(variants) <= MAX_VARIANTS else {}
     decisions, conditions = _listed(explore, "axes"), _listed(explore, "conditions")
     # A condition that sets what a decision sets is a fault of its own.
-    clear = {
-        axis: each for axis, each in conditions.items() if not any(overlap(axis, one) for one in decisions)
-    }
+    clear = {axis: each for axis, each in conditions.items() if not any(overlap(axis, one) for one in decisions)}
     axes = {**decisions, **clear}
     if not variants and not axes:
         return []
@@ -354,9 +348,7 @@ def _shared(axis: str, axes: Mapping[str, Any], movable: Movable) -> str | None:
         other_path = movable.path(other)
         shared = min(len(path), len(other_path))
         beside = entry_of(other_path) == entry_of(path) and len(other_path) > len(entry_of(path))
-        if path[:shared] == other_path[:shared] or (
-            alternatives and beside and other_path[2] in alternatives
-        ):
+        if path[:shared] == other_path[:shared] or (alternatives and beside and other_path[2] in alternatives):
             return other
     return None
 
@@ -441,6 +433,5 @@ def _against_platform(trial: _Trial, platform: Platform, movables: list[Movable]
     return [
         trial.document.fault((*trial.place, index), *_no_component(value, platform))
         for index, value in enumerate(trial.values)
-        if key == "component"
-        and (not isinstance(value, str) or platform.named(value) not in platform.components)
+        if key == "component" and (not isinstance(value, str) or platform.named(value) not in platform.components)
     ]

@@ -77,7 +77,7 @@ class FpgaComponent(AnyComponent):
     type: Literal["fpga"] = Field(description="An FPGA.")
     part: str = Field(
         description="Name and speed grade of the part, such as XC4VLX160-12. It is looked for in the folder parts"
-        " beside the platform file, then among the shipped parts.",
+        " beside the platform file, then among the shipped parts."
     )
     clock: FrequencyFigure = Field(
         description="Clock of the design, at most the part's block RAM limit (its high, where that is given)."
@@ -250,8 +250,7 @@ class MemoryComponent(AnyComponent):
         default=0.0, description="Share of the time that refreshing takes; of a dram only."
     )
     power: BusyPower | None = Field(
-        default=None,
-        description="Power, busy and idle. Without it, the energy counts as 0 J and results say so.",
+        default=None, description="Power, busy and idle. Without it, the energy counts as 0 J and results say so."
     )
 
     @property
@@ -333,9 +332,7 @@ KINEMATICS: dict[str, type[SpecModel]] = {
     "omnidirectional": OmnidirectionalKinematics,
     "differential": DifferentialKinematics,
 }
-Kinematics = Annotated[
-    PointKinematics | OmnidirectionalKinematics | DifferentialKinematics, choice("type", KINEMATICS)
-]
+Kinematics = Annotated[PointKinematics | OmnidirectionalKinematics | DifferentialKinematics, choice("type", KINEMATICS)]
 
 
 class RaySensor(SpecModel):
@@ -379,14 +376,11 @@ class RobotComponent(AnyComponent):
 
     type: Literal["robot"] = Field(description="The robot's body.")
     radius: LengthFigure = Field(
-        default=Figure(0.0, "m", Status.ASSUMED, "a point robot"),
-        description="Radius of its outline; 0 m is a point.",
+        default=Figure(0.0, "m", Status.ASSUMED, "a point robot"), description="Radius of its outline; 0 m is a point."
     )
     kinematics: Kinematics = Field(description="How it moves.")
     sensor: Sensor = Field(description="How it senses.")
-    power: RobotPower = Field(
-        description="Power of the drives and of everything that is no component of its own."
-    )
+    power: RobotPower = Field(description="Power of the drives and of everything that is no component of its own.")
 
     @model_validator(mode="after")
     def _moves(self) -> Self:

@@ -41,11 +41,7 @@ def declared(name: Any) -> ResultFigure:
     if isinstance(name, str) and not _PLAIN_NAME.fullmatch(name):
         return derived(name, name)
     word = clip(str(name), 60)
-    short = (
-        f"write {SHORT_NAMES[word]}: {word} is its short name in limits as text"
-        if word in SHORT_NAMES
-        else ""
-    )
+    short = f"write {SHORT_NAMES[word]}: {word} is its short name in limits as text" if word in SHORT_NAMES else ""
     raise RefusalError(f"{show(name)} is not accepted", short or choose_hint(word, known))
 
 
@@ -53,13 +49,9 @@ class _ByName:
     """How models read and write a figure: as its name. The schema lists what is declared when it is asked."""
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
-        return core_schema.no_info_plain_validator_function(
-            declared, serialization=core_schema.to_string_ser_schema()
-        )
+        return core_schema.no_info_plain_validator_function(declared, serialization=core_schema.to_string_ser_schema())
 
-    def __get_pydantic_json_schema__(
-        self, schema: CoreSchema, handler: GetJsonSchemaHandler
-    ) -> dict[str, Any]:
+    def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
         derived_too = {"maxLength": MAX_TEXT, "examples": ["energy_j * plan_time_worst_s"]}
         return {"type": "string", "anyOf": [{"enum": list(FIGURES)}, derived_too]}
 
@@ -102,8 +94,7 @@ class Constraint(SpecModel):
 
     figure: FigureName = Field(description="The figure that is bounded.")
     at_least: Limit = Field(
-        default=None,
-        description="Its lower bound: 10 ms, 2 W, 1 J, a bare number, or 80 % of a share or a resource.",
+        default=None, description="Its lower bound: 10 ms, 2 W, 1 J, a bare number, or 80 % of a share or a resource."
     )
     at_most: Limit = Field(default=None, description="Its upper bound, alike.")
     above: Limit = Field(default=None, description="Its lower bound, alike, which itself is out.")
@@ -123,9 +114,7 @@ class Constraint(SpecModel):
     def _share_of_part(cls, value: Any, info: ValidationInfo) -> Any:
         if not isinstance(value, dict) or not (info.context or {}).get("document"):
             return value
-        shares = [
-            key for key in BOUNDS if isinstance(value.get(key), str) and value[key].rstrip().endswith("%")
-        ]
+        shares = [key for key in BOUNDS if isinstance(value.get(key), str) and value[key].rstrip().endswith("%")]
         figure = known_figures().get(str(value.get("figure")))
         if "of_part" in value or figure is None or not figure.is_resource or not shares:
             return value
@@ -147,9 +136,7 @@ class Constraint(SpecModel):
         if isinstance(value, str):
             return _limit_of(figure, value)
         if isinstance(figure, DerivedFigure) and figure.unit != "1":
-            raise RefusalError(
-                f"{show(value)} has no unit", f"write a number and a unit, such as 1 {figure.unit}"
-            )
+            raise RefusalError(f"{show(value)} has no unit", f"write a number and a unit, such as 1 {figure.unit}")
         if figure.unit in _DIMENSIONS:
             example = SCALES[_DIMENSIONS[figure.unit]].example
             raise RefusalError(f"{show(value)} has no unit", f"write a number and a unit, such as {example}")
@@ -184,9 +171,7 @@ class Constraint(SpecModel):
 class _OrText:
     """The schema of a constraint in a file: a mapping, or a text."""
 
-    def __get_pydantic_json_schema__(
-        self, schema: CoreSchema, handler: GetJsonSchemaHandler
-    ) -> dict[str, Any]:
+    def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
         text = {"type": "string", "maxLength": MAX_TEXT, "examples": ["time < 100 ms"]}
         return {"anyOf": [text, handler(schema)]}
 
@@ -219,9 +204,7 @@ def constraint_of(text: str) -> Constraint:
         figure, value = _compared(name, value, text, figure)
     of_part = figure.is_resource and value.endswith("%")
     # Without the context of a document, numbers are taken as they are.
-    return Constraint.model_validate(
-        {"figure": figure, _OPERATORS[sign]: _limit_of(figure, value), "of_part": of_part}
-    )
+    return Constraint.model_validate({"figure": figure, _OPERATORS[sign]: _limit_of(figure, value), "of_part": of_part})
 
 
 def _compared(left: str, right: str, text: str, figure: ResultFigure | None) -> tuple[ResultFigure, str]:
@@ -236,9 +219,7 @@ def _compared(left: str, right: str, text: str, figure: ResultFigure | None) -> 
     if sides[0].names and not sides[2].names:
         return derived(left, left), right
     if not sides[0].names:
-        raise RefusalError(
-            f"{show(left)} names no figure", "write the figure first, and the limit behind the sign"
-        )
+        raise RefusalError(f"{show(left)} names no figure", "write the figure first, and the limit behind the sign")
     apart = difference(left, right)
     return apart, "0" if not apart.node.powers else f"0 {apart.unit}"
 
@@ -281,9 +262,7 @@ def _check_number(figure: ResultFigure, number: float, shown: str) -> None:
         hint = share if figure.is_resource and 0 < number < 1 else "write a whole number"
         raise RefusalError(f"{shown}: a count is a whole number", hint)
     if figure.counted == "share" and not 0 <= number <= 1:
-        hint = (
-            f"write {number:.6g} %, or {number / 100:.6g}" if 1 < number <= 100 else "a share is from 0 to 1"
-        )
+        hint = f"write {number:.6g} %, or {number / 100:.6g}" if 1 < number <= 100 else "a share is from 0 to 1"
         raise RefusalError(f"{shown} is out of bounds", hint)
 
 

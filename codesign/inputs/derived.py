@@ -109,12 +109,7 @@ class DerivedFigure(ResultFigure):
     @property
     def as_written(self) -> dict[str, str]:
         """What a file says of it."""
-        return {
-            "expression": self.definition,
-            "unit": self.unit,
-            "direction": self.direction,
-            "label": self.label,
-        }
+        return {"expression": self.definition, "unit": self.unit, "direction": self.direction, "label": self.label}
 
 
 _TOO_LARGE = "a number too large for its unit"
@@ -138,9 +133,7 @@ def derived_column(figure: DerivedFigure, columns: Callable[[str], Column]) -> C
     return _in_unit(evaluate(figure.node, columns), figure)
 
 
-def derived_ends(
-    figure: DerivedFigure, ends: Callable[[str], tuple[Column, Column]]
-) -> tuple[Column, Column]:
+def derived_ends(figure: DerivedFigure, ends: Callable[[str], tuple[Column, Column]]) -> tuple[Column, Column]:
     """The least and the greatest value of a derived figure inside the intervals of its ``names``; NaN: none."""
     low, high = (_in_unit(each, figure) for each in evaluate_ends(figure.node, ends))
     none = np.isnan(low) | np.isnan(high)
@@ -169,9 +162,7 @@ def derived_bounds(
 
 
 def derived_interval(
-    figure: DerivedFigure,
-    value: Callable[[str], float | None],
-    interval: Callable[[str], tuple[float, float] | None],
+    figure: DerivedFigure, value: Callable[[str], float | None], interval: Callable[[str], tuple[float, float] | None]
 ) -> tuple[float, float] | None:
     """``derived_bounds`` of one result; None in the place of NaN."""
 
@@ -221,9 +212,7 @@ def nodes() -> dict[str, Node]:
     return {**{short: known[name] for short, name in SHORT_NAMES.items()}, **columns, **known}
 
 
-def derived(
-    name: str, text: str, unit: str | None = None, *, maximise: bool = False, label: str = ""
-) -> DerivedFigure:
+def derived(name: str, text: str, unit: str | None = None, *, maximise: bool = False, label: str = "") -> DerivedFigure:
     """The figure of an expression over the known figures.
 
     Raises:
@@ -244,9 +233,7 @@ def difference(left: str, right: str) -> DerivedFigure:
     return derived(f"{left} - ({right})", f"{left} - ({right})")
 
 
-def _figure(
-    name: str, text: str, node: Node, unit: str | None, *, maximise: bool, label: str
-) -> DerivedFigure:
+def _figure(name: str, text: str, node: Node, unit: str | None, *, maximise: bool, label: str) -> DerivedFigure:
     size = 1.0
     if unit is not None and unit != "1":
         wanted = _unit_node(unit)
@@ -287,9 +274,7 @@ def _unit_node(unit: str) -> Node:
 class WrittenFigure(SpecModel):
     """A derived figure as a file has it; as text, its expression alone."""
 
-    expression: str = Field(
-        max_length=MAX_TEXT, description="Over figures, such as energy_j * plan_time_worst_s."
-    )
+    expression: str = Field(max_length=MAX_TEXT, description="Over figures, such as energy_j * plan_time_worst_s.")
     unit: str | None = Field(
         default=None, max_length=MAX_UNIT, description="Its unit, such as mJ s; by default in base units."
     )
@@ -360,14 +345,10 @@ def _check_name(name: Any, names: Collection[Any]) -> None:
         raise RefusalError(f"{name} is a column of tables", "choose another name", of_key=True)
 
 
-def _with_column(
-    figure: DerivedFigure, names: Collection[Any], before: Mapping[str, DerivedFigure]
-) -> DerivedFigure:
+def _with_column(figure: DerivedFigure, names: Collection[Any], before: Mapping[str, DerivedFigure]) -> DerivedFigure:
     """The figure, where the column of its name and unit is no name or column of another figure."""
     others = [*FIGURES.values(), *before.values()]
-    taken = {*names, *COLUMNS, *(each.name for each in others), *(each.column for each in others)} - {
-        figure.name
-    }
+    taken = {*names, *COLUMNS, *(each.name for each in others), *(each.column for each in others)} - {figure.name}
     for own in (figure.column, f"{figure.column}_low", f"{figure.column}_high"):
         if own in taken:
             what = f"{figure.name} in {figure.unit} has the column {figure.column} of tables, and {own} is another"

@@ -120,14 +120,7 @@ def put(document: Document, edits: Mapping[KeyPath, Any], by: Callable[[KeyPath]
         number += 1
     places = document.keys, document.values
     return Document(
-        document.file,
-        document.folder,
-        tree,
-        *places,
-        tuple(faults),
-        document.spoilt,
-        origins,
-        document.context,
+        document.file, document.folder, tree, *places, tuple(faults), document.spoilt, origins, document.context
     )
 
 

@@ -29,15 +29,7 @@ from codesign.inputs.links import LINKS
 from codesign.inputs.part_file import PARTS, name_and_grade
 from codesign.inputs.platform import Platform, no_such
 from codesign.inputs.roles import ROLES
-from codesign.inputs.workload import (
-    BASE,
-    PLACE_KEYS,
-    RawParameters,
-    Workload,
-    map_task,
-    problem_model,
-    tasks_of,
-)
+from codesign.inputs.workload import BASE, PLACE_KEYS, RawParameters, Workload, map_task, problem_model, tasks_of
 
 S = TypeVar("S", bound=Spec)
 
@@ -46,12 +38,7 @@ ENTRIES = ("mapping", "components", "links")
 
 
 def validated(
-    model: type[S],
-    spec: S | None,
-    document: Document,
-    fixed: Mapping[str, Any],
-    tell: Teller,
-    keep: Keep | None = None,
+    model: type[S], spec: S | None, document: Document, fixed: Mapping[str, Any], tell: Teller, keep: Keep | None = None
 ) -> tuple[S | None, list[Fault]]:
     """An edited document as a model, or every fault of it.
 
@@ -83,9 +70,7 @@ def _unless_edited(raw: Any, before: Any, model: Any) -> Any:
     if raw is before:
         return model
     if isinstance(raw, dict) and isinstance(before, dict) and isinstance(model, dict):
-        entries = {
-            name: _unless_edited(entry, before.get(name), model.get(name)) for name, entry in raw.items()
-        }
+        entries = {name: _unless_edited(entry, before.get(name), model.get(name)) for name, entry in raw.items()}
         return {name: raw[name] if entry is None else entry for name, entry in entries.items()}
     return raw
 
@@ -300,9 +285,7 @@ def _movable_keys(model: type[SpecModel]) -> tuple[str, ...]:
 def with_variant(document: Document, name: str, keys: tuple[str, ...] = VARIED) -> Document:
     """The document of a workload with a variant put in; ``keys``: those of the variant that are."""
     raw = {key: value for key, value in document.tree["variants"][name].items() if key in keys}
-    edits: dict[KeyPath, Any] = {
-        (key,): raw[key] for key in ("planner", "mapping") if raw.get(key) is not None
-    }
+    edits: dict[KeyPath, Any] = {(key,): raw[key] for key in ("planner", "mapping") if raw.get(key) is not None}
     changes, base = raw.get("scenario"), document.tree.get("scenario")
     if isinstance(changes, dict):
         # A scenario of another type takes over nothing: its keys mean something else.
@@ -430,12 +413,7 @@ class _Moved:
     """
 
     def __init__(
-        self,
-        platform: Platform,
-        edits: Mapping[KeyPath, Any],
-        parts: Document,
-        moved: Mapping[KeyPath, str],
-        by: str,
+        self, platform: Platform, edits: Mapping[KeyPath, Any], parts: Document, moved: Mapping[KeyPath, str], by: str
     ) -> None:
         self.platform, self.parts, self.moved, self.by = platform, parts, moved, by
         own = repr([(path, moved[path], value) for path, value in edits.items()])
@@ -455,9 +433,7 @@ def _kept_platform(key: _Moved) -> tuple[Platform | None, tuple[Fault, ...]]:
     return spec, tuple(faults)
 
 
-def _edited(
-    spec: S, document: Document, fixed: Mapping[str, Any], tell: Teller
-) -> tuple[S | None, list[Fault]]:
+def _edited(spec: S, document: Document, fixed: Mapping[str, Any], tell: Teller) -> tuple[S | None, list[Fault]]:
     """The spec with an edited document, or every fault of it; figures in short form get their source."""
     if document is spec.document:
         return (spec.model_copy(update=dict(fixed)) if fixed else spec), []
@@ -472,9 +448,7 @@ def _teller(document: Document, moved: Mapping[KeyPath, str], by: str) -> Teller
             return document.fault(path, what, hint, at_key=at_key)
         beside = [axis for other, axis in moved.items() if entry_of(other) == entry_of(path)]
         axes = ", ".join(dict.fromkeys(beside or moved.values())) or VARIANT_AXIS
-        return Fault(
-            f"{by}{axes}", 0, 0, dotted(path[1:] if entry_of(path) != path[:1] else path), what, hint
-        )
+        return Fault(f"{by}{axes}", 0, 0, dotted(path[1:] if entry_of(path) != path[:1] else path), what, hint)
 
     return tell
 

@@ -41,9 +41,7 @@ DEFAULT_OBJECTIVES = tuple(
 FLEET_OBJECTIVES = (FIGURES["first_plan_s"], *DEFAULT_OBJECTIVES[1:])
 """The objectives of an exploration of fleets that names none: a fleet has no plan of its own."""
 
-MISSION_OBJECTIVES = tuple(
-    FIGURES[name] for name in ("mission_time_s", "mission_energy_j", "slices", "block_rams")
-)
+MISSION_OBJECTIVES = tuple(FIGURES[name] for name in ("mission_time_s", "mission_energy_j", "slices", "block_rams"))
 """The objectives of an exploration of drives that names none: what replans cost is in the time."""
 
 
@@ -71,9 +69,7 @@ _FORMS = {
 """How a file writes an axis: see ``axis_forms``."""
 
 Listed = Annotated[
-    tuple[Any, ...],
-    Field(min_length=1, max_length=MAX_VALUES),
-    WithJsonSchema(_FORMS, mode="validation"),
+    tuple[Any, ...], Field(min_length=1, max_length=MAX_VALUES), WithJsonSchema(_FORMS, mode="validation")
 ]
 Axes = Annotated[dict[str, Listed], Field()]
 
@@ -123,8 +119,7 @@ class Exploration(SpecModel):
         f" {', '.join(figure.name for figure in MISSION_OBJECTIVES)}.",
     )
     constraints: Annotated[tuple[WrittenConstraint, ...], Field(max_length=64)] = Field(
-        default=(),
-        description='Bounds that a design has to keep, as text, "time < 100 ms", or as a mapping.',
+        default=(), description='Bounds that a design has to keep, as text, "time < 100 ms", or as a mapping.'
     )
     search: Search = Field(
         default=None,
@@ -181,15 +176,11 @@ class Exploration(SpecModel):
 
     @field_validator("axes", "conditions", mode="after")
     @classmethod
-    def _distinct_points(
-        cls, value: dict[str, tuple[Any, ...]], info: ValidationInfo
-    ) -> dict[str, tuple[Any, ...]]:
+    def _distinct_points(cls, value: dict[str, tuple[Any, ...]], info: ValidationInfo) -> dict[str, tuple[Any, ...]]:
         refusals = []
         for axis, values in value.items():
             if not _AXIS.fullmatch(axis):
-                hint = (
-                    "write TASK.PARAMETER, COMPONENT.FIELD, LINK.FIELD or platform, such as relax.iterations"
-                )
+                hint = "write TASK.PARAMETER, COMPONENT.FIELD, LINK.FIELD or platform, such as relax.iterations"
                 refusals.append(refusal_details(RefusalError(f"{clip(axis)!r} is no axis", hint), (axis,)))
             texts = [json.dumps(each, sort_keys=True) for each in values]
             refusals += _repeated(texts, (axis,))
@@ -229,9 +220,7 @@ class Exploration(SpecModel):
     @classmethod
     def _bounds_together(cls, value: tuple[Constraint, ...], info: ValidationInfo) -> tuple[Constraint, ...]:
         aggregate = info.data.get("aggregate") or {}
-        raise_all(
-            "Exploration", [refusal_details(each, (index,)) for index, each in not_kept(value, aggregate)]
-        )
+        raise_all("Exploration", [refusal_details(each, (index,)) for index, each in not_kept(value, aggregate)])
         return value
 
     @field_validator("objectives", mode="after")
@@ -241,9 +230,7 @@ class Exploration(SpecModel):
         return value
 
 
-def not_kept(
-    constraints: Sequence[Constraint], aggregate: Mapping[str, Rule]
-) -> list[tuple[int, RefusalError]]:
+def not_kept(constraints: Sequence[Constraint], aggregate: Mapping[str, Rule]) -> list[tuple[int, RefusalError]]:
     """Each constraint that no design can keep, by its position.
 
     It bounds a figure that is aggregated by share, or contradicts one before it.

@@ -41,13 +41,7 @@ MAX_DEPTH = 32
 MAX_NODES = 200
 """Numbers, figures and operations of one expression, with those of the expressions that it names."""
 
-FUNCTIONS: Mapping[str, tuple[int, int]] = {
-    "min": (2, 8),
-    "max": (2, 8),
-    "sqrt": (1, 1),
-    "log": (1, 1),
-    "abs": (1, 1),
-}
+FUNCTIONS: Mapping[str, tuple[int, int]] = {"min": (2, 8), "max": (2, 8), "sqrt": (1, 1), "log": (1, 1), "abs": (1, 1)}
 """The functions, each with the least and the most operands."""
 
 _MOST = Fraction(10**300)
@@ -173,9 +167,7 @@ class _Reader:
 
     def __init__(self, text: str, figures: Mapping[str, Node]) -> None:
         if len(text) > MAX_TEXT:
-            raise RefusalError(
-                f"an expression of {len(text):,} characters is too long", f"at most {MAX_TEXT}"
-            )
+            raise RefusalError(f"an expression of {len(text):,} characters is too long", f"at most {MAX_TEXT}")
         self.text, self.figures = text, figures
         self._tokens = list(self._split())
         self._next = 0
@@ -343,10 +335,7 @@ class _Reader:
             hint = f"divide by 1 {unit_text(powers)} first"
             self.refuse(f"log of a number with the unit {unit_text(powers)}", begin, hint)
         return Node(
-            name,
-            raised(powers, Fraction(1, 2)) if name == "sqrt" else powers,
-            self._since(begin),
-            tuple(operands),
+            name, raised(powers, Fraction(1, 2)) if name == "sqrt" else powers, self._since(begin), tuple(operands)
         )
 
 

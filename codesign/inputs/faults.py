@@ -141,9 +141,7 @@ def _without_noise(lines: list[_Line]) -> list[_Line]:
             unions.setdefault(line.branch[0], {}).setdefault(line.branch[1], []).append(line)
     kept = [line for line in lines if not line.branch and not _miscounted(line)]
     for union, branches in unions.items():
-        begun = [
-            branch for branch in branches.values() if not any(_wrong_kind(line, union) for line in branch)
-        ]
+        begun = [branch for branch in branches.values() if not any(_wrong_kind(line, union) for line in branch)]
         if begun:
             kept += sorted(begun, key=len)[0]
         else:
@@ -249,10 +247,7 @@ _EXPLAINED: dict[str, Callable[[_Line, str], tuple[str, str | None]]] = {
     "too_short": _too_short,
     "too_long": _too_long,
     "string_too_short": lambda _line, _shown: ("is empty", "write some text"),
-    "string_too_long": lambda line, shown: (
-        f"{shown} is too long",
-        f"at most {line.context['max_length']} characters",
-    ),
+    "string_too_long": lambda line, shown: (f"{shown} is too long", f"at most {line.context['max_length']} characters"),
     "string_pattern": lambda line, shown: (f"{shown} is not a name", _PATTERNS.get(line.context["pattern"])),
     "enum": _choose,
     "literal": _choose,

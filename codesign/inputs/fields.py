@@ -66,9 +66,7 @@ def _reader(read: Callable[[Any], Any], unit: str) -> WrapValidator:
             outside = bound is not None and (bound > value_ if key == "low" else bound < value_)
             if outside:
                 side = "above" if key == "low" else "below"
-                raise RefusalError(
-                    f"{getattr(full, key)} is {side} the value {full.value}", f"correct {key}", (key,)
-                )
+                raise RefusalError(f"{getattr(full, key)} is {side} the value {full.value}", f"correct {key}", (key,))
         return Figure(value_, unit, full.status, full.source, low, high)
 
     return WrapValidator(validate)

@@ -94,9 +94,7 @@ def read_spec(source: Source, folder: str) -> Document:
         document = read_document(*find_spec(source, folder))
     # All its other keys would be faults too.
     if isinstance(document.tree, dict) and document.tree.get("kind") == other:
-        raise SpecError(
-            [document.fault(("kind",), f"this is a {other}, and a {kind} is asked for", _SWAPPED)]
-        )
+        raise SpecError([document.fault(("kind",), f"this is a {other}, and a {kind} is asked for", _SWAPPED)])
     return document
 
 
@@ -108,10 +106,7 @@ def shown(path: Path) -> str:
         return str(path)
 
 
-_STARTERS = {
-    "my-platform.yaml": ("platforms", "virtex4-pci"),
-    "my-workload.yaml": ("workloads", "labyrinth"),
-}
+_STARTERS = {"my-platform.yaml": ("platforms", "virtex4-pci"), "my-workload.yaml": ("workloads", "labyrinth")}
 
 
 def parse_value(text: str, where: str) -> Any:
@@ -157,9 +152,7 @@ def shipped_files() -> list[ShippedFile]:
     files = [ShippedFile(kind, path.stem, path) for kind, paths in kinds.items() for path in sorted(paths)]
     # An image is named after its description where it has one.
     described = {each.path.with_suffix("") for each in files if each.path.suffix == ".yaml"}
-    named = [
-        each for each in files if each.path.suffix == ".yaml" or each.path.with_suffix("") not in described
-    ]
+    named = [each for each in files if each.path.suffix == ".yaml" or each.path.with_suffix("") not in described]
     return named + [ShippedFile("map", each.path.name, each.path) for each in files if each.kind == "map"]
 
 

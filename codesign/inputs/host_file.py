@@ -49,8 +49,7 @@ class HostFile(Spec):
         description="Another host. Its costs, times a factor, are those of every kernel that costs leaves out.",
     )
     memory: DataFigure | None = Field(
-        default=None,
-        description="RAM for the arrays of a plan. Without it, no map is too large for the host.",
+        default=None, description="RAM for the arrays of a plan. Without it, no map is too large for the host."
     )
     power: ProcessorPower = Field(description="Power, busy and idle.")
 

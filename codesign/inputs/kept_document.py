@@ -69,9 +69,7 @@ class _Copier:
             raise SpecError(self.faults)
 
     def _stop(self, path: KeyPath, what: str) -> None:
-        fault = Fault(
-            self.file, 0, 0, dotted(path[:4]), what, "a spec holds a few hundred values, a few deep"
-        )
+        fault = Fault(self.file, 0, 0, dotted(path[:4]), what, "a spec holds a few hundred values, a few deep")
         raise SpecError([*self.faults, fault])
 
 
@@ -104,9 +102,7 @@ def read_kept(kept: Mapping[str, Any]) -> Document:
         folder=Path(str(kept["folder"])),
         keys=_marks(kept["keys"]),
         values=_marks(kept["values"]),
-        origins={
-            _path(path): (int(number), Origin(_path(origin))) for path, number, origin in kept["chosen"]
-        },
+        origins={_path(path): (int(number), Origin(_path(origin))) for path, number, origin in kept["chosen"]},
     )
 
 

@@ -54,9 +54,7 @@ class Library(Generic[F]):
             # No folder, no files.
             with contextlib.suppress(OSError):
                 found = [name for name in os.listdir(folder) if name.endswith(".yaml")]
-                paths |= {
-                    stem: folder / name for name in found if (stem := name.removesuffix(".yaml")) not in paths
-                }
+                paths |= {stem: folder / name for name in found if (stem := name.removesuffix(".yaml")) not in paths}
         return paths
 
     def find(self, name: str, folders: Sequence[Path] = ()) -> F:
@@ -68,9 +66,7 @@ class Library(Generic[F]):
         """
         paths = self.names(folders)
         if name not in paths:
-            raise InputError(
-                f"there is no {self.kind} {clip(name)!r}", hint=choose_hint(clip(name, 60), paths)
-            )
+            raise InputError(f"there is no {self.kind} {clip(name)!r}", hint=choose_hint(clip(name, 60), paths))
         return self.load(paths[name])
 
     def load(self, path: Path) -> F:

@@ -68,15 +68,12 @@ class AnyLink(Hardware):
         type: str
 
     between: Ends = Field(description="Names of the components that it joins.")
-    errors: LinkErrors | None = Field(
-        default=None, description="What goes wrong on it. Without it, nothing does."
-    )
+    errors: LinkErrors | None = Field(default=None, description="What goes wrong on it. Without it, nothing does.")
     outages: Annotated[tuple[Outage, ...], Field(max_length=MAX_OUTAGES)] = Field(
         default=(), description="Spans of time in which it is down, in order."
     )
     power: BusyPower | None = Field(
-        default=None,
-        description="Power, busy and idle. Without it, the energy counts as 0 J and results say so.",
+        default=None, description="Power, busy and idle. Without it, the energy counts as 0 J and results say so."
     )
 
     @property
@@ -114,8 +111,7 @@ class BusLink(AnyLink):
     setup_cycles: CountFigure = Field(description="Cycles before the first word of a burst.")
     burst_words: PositiveFigure = Field(description="Most words of one burst.")
     arbitration: Literal["message", "burst"] = Field(
-        default="message",
-        description="When another sender may be next: after a message, or after each burst.",
+        default="message", description="When another sender may be next: after a message, or after each burst."
     )
 
 

@@ -51,9 +51,7 @@ def _read_radius(value: Any, _handler: Any) -> Radius:
 
 
 _RADIUS_TEXT = {"type": "string", "pattern": "^[0-9.]+ *(cells?|um|mm|cm|m|km)$", "examples": ["0.3 m"]}
-InflateRadius = Annotated[
-    Radius, WrapValidator(_read_radius), PlainSerializer(str), WithJsonSchema(_RADIUS_TEXT)
-]
+InflateRadius = Annotated[Radius, WrapValidator(_read_radius), PlainSerializer(str), WithJsonSchema(_RADIUS_TEXT)]
 
 
 class PreparedMap(SpecModel):
@@ -109,9 +107,7 @@ class GeneratedMap(PreparedMap, ABC):
     def _bounded(self) -> Self:
         rows, columns = self.shape
         if rows * columns > MAX_CELLS:
-            raise RefusalError(
-                f"a map of {rows} × {columns} cells is too large", f"at most {MAX_CELLS:,} cells"
-            )
+            raise RefusalError(f"a map of {rows} × {columns} cells is too large", f"at most {MAX_CELLS:,} cells")
         return self
 
 
@@ -131,9 +127,7 @@ class MazeMap(_Sized):
     corridor: Side = Field(default=1, description="Width of the corridors, cells.")
     wall: Side = Field(default=1, description="Thickness of the walls, cells.")
     seed: Seed = Field(default=0, description="Chooses one of the possible mazes.")
-    loops: Share = Field(
-        default=0.0, description="Share of the remaining walls that are opened, which makes loops."
-    )
+    loops: Share = Field(default=0.0, description="Share of the remaining walls that are opened, which makes loops.")
 
 
 class RoomsMap(_Sized):
@@ -274,9 +268,7 @@ def _choose_map(value: Any, handler: Any, info: ValidationInfo) -> Any:
         return FileMap.model_validate(value, context=info.context)
     if isinstance(value, dict) and "generate" not in value:
         hint = "write file: PATH of a map, or generate: and its parameters"
-        raise RefusalError(
-            "neither file nor generate is given", f"{hint}; generators: {', '.join(sorted(MAPS))}"
-        )
+        raise RefusalError("neither file nor generate is given", f"{hint}; generators: {', '.join(sorted(MAPS))}")
     return _choose_generator.func(value, handler, info)  # type: ignore[call-arg]
 
 

@@ -27,19 +27,13 @@ class Resources(SpecModel):
     slices: CountFigure = Field(
         description="Slices; of a part whose logic cells are not in slices of two LUT, half of the cells."
     )
-    lut4: CountFigure | None = Field(
-        default=None, description="LUTs of four inputs; this or lut6 is required."
-    )
-    lut6: CountFigure | None = Field(
-        default=None, description="LUTs of six inputs, four or eight of them in a slice."
-    )
+    lut4: CountFigure | None = Field(default=None, description="LUTs of four inputs; this or lut6 is required.")
+    lut6: CountFigure | None = Field(default=None, description="LUTs of six inputs, four or eight of them in a slice.")
     flip_flops: CountFigure = Field(description="Flip-flops.")
     block_rams: CountFigure = Field(
         description="Block RAMs, each of which can have the shapes of block_ram; one of 36 kbit counts as two of 18."
     )
-    multipliers: CountFigure = Field(
-        description="Multipliers of 18 × 18 bits, or the nearest that the part has."
-    )
+    multipliers: CountFigure = Field(description="Multipliers of 18 × 18 bits, or the nearest that the part has.")
 
     @model_validator(mode="after")
     def _one_make_of_lut(self) -> Self:
@@ -57,9 +51,7 @@ class Resources(SpecModel):
         counted = {kind: getattr(self, kind) for kind in RESOURCES}
         if self.lut6 is not None:
             lut6 = "a LUT6 taken for each LUT4 of a law, though two may share one"
-            shares = (
-                f"laws count slices of two LUT and two flip-flops, {self.counted_a_slice} for each of these"
-            )
+            shares = f"laws count slices of two LUT and two flip-flops, {self.counted_a_slice} for each of these"
             counted["lut4"] = _converted(self.lut6, 1, lut6)
             counted["slices"] = _converted(self.slices, self.counted_a_slice, shares)
         return counted
@@ -137,9 +129,7 @@ class PartFile(Spec):
         if share == 1:
             return figure
         low, high = (bound / share for bound in figure.interval)
-        text = (
-            f"{figure.source}; 1/{share} of it for each of the {share} slices that laws count in one of these"
-        )
+        text = f"{figure.source}; 1/{share} of it for each of the {share} slices that laws count in one of these"
         return Figure(figure.value / share, figure.unit, figure.status, text, low, high)
 
 

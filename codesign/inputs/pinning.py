@@ -53,9 +53,7 @@ def held(workload: Workload, values: Mapping[str, Any], by: str = "point: ") -> 
     """
     if not values:
         return workload
-    section = _held_axes(
-        workload.explore or Exploration(), Movable.of(None, workload.document), values, values
-    )
+    section = _held_axes(workload.explore or Exploration(), Movable.of(None, workload.document), values, values)
     rest = {axis: listed for axis, listed in section.axes.items() if axis not in values}
     edits: dict[KeyPath, Any] = {("explore", "axes"): {axis: list(listed) for axis, listed in rest.items()}}
     edits["explore", "when"] = section.when_as_written

@@ -44,9 +44,7 @@ def _read_metres(value: Any, _handler: Any) -> float:
 
 
 _METRES_TEXT = {"type": "string", "pattern": "^-?[0-9.eE+-]+ *(um|mm|cm|m|km)$", "examples": ["12.5 m"]}
-Metres = Annotated[
-    float, WrapValidator(_read_metres), WithJsonSchema({"anyOf": [{"type": "number"}, _METRES_TEXT]})
-]
+Metres = Annotated[float, WrapValidator(_read_metres), WithJsonSchema({"anyOf": [{"type": "number"}, _METRES_TEXT]})]
 
 
 class Point(SpecModel):
@@ -65,9 +63,7 @@ def as_list(value: Any, handler: Callable[[Any], Any], title: str) -> Any:
         return handler(value)
     except ValidationError as error:
         # The first step of each location is the branch of the union.
-        lines = [
-            line for line in details_of(error) if str(line["loc"][0]).startswith(("tuple", "constrained"))
-        ]
+        lines = [line for line in details_of(error) if str(line["loc"][0]).startswith(("tuple", "constrained"))]
         raise_all(title, [{**line, "loc": line["loc"][1:]} for line in lines])
         raise
 
@@ -132,8 +128,7 @@ class ScenarioLine(SpecModel):
         default=None, description="In place of a line: the first problem of this bucket."
     )
     same_goal: bool = Field(
-        default=False,
-        description="Whether the starts of all other problems with the same goal are taken too.",
+        default=False, description="Whether the starts of all other problems with the same goal are taken too."
     )
     _path: Path = PrivateAttr()
 

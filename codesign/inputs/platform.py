@@ -38,9 +38,7 @@ class Board(SpecModel):
 
     product: Annotated[str, Field(min_length=1)] = Field(description="Name of the product.")
     maker: str | None = Field(default=None, description="Name of its maker.")
-    price: PriceFigure | None = Field(
-        default=None, description="Price of one board; left out where it is not known."
-    )
+    price: PriceFigure | None = Field(default=None, description="Price of one board; left out where it is not known.")
     power: BoardPower | None = Field(
         default=None,
         description="Power at the input of the whole board, with its source; left out where nobody measured it. hwsw"
@@ -65,9 +63,7 @@ class Platform(Spec):
     components: Annotated[dict[Name, Component], Field(min_length=1, max_length=MAX_NAMES)] = Field(
         description="Components by name, at least one."
     )
-    links: Annotated[dict[Name, Link], Field(max_length=MAX_NAMES)] = Field(
-        default={}, description="Links by name."
-    )
+    links: Annotated[dict[Name, Link], Field(max_length=MAX_NAMES)] = Field(default={}, description="Links by name.")
     board: Board | None = Field(default=None, description="The board that the platform stands for.")
     roles: Roles = Field(
         default=Roles(),
@@ -148,9 +144,7 @@ def _beside_faults(document: Document) -> list[Fault]:
         return []
     faults = []
     for name, component in components.items():
-        kind, beside = (
-            (component.get(key) for key in ("type", "beside")) if isinstance(component, dict) else (0, 0)
-        )
+        kind, beside = (component.get(key) for key in ("type", "beside")) if isinstance(component, dict) else (0, 0)
         if not isinstance(kind, str) or kind not in _BESIDE or not isinstance(beside, str):
             continue
         path, accepted = ("components", name, "beside"), _BESIDE[kind]

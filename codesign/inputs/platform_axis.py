@@ -28,10 +28,7 @@ def platform_axis_faults(document: Document, values: Sequence[Any]) -> list[Faul
 
 def _refusal(value: Any, folder: Path) -> tuple[str, str | None] | None:
     if not isinstance(value, str):
-        return (
-            f"{show(value)} names no platform",
-            "write the name of a shipped platform, or a file: ./mine.yaml",
-        )
+        return (f"{show(value)} names no platform", "write the name of a shipped platform, or a file: ./mine.yaml")
     if is_path(value):
         if (folder / value).is_file():
             return None

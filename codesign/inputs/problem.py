@@ -99,9 +99,7 @@ class ProblemSpec(SpecModel):
         for index, place in enumerate(value):
             if place in seen:
                 written = place if isinstance(place, Point) else list(place)
-                refusals.append(
-                    refusal_details(RefusalError(f"{written} is named twice", "name it once"), (index,))
-                )
+                refusals.append(refusal_details(RefusalError(f"{written} is named twice", "name it once"), (index,)))
             elif shape and isinstance(place, tuple) and not (place[0] < shape[0] and place[1] < shape[1]):
                 refusals.append(refusal_details(RefusalError(*outside_map(place, shape)), (index,)))
             seen.add(place)

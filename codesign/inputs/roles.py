@@ -32,14 +32,11 @@ class Roles(SpecModel):
     )
     host: Name | None = Field(default=None, description="Component of type processor.")
     link: Name | None = Field(
-        default=None,
-        description="Link between host and fabric: it joins them, or a route between them takes it.",
+        default=None, description="Link between host and fabric: it joins them, or a route between them takes it."
     )
 
 
-def filled_roles(
-    roles: Mapping[str, Any], components: Mapping[str, Any], links: Collection[str]
-) -> dict[str, str]:
+def filled_roles(roles: Mapping[str, Any], components: Mapping[str, Any], links: Collection[str]) -> dict[str, str]:
     """The name of the component or link that fills each role: as ``roles`` says, else the one of the role's name."""
     by_name = {role: role for role in ROLES if role in (links if role == LINK else components)}
     return by_name | {role: name for role, name in roles.items() if isinstance(name, str)}
@@ -66,28 +63,16 @@ def role_faults(document: Document) -> list[Fault]:
     return _off_the_route(document, filled_roles(sound, components, links), links)
 
 
-def _refusal(
-    role: str, name: str, components: Mapping[str, Any], links: Mapping[str, Any]
-) -> tuple[str, str] | None:
+def _refusal(role: str, name: str, components: Mapping[str, Any], links: Mapping[str, Any]) -> tuple[str, str] | None:
     """What keeps a component or link from filling a role, and the remedy."""
     if role == LINK:
         if name in links:
             return None
-        what = (
-            f"{clip(name)} is a component, and no link"
-            if name in components
-            else f"there is no link {clip(name)!r}"
-        )
-        return what, choose_hint(
-            clip(name, 60), links
-        ) if links else "leave the role out, or add the link under links:"
+        what = f"{clip(name)} is a component, and no link" if name in components else f"there is no link {clip(name)!r}"
+        return what, choose_hint(clip(name, 60), links) if links else "leave the role out, or add the link under links:"
     wanted = ROLE_TYPES[role]
     fitting = [other for other, raw in components.items() if _type(raw) == wanted]
-    hint = (
-        choose_hint(clip(name, 60), fitting)
-        if fitting
-        else f"leave the role out: the platform has no {wanted}"
-    )
+    hint = choose_hint(clip(name, 60), fitting) if fitting else f"leave the role out: the platform has no {wanted}"
     if name not in components:
         return f"there is no component {clip(name)!r}", hint
     kind = _type(components[name])
@@ -107,9 +92,7 @@ def _ambiguous(
                 continue  # A link with the name of a component has a fault of its own.
             kind = _type(entries[role])
             filler = roles.get(role)
-            if (section == "links") != (role == LINK) or (
-                role in ROLE_TYPES and kind not in {None, ROLE_TYPES[role]}
-            ):
+            if (section == "links") != (role == LINK) or (role in ROLE_TYPES and kind not in {None, ROLE_TYPES[role]}):
                 meant = "a link" if role == LINK else f"a component of type {ROLE_TYPES[role]}"
                 what = f"{role} is the name of a role, which {meant} fills"
             elif isinstance(filler, str) and filler != role:
@@ -144,11 +127,7 @@ def _off_the_route(document: Document, filled: Mapping[str, str], links: Mapping
     if any(a in here and b in there and a != b for a in between for b in between):
         return []
     joining = [name for name, joined in ends.items() if {host, fabric} <= set(joined)]
-    hint = (
-        f"name {' or '.join(joining)}"
-        if joining
-        else "name a link on the route between them, or leave link out"
-    )
+    hint = f"name {' or '.join(joining)}" if joining else "name a link on the route between them, or leave link out"
     return [document.fault(place, f"no route between {host} and {fabric} takes link {clip(chosen)}", hint)]
 
 

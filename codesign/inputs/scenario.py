@@ -32,9 +32,7 @@ class PlanOnce(_Scenario):
 
     tasks = ("load", "command")
 
-    type: Literal["plan_once"] = Field(
-        default="plan_once", description="One plan, from a map that does not change."
-    )
+    type: Literal["plan_once"] = Field(default="plan_once", description="One plan, from a map that does not change.")
 
 
 class Rectangle(SpecModel):
@@ -75,9 +73,7 @@ class MovingObstacle(SpecModel):
     @model_validator(mode="after")
     def _goes(self) -> Self:
         if self.speed <= 0:
-            raise RefusalError(
-                "an obstacle with a speed of 0 does not move", "list it as appearing", ("speed",)
-            )
+            raise RefusalError("an obstacle with a speed of 0 does not move", "list it as appearing", ("speed",))
         return self
 
 
@@ -155,9 +151,7 @@ class Replan(SpecModel):
 
 
 class _Mission(_Scenario):
-    limit: Duration = Field(
-        default=60 * _MINUTE, description="Simulated time after which the mission is given up."
-    )
+    limit: Duration = Field(default=60 * _MINUTE, description="Simulated time after which the mission is given up.")
     events: Annotated[int, Field(ge=1, le=10**10)] = Field(
         default=2_000_000,
         description="Events after which the mission is given up: messages, plans asked for, changes of the world, 20"
@@ -179,9 +173,7 @@ class Drive(_Mission):
         description="reach: drive to the goals; explore: drive to the frontiers of the known map until none can be"
         " reached.",
     )
-    known: Literal["all", "none"] = Field(
-        default="all", description="What the robot knows of the map at the start."
-    )
+    known: Literal["all", "none"] = Field(default="all", description="What the robot knows of the map at the start.")
     hidden: Annotated[tuple[Rectangle, ...], Field(max_length=MAX_OBSTACLES)] = Field(
         default=(), description="Obstacles that are there from the start, and that the robot does not know."
     )
@@ -223,8 +215,7 @@ class Drive(_Mission):
 
         def rectangles(places: tuple[R, ...]) -> tuple[R, ...]:
             return tuple(
-                each.model_copy(update={"row": each.row - rows, "column": each.column - columns})
-                for each in places
+                each.model_copy(update={"row": each.row - rows, "column": each.column - columns}) for each in places
             )
 
         obstacles = self.obstacles
@@ -262,8 +253,7 @@ class Fleet(_Mission):
         " free_running: simulated robots, as fast as FPGAs and line allow.",
     )
     report: Literal["all", "none"] = Field(
-        default="all",
-        description="Whether the coordinates of each update are sent to the component of task display.",
+        default="all", description="Whether the coordinates of each update are sent to the component of task display."
     )
 
 

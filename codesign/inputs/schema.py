@@ -26,9 +26,7 @@ _MODELS: dict[str, type[BaseModel]] = {
 }
 
 
-def json_schema(
-    kind: str, tasks: TaskModels | None = None, problems: ProblemModels | None = None
-) -> dict[str, Any]:
+def json_schema(kind: str, tasks: TaskModels | None = None, problems: ProblemModels | None = None) -> dict[str, Any]:
     """JSON Schema, draft 2020-12, of a kind of file.
 
     Args:
@@ -58,8 +56,7 @@ def json_schema(
             schema["properties"]["planner"]["enum"] = sorted(tasks)
             schema["$defs"]["Variant"]["properties"]["planner"] = schema["properties"]["planner"]
             schema["allOf"] = [
-                _of_planner(schema["$defs"], name, tasks[name], (problems or {}).get(name))
-                for name in sorted(tasks)
+                _of_planner(schema["$defs"], name, tasks[name], (problems or {}).get(name)) for name in sorted(tasks)
             ]
             schema["$defs"]["Variant"]["allOf"] = [_variant_of_planner(name) for name in sorted(tasks)]
     return {"$schema": DIALECT, **schema}
@@ -82,12 +79,7 @@ def _placement() -> dict[str, Any]:
 
 def _placement_only() -> dict[str, Any]:
     """Of a task that has nothing to choose but its place."""
-    return {
-        "type": "object",
-        "properties": _placement(),
-        "required": ["component"],
-        "additionalProperties": False,
-    }
+    return {"type": "object", "properties": _placement(), "required": ["component"], "additionalProperties": False}
 
 
 def _of_planner(

@@ -42,9 +42,7 @@ class Searching(SpecModel):
     points: Annotated[int, Field(ge=1)] | None = Field(
         default=None, description="Compute no more than so many points. As --points."
     )
-    time: Duration | None = Field(
-        default=None, description="Begin no point after this time, such as 10min. As --time."
-    )
+    time: Duration | None = Field(default=None, description="Begin no point after this time, such as 10min. As --time.")
     seed: Annotated[int, Field(ge=0, le=MOST_SEED)] = Field(
         default=0, description="The same seed gives the same designs. As --seed."
     )
@@ -52,8 +50,7 @@ class Searching(SpecModel):
         default=None, description=f"Of nsga2: designs in a generation. By default {POPULATION}."
     )
     startup: Annotated[int, Field(ge=1, le=MOST_TOGETHER)] | None = Field(
-        default=None,
-        description=f"Of tpe: designs drawn at random before it models anything. By default {STARTUP}.",
+        default=None, description=f"Of tpe: designs drawn at random before it models anything. By default {STARTUP}."
     )
 
     @field_validator(*_OPTIONS, mode="after")
@@ -62,9 +59,7 @@ class Searching(SpecModel):
         sampler, owner = info.data.get("sampler"), _OPTIONS[info.field_name or ""]
         if value is not None and sampler is not None and sampler != owner:
             raise RefusalError(
-                f"{sampler} has no {info.field_name}",
-                f"it is an option of {owner}: leave it out",
-                of_key=True,
+                f"{sampler} has no {info.field_name}", f"it is an option of {owner}: leave it out", of_key=True
             )
         return value
 
@@ -116,9 +111,7 @@ def asked(written: Searching | None, name: str | None, seed: int | None) -> Sear
         if seed is not None:
             raise InputError(f"a seed of {seed} is of no search", "seed", "name one: --search nsga2")
         return None
-    fields: Mapping[str, Any] = (
-        {} if written is None else written.model_dump(include=written.model_fields_set)
-    )
+    fields: Mapping[str, Any] = {} if written is None else written.model_dump(include=written.model_fields_set)
     sampler = name or fields["sampler"]
     if written is not None and sampler != written.sampler:
         fields = {key: value for key, value in fields.items() if key not in _OPTIONS}

@@ -18,26 +18,20 @@ MAX_CHANGED = 10_000
 Seed = Annotated[int, Field(ge=0, le=2**64 - 1)]
 ChangedCells = Annotated[tuple[Cell, ...], Field(max_length=MAX_CHANGED)]
 
-_POLICY = (
-    "What the new plan begins with: restart, lower_bound or continue. Without it, the planner's first policy."
-)
+_POLICY = "What the new plan begins with: restart, lower_bound or continue. Without it, the planner's first policy."
 
 
 class DeclaredChange(SpecModel):
     """Cells that are named."""
 
-    blocked: ChangedCells = Field(
-        default=(), description="Free cells that become obstacles: [[row, column], ...]."
-    )
+    blocked: ChangedCells = Field(default=(), description="Free cells that become obstacles: [[row, column], ...].")
     freed: ChangedCells = Field(default=(), description="Obstacles that become free, alike.")
     policy: ReplanPolicy | None = Field(default=None, description=_POLICY)
 
     @model_validator(mode="after")
     def _changes_something(self) -> Self:
         if not self.blocked and not self.freed:
-            raise RefusalError(
-                "changes no cell", "name cells under blocked or freed, or draw some: {count: 20}"
-            )
+            raise RefusalError("changes no cell", "name cells under blocked or freed, or draw some: {count: 20}")
         refusals, seen = [], set()
         for name in ("blocked", "freed"):
             for index, cell in enumerate(vars(self)[name]):
@@ -52,9 +46,7 @@ class DeclaredChange(SpecModel):
 class DrawnChange(SpecModel):
     """Free cells drawn at random that become obstacles. Every start that could arrive still can."""
 
-    count: Annotated[int, Field(ge=1, le=MAX_CHANGED)] = Field(
-        description="How many free cells become obstacles."
-    )
+    count: Annotated[int, Field(ge=1, le=MAX_CHANGED)] = Field(description="How many free cells become obstacles.")
     seed: Seed = Field(default=0, description="Chooses which cells.")
     policy: ReplanPolicy | None = Field(default=None, description=_POLICY)
 

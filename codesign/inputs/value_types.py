@@ -70,9 +70,7 @@ def _generic_text(annotation: Any, metadata: tuple[Any, ...]) -> str:
     if origin is dict:
         return f"mapping of names to {_plural(type_text(arguments[1]))}"
     members = [each for each in arguments if each is not types.NoneType]
-    return " or ".join(
-        dict.fromkeys(type_text(each, metadata if len(members) == 1 else ()) for each in members)
-    )
+    return " or ".join(dict.fromkeys(type_text(each, metadata if len(members) == 1 else ()) for each in members))
 
 
 def _class_text(annotation: Any, metadata: tuple[Any, ...]) -> str:

@@ -7,25 +7,11 @@ from itertools import chain
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import (
-    ConfigDict,
-    Field,
-    SerializeAsAny,
-    ValidationError,
-    ValidationInfo,
-    field_validator,
-)
+from pydantic import ConfigDict, Field, SerializeAsAny, ValidationError, ValidationInfo, field_validator
 from pydantic_core import InitErrorDetails
 
 from codesign.ground.errors import InputError, choose_hint, clip, show
-from codesign.ground.models import (
-    RefusalError,
-    SpecModel,
-    TaskParameters,
-    details_of,
-    raise_all,
-    refusal_details,
-)
+from codesign.ground.models import RefusalError, SpecModel, TaskParameters, details_of, raise_all, refusal_details
 from codesign.inputs.base import Spec
 from codesign.inputs.derived import DerivedFigure
 from codesign.inputs.document import Document
@@ -63,12 +49,10 @@ class TaskMapping(SpecModel):
 
     component: Name = Field(description="The component that runs the task.")
     style: Name | None = Field(
-        default=None,
-        description="Architecture style. Without it, the component's own is taken. hwsw list shows all.",
+        default=None, description="Architecture style. Without it, the component's own is taken. hwsw list shows all."
     )
     external_memory: Name | None = Field(
-        default=None,
-        description="Of the planning task: the external memory that holds what does not fit in block RAM.",
+        default=None, description="Of the planning task: the external memory that holds what does not fit in block RAM."
     )
     parameters: SerializeAsAny[TaskParameters] = Field(description="Parameters of planner and style.")
 
@@ -88,9 +72,7 @@ def map_task(raw: Any, model: type[TaskParameters], document: Document | None = 
     if isinstance(raw, TaskMapping):
         return raw
     if not isinstance(raw, dict):
-        refusal = RefusalError(
-            f"{show(raw)} is not a mapping", "write {component: NAME} and the task's parameters"
-        )
+        refusal = RefusalError(f"{show(raw)} is not a mapping", "write {component: NAME} and the task's parameters")
         raise_all("TaskMapping", [refusal_details(refusal)])
     own = {key: raw[key] for key in PLACE_KEYS if key in raw}
     rest = {key: value for key, value in raw.items() if key not in own}
@@ -147,9 +129,7 @@ class Workload(Spec):
         default={},
         description="Other planners, mappings or settings for the same problem. Axis workload.variant tries them.",
     )
-    explore: Exploration | None = Field(
-        default=None, description="What hwsw explore tries, and which figures decide."
-    )
+    explore: Exploration | None = Field(default=None, description="What hwsw explore tries, and which figures decide.")
 
     @property
     def map_file(self) -> Path | None:
@@ -207,9 +187,7 @@ class Workload(Spec):
             named = variants.values() if isinstance(variants, dict) else ()
             planners = [raw.get("planner") for raw in named if isinstance(raw, dict)]
             placed = taken.union(*SCENARIO_TASKS.values()) if variants else taken
-            placed = placed.union(
-                *(models[name] for name in planners if isinstance(name, str) and name in models)
-            )
+            placed = placed.union(*(models[name] for name in planners if isinstance(name, str) and name in models))
         raise_all("Workload", task_refusals(value, taken, placed))
         return value
 
@@ -269,10 +247,7 @@ def tasks_of(tree: Mapping[str, Any], models: TaskModels | None) -> dict[str, ty
     brought = SCENARIO_TASKS.get(kind, ()) if isinstance(kind, str) else ()
     names = [task.get("name") for task in extra if isinstance(task, dict)] if isinstance(extra, list) else []
     own = (models or {}).get(planner, {}) if isinstance(planner, str) else {}
-    return {
-        **dict.fromkeys((*brought, *(name for name in names if isinstance(name, str))), PlacedTask),
-        **own,
-    }
+    return {**dict.fromkeys((*brought, *(name for name in names if isinstance(name, str))), PlacedTask), **own}
 
 
 def _mapped(

@@ -11,9 +11,7 @@ from codesign.inputs.files import Source, read_spec, shipped_names
 from codesign.inputs.workload import ProblemModels, TaskModels, Workload
 
 
-def load_workload(
-    source: Source, tasks: TaskModels | None = None, problems: ProblemModels | None = None
-) -> Workload:
+def load_workload(source: Source, tasks: TaskModels | None = None, problems: ProblemModels | None = None) -> Workload:
     """The workload with a shipped name (``labyrinth``), or in a file, in YAML text or in a dict.
 
     Args:
@@ -25,9 +23,7 @@ def load_workload(
         InputError: no shipped workload of that name.
         SpecError: all the faults of the file.
     """
-    document = replace(
-        with_listed_axes(read_spec(source, "workloads")), context={"tasks": tasks, "problems": problems}
-    )
+    document = replace(with_listed_axes(read_spec(source, "workloads")), context={"tasks": tasks, "problems": problems})
     return validate(Workload, document, workload_faults).with_document(document)
 
 

@@ -67,9 +67,7 @@ def parse_document(content: bytes, file: str, folder: Path) -> Document:
     """Read YAML from bytes; ``read_document`` tells the rest."""
     text = _decode(content, file)
     reader, tree = _read_fast(text, file) or _read_slowly(text, file)
-    return Document(
-        file, folder, tree, reader.keys, reader.values, tuple(reader.faults), frozenset(reader.spoilt)
-    )
+    return Document(file, folder, tree, reader.keys, reader.values, tuple(reader.faults), frozenset(reader.spoilt))
 
 
 def _read_fast(text: str, file: str) -> tuple[_Reader, Any] | None:

@@ -99,9 +99,7 @@ class Ends:
             if monomial.divide:
                 falls = {name: monomial.powers.get(name, -1) < 0 for name in monomial.by}
                 low = low * quotient_of(monomial, {name: self._end(name, falls[name]) for name in falls})
-                high = high * quotient_of(
-                    monomial, {name: self._end(name, not falls[name]) for name in falls}
-                )
+                high = high * quotient_of(monomial, {name: self._end(name, not falls[name]) for name in falls})
             held = low, high
             if key is not None:
                 self._monomials[key] = held

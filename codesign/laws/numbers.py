@@ -120,9 +120,7 @@ def _product(one: Monomial, other: Monomial) -> Monomial:
     kept = {name: power for name, power in powers.items() if power}
     by = one if one.divide else other
     # A whole amount stays one: 1 is left out.
-    amount = (
-        one.amount if other.amount == 1 else other.amount if one.amount == 1 else one.amount * other.amount
-    )
+    amount = one.amount if other.amount == 1 else other.amount if one.amount == 1 else one.amount * other.amount
     return Monomial(amount, kept, by.divide, by.by)
 
 

@@ -1,15 +1,6 @@
 """Occupancy grids: read from files, generated from seeds, and measured (reach, distance, clearance)."""
 
-from codesign.maps.generate import (
-    GENERATORS,
-    corridor,
-    empty,
-    generate,
-    maze,
-    random_obstacles,
-    rooms,
-    spiral,
-)
+from codesign.maps.generate import GENERATORS, corridor, empty, generate, maze, random_obstacles, rooms, spiral
 from codesign.maps.grid import MAX_CELLS, Cell, OccupancyGrid
 from codesign.maps.images import read_image, write_image
 from codesign.maps.movingai import MovingAiScenario, choose_scenarios, read_movingai, read_scenarios

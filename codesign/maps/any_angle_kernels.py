@@ -116,9 +116,7 @@ def _enters(blocked: NDArray[np.bool_], box: NDArray[np.int64], y: int, x: int) 
 
 
 @njit(cache=True, nogil=True)
-def _to_boxes(
-    blocked: NDArray[np.bool_], boxes: NDArray[np.int64], y: int, x: int, seen: bool
-) -> tuple[float, int]:
+def _to_boxes(blocked: NDArray[np.bool_], boxes: NDArray[np.int64], y: int, x: int, seen: bool) -> tuple[float, int]:
     """Least distance from a point to boxes, and the tests of visibility. ``seen``: only to boxes that it sees."""
     least, tests_made = np.inf, 0
     for index in range(len(boxes)):

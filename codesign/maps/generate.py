@@ -53,9 +53,7 @@ def maze(
     rows, columns = _size(rows, columns)
     corridor, wall, lattice = _winding(rows, columns, corridor, wall)
     seed, loops = _integer("seed", seed, 0, 2**64 - 1), _share("loops", loops)
-    free = _carve(
-        lattice, (corridor, corridor), wall, corridor, *_spanning_doors(lattice, _stream(seed), loops)
-    )
+    free = _carve(lattice, (corridor, corridor), wall, corridor, *_spanning_doors(lattice, _stream(seed), loops))
     source = f"maze({rows=}, {columns=}, {corridor=}, {wall=}, {seed=}, {loops=})"
     return OccupancyGrid(_fill_up(free, rows, columns), source=source)
 
@@ -109,15 +107,11 @@ def rooms(
     stream = _stream(seed)
     doors, places = _spanning_doors(lattice, stream, extra_doors)
     free = _carve(lattice, (height, width), wall, door, doors, places, (rows, columns))
-    source = (
-        f"rooms({rows=}, {columns=}, room=({height}, {width}), {door=}, {wall=}, {seed=}, {extra_doors=})"
-    )
+    source = f"rooms({rows=}, {columns=}, room=({height}, {width}), {door=}, {wall=}, {seed=}, {extra_doors=})"
     return OccupancyGrid(free, source=source)
 
 
-def random_obstacles(
-    rows: int, columns: int, *, density: float, seed: int = 0, size: int = 1
-) -> OccupancyGrid:
+def random_obstacles(rows: int, columns: int, *, density: float, seed: int = 0, size: int = 1) -> OccupancyGrid:
     """Square obstacles with a side of ``size`` cells, placed at random until ``density`` of the map is covered.
 
     They may overlap, and extend over the border. With ``size`` 1 the covered share is ``density`` (0 to 1) rounded to
@@ -144,14 +138,7 @@ def random_obstacles(
 
 
 GENERATORS: Mapping[str, Callable[..., OccupancyGrid]] = MappingProxyType(
-    {
-        "maze": maze,
-        "rooms": rooms,
-        "random": random_obstacles,
-        "spiral": spiral,
-        "corridor": corridor,
-        "empty": empty,
-    }
+    {"maze": maze, "rooms": rooms, "random": random_obstacles, "spiral": spiral, "corridor": corridor, "empty": empty}
 )
 """The generators by their names in YAML."""
 
@@ -282,9 +269,7 @@ def _size(rows: object, columns: object) -> tuple[int, int]:
 def _sides(room: object) -> tuple[int, int]:
     pair = (room, room) if isinstance(room, int) else room
     if not isinstance(pair, list | tuple) or len(pair) != 2:
-        raise MapError(
-            f"room is {room!r:.80}", "room", "give the side of a room in cells, or (rows, columns)"
-        )
+        raise MapError(f"room is {room!r:.80}", "room", "give the side of a room in cells, or (rows, columns)")
     return _integer("room", pair[0], 1, MAX_CELLS), _integer("room", pair[1], 1, MAX_CELLS)
 
 

@@ -61,9 +61,7 @@ class OccupancyGrid:
         if self.unknown is not None:
             unknown = _read_only(self.unknown, self.source)
             if unknown.shape != self.free.shape:
-                raise MapError(
-                    f"unknown has shape {unknown.shape}, free has {self.free.shape}", self.source or None
-                )
+                raise MapError(f"unknown has shape {unknown.shape}, free has {self.free.shape}", self.source or None)
             object.__setattr__(self, "unknown", unknown)
 
     def __reduce__(self) -> tuple[type[OccupancyGrid], tuple[object, ...]]:
@@ -113,9 +111,7 @@ def as_free(free: NDArray[np.bool_], where: str | None = None) -> NDArray[np.boo
     """
     array = np.asarray(free)
     if array.ndim != 2 or array.dtype != np.bool_:
-        raise MapError(
-            f"free must be a bool array of rows × columns, not {array.dtype} of shape {array.shape}", where
-        )
+        raise MapError(f"free must be a bool array of rows × columns, not {array.dtype} of shape {array.shape}", where)
     check_size(int(array.shape[0]), int(array.shape[1]), where)
     return array
 

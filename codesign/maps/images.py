@@ -197,9 +197,7 @@ def _decode_by_pillow(content: bytes, kind: str, where: str) -> GreyImage:
             image.load()
             array, full = _pixels(image)
     except Exception as error:  # Pillow raises a dozen kinds, from zlib's to IndexError, on damaged files
-        raise MapError(
-            f"the {kind} cannot be decoded: {error!s:.200}", where, "the file may be cut"
-        ) from None
+        raise MapError(f"the {kind} cannot be decoded: {error!s:.200}", where, "the file may be cut") from None
     if array.ndim == 2:
         array = array[:, :, None]
     # The last of two or of four channels is the opacity.

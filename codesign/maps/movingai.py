@@ -64,9 +64,7 @@ def parse_movingai(content: bytes, where: str) -> OccupancyGrid:
         words = line.split()
         size = parse_count(words[1]) if len(words) == 2 else None
         if size is None or words[0] not in (b"height", b"width") or words[0] in sizes:
-            raise MapError(
-                f"{show(line)} is neither height nor width", f"{where}:{number}:1", "write, say, height 32"
-            )
+            raise MapError(f"{show(line)} is neither height nor width", f"{where}:{number}:1", "write, say, height 32")
         sizes[words[0]] = size
     if len(lines) < 5 or lines[3].strip() != b"map":
         raise MapError(
@@ -84,8 +82,7 @@ def parse_movingai(content: bytes, where: str) -> OccupancyGrid:
         )
     if len(rows[0]) != sizes[b"width"]:
         raise MapError(
-            f"this row has {counted(len(rows[0]), 'cell')}, the header says width {sizes[b'width']}",
-            f"{where}:5:1",
+            f"this row has {counted(len(rows[0]), 'cell')}, the header says width {sizes[b'width']}", f"{where}:5:1"
         )
     return OccupancyGrid(parse_cells(rows, FREE, OBSTACLE, where, first_line=5), source=where)
 
@@ -100,9 +97,7 @@ def read_scenarios(path: str | os.PathLike[str]) -> tuple[MovingAiScenario, ...]
     where = str(path)
     lines = split_lines(read_bytes(path), where)
     if lines[0].strip() not in _VERSIONS:
-        raise MapError(
-            f"the first line is {show(lines[0])}, not 'version 1'", f"{where}:1:1", "is this a .scen file?"
-        )
+        raise MapError(f"the first line is {show(lines[0])}, not 'version 1'", f"{where}:1:1", "is this a .scen file?")
     if len(lines) - 1 > MAX_SCENARIOS:
         raise MapError(f"{len(lines) - 1} scenarios are above the limit of {MAX_SCENARIOS}", where)
     return tuple(_scenario(line, where, number) for number, line in enumerate(lines[1:], 2) if line.strip())

@@ -62,9 +62,7 @@ class Radius:
             return self.value
         if resolution is None:
             what = f"a radius of {self} on a map that does not say how large a cell is"
-            raise MapError(
-                what, "inflate", "give the map its resolution, such as 5 cm, or write a radius in cells"
-            )
+            raise MapError(what, "inflate", "give the map its resolution, such as 5 cm, or write a radius in cells")
         return self.value / resolution
 
 

@@ -80,9 +80,7 @@ def _pair(cell: Cell, name: str, where: str | None) -> Cell:
         ) from None
 
 
-def reachable(
-    free: NDArray[np.bool_], goals: Iterable[Cell], *, corner_cutting: bool = False
-) -> NDArray[np.bool_]:
+def reachable(free: NDArray[np.bool_], goals: Iterable[Cell], *, corner_cutting: bool = False) -> NDArray[np.bool_]:
     """Bool H×W: the free cells with a path to a goal, goals included.
 
     A path takes steps across the sides of cells. Diagonal steps that cut no corner reach no more cells. With

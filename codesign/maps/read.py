@@ -36,9 +36,7 @@ def read_map(path: str | os.PathLike[str], *, unknown_is_free: bool = False) -> 
     if content.startswith(b"type ") or suffix == ".map":
         return parse_movingai(content, where)
     if suffix == ".scen":
-        raise MapError(
-            "this is a file of scenarios, not a map", where, "name the .map file that belongs to it"
-        )
+        raise MapError("this is a file of scenarios, not a map", where, "name the .map file that belongs to it")
     return parse_text(content, where)
 
 

@@ -207,8 +207,6 @@ def _origin(node: yaml.Node, path: Path) -> tuple[float, float, float]:
     import yaml
 
     if not isinstance(node, yaml.SequenceNode) or len(node.value) != 3:
-        raise _fault(
-            node, path, "origin is not a list of three numbers", "give [x, y, yaw], in metres and rad"
-        )
+        raise _fault(node, path, "origin is not a list of three numbers", "give [x, y, yaw], in metres and rad")
     x, y, yaw = (_number(entry, "origin", path) for entry in node.value)
     return x, y, yaw

@@ -171,14 +171,10 @@ def _columns(placements: Sequence[Placement]) -> tuple[tuple[str, ...], ...]:
     rows = [each.row for each in placements]
     families = {row.family for row in rows}
     parts = {family: sorted(row.part for row in rows if row.family == family) for family in families}
-    first = {
-        family: max(names, key=lambda name: (names.count(name), name)) for family, names in parts.items()
-    }
+    first = {family: max(names, key=lambda name: (names.count(name), name)) for family, names in parts.items()}
     times = {("T", each.row.family, each.registers.pipeline) for each in placements}
     grades = {("r", row.part) for row in rows if row.part != first[row.family]}
-    slopes = {
-        ("s", family, pipeline) for _, family, pipeline in times if _grows(placements, pipeline, family)
-    }
+    slopes = {("s", family, pipeline) for _, family, pipeline in times if _grows(placements, pipeline, family)}
     doubled = {("d", each.registers.pipeline) for each in placements if each.registers.doublings}
     return (*sorted(times), *sorted(grades), *sorted(slopes), *sorted(doubled))
 
@@ -194,12 +190,7 @@ def _grows(placements: Sequence[Placement], pipeline: str, family: str = "") -> 
 
 
 def _terms(
-    columns: Sequence[tuple[str, ...]],
-    part: str,
-    family: str,
-    registers: Registers,
-    growth: Growths,
-    middle: float,
+    columns: Sequence[tuple[str, ...]], part: str, family: str, registers: Registers, growth: Growths, middle: float
 ) -> list[float]:
     grow = GROWTHS[growth.get(registers.pipeline, "none")]
     growing = grow(registers.size) - grow(middle)
@@ -217,9 +208,7 @@ def _terms(
 
 def _fitted(placements: Sequence[Placement], growth: Growths, middle: float) -> ClockLaw:
     columns = _columns(placements)
-    terms = [
-        _terms(columns, each.row.part, each.row.family, each.registers, growth, middle) for each in placements
-    ]
+    terms = [_terms(columns, each.row.part, each.row.family, each.registers, growth, middle) for each in placements]
     periods = [math.log(each.row.period_ns) for each in placements]
     factors = np.linalg.lstsq(np.array(terms), np.array(periods), rcond=None)[0]
     families = tuple(each.row.family for each in placements)
@@ -227,9 +216,7 @@ def _fitted(placements: Sequence[Placement], growth: Growths, middle: float) -> 
     return ClockLaw(growth, columns, tuple(map(float, factors)), middle, {}, families, pipelines)
 
 
-def _held_out(
-    placements: Sequence[Placement], growth: Growths, middle: float, pipeline: str = ""
-) -> dict[int, float]:
+def _held_out(placements: Sequence[Placement], growth: Growths, middle: float, pipeline: str = "") -> dict[int, float]:
     """The clock by the fit to the others over the placed one less 1, by the place of the placement.
 
     ``pipeline``: of this one alone. The others have to hold its part, its pipeline on its family, and its pipeline in
@@ -254,26 +241,16 @@ def _beyond(placements: Sequence[Placement], growth: Growths, middle: float) -> 
     powers = [LEAST_GROWTH]
     for row, kind in {((each.row.part, each.row.family), each.registers.pipeline) for each in placements}:
         sizes = sorted(
-            {
-                each.registers.size
-                for each in placements
-                if _alike(each, kind, row[1]) and each.row.part == row[0]
-            }
+            {each.registers.size for each in placements if _alike(each, kind, row[1]) and each.row.part == row[0]}
         )
         for end, near in ((-1, -2), (0, 1)) if len(sizes) > 2 else ():
             low, high = sorted((sizes[near], sizes[-1 - near]))
             inside = [
-                each
-                for each in placements
-                if not _alike(each, kind, row[1]) or low <= each.registers.size <= high
+                each for each in placements if not _alike(each, kind, row[1]) or low <= each.registers.size <= high
             ]
             law = _fitted(inside, growth, middle)
             for each in placements:
-                if (
-                    _alike(each, kind, row[1])
-                    and each.row.part == row[0]
-                    and each.registers.size == sizes[end]
-                ):
+                if _alike(each, kind, row[1]) and each.row.part == row[0] and each.registers.size == sizes[end]:
                     period = law.period(*row, each.registers)
                     if period is not None:
                         off = abs(math.log(each.row.period_ns / period))
@@ -303,11 +280,7 @@ def clock_law(placements: tuple[Placement, ...]) -> ClockLaw | None:
 
     growth = {each: min(GROWTHS, key=partial(missed, each)) for each in pipelines}
     law = _fitted(placements, growth, middle)
-    return replace(
-        law,
-        held_out=_held_out(placements, growth, middle),
-        beyond=_beyond(placements, growth, middle),
-    )
+    return replace(law, held_out=_held_out(placements, growth, middle), beyond=_beyond(placements, growth, middle))
 
 
 def held_out(placements: tuple[Placement, ...]) -> Mapping[tuple[str, ...], float]:
@@ -353,9 +326,7 @@ def on_family(
         figure = on_family(published, part, *families, registers=alike, placements=placements)
         low, high = figure.interval
         slower = f"the value is that of {registers.like}, and it may be {TRANSFER} times slower"
-        source = (
-            f"{registers.pipeline}: not placed on {part.family}; {slower}{_reached(registers, placements)}"
-        )
+        source = f"{registers.pipeline}: not placed on {part.family}; {slower}{_reached(registers, placements)}"
         return Figure(figure.value, "Hz", Status.ASSUMED, f"{source}: {figure.source}", low / TRANSFER, high)
     if part.family in families:
         return published
@@ -383,9 +354,7 @@ def _reached(registers: Registers, placements: tuple[Placement, ...]) -> str:
     )
     for (part, family), sizes in sorted(placed.items()):
         near = replace(registers, size=min(max(registers.size, min(sizes)), max(sizes)))
-        own, other = (
-            law.period(part, family, replace(near, pipeline=kind)) for kind in (near.pipeline, near.like)
-        )
+        own, other = (law.period(part, family, replace(near, pipeline=kind)) for kind in (near.pipeline, near.like))
         if own is not None and other is not None:
             text += f"; on {part} it reached {other / own:.0%} of that"
     return text
@@ -436,15 +405,10 @@ def _transfer(
     grade = f"{registers.pipeline} in this speed grade" if not sizes else ""
     sizes = sizes or [each.registers.size for each in alike]
     over = max(1.0, registers.size / max(sizes), min(sizes) / registers.size)
-    beyond = (
-        f"a size of {registers.size:,.0f} ({min(sizes):,.0f} to {max(sizes):,.0f} were)" if over > 1 else ""
-    )
+    beyond = f"a size of {registers.size:,.0f} ({min(sizes):,.0f} to {max(sizes):,.0f} were)" if over > 1 else ""
     placed = {(each.registers.options, each.registers.doublings) for each in alike}
     other = (registers.options, registers.doublings) not in placed
-    words = [
-        *sorted(registers.options),
-        *([f"{2**registers.doublings:.0f} bits a cycle"] * (registers.doublings > 0)),
-    ]
+    words = [*sorted(registers.options), *([f"{2**registers.doublings:.0f} bits a cycle"] * (registers.doublings > 0))]
     options = (" with ".join(words) or "a plain circuit") * other
     apart = over**law.beyond * (TRANSFER if other else 1.0)
     return apart, ", ".join(filter(None, (grade, beyond, options)))
@@ -457,11 +421,7 @@ def _same_grade(part: Part, parts: Sequence[str]) -> str | None:
 
 def _path(part: str, family: str, registers: Registers, placements: Sequence[Placement]) -> str:
     """The critical path of the placement of this pipeline that is nearest: on the part, or else on its family."""
-    near = [
-        each
-        for each in placements
-        if each.row.family == family and each.registers.pipeline == registers.pipeline
-    ]
+    near = [each for each in placements if each.row.family == family and each.registers.pipeline == registers.pipeline]
     nearest = min(
         near,
         key=lambda each: (
@@ -522,6 +482,4 @@ def _below_ram(limit: Figure, part: Part) -> Figure:
             max(limit.value, min(high, ram.interval[1])),
         )
     source = f"block RAM of {part.full_name}: {ram.source}"
-    return Figure(
-        ram.value, limit.unit, ram.status, source, min(low, ram.interval[0]), max(ram.value, ram.interval[1])
-    )
+    return Figure(ram.value, limit.unit, ram.status, source, min(low, ram.interval[0]), max(ram.value, ram.interval[1]))

@@ -136,9 +136,7 @@ class CountedLaws:
     def rows(self) -> tuple[ResourceRow, ...]:
         """The rows of its styles."""
         return tuple(
-            row
-            for style in self.table["styles"]
-            for row in resource_rows(self.room, style, self.table.get("task", ""))
+            row for style in self.table["styles"] for row in resource_rows(self.room, style, self.table.get("task", ""))
         )
 
     def family(self, part_family: str) -> tuple[str, bool]:
@@ -152,14 +150,8 @@ class CountedLaws:
         where, each = self.table.get("where", "True"), self.table.get("each", "0")
         rows = [row for row in self.rows if self.holds(where, row.variables)]
         values = [_Names(self, row.variables, "").value(each) for row in rows]
-        held = {
-            (row.family, value)
-            for row, value in zip(rows, values, strict=True)
-            if self.held_out(row.variables)
-        }
-        return frozenset(
-            family for family, _ in held if all((family, value) in held for value in set(values))
-        )
+        held = {(row.family, value) for row, value in zip(rows, values, strict=True) if self.held_out(row.variables)}
+        return frozenset(family for family, _ in held if all((family, value) in held for value in set(values)))
 
     def fit(self, piece: str, resource: str, design: Any, family: str) -> Fit:
         """The law that a design's resource of a piece has in a family of rows: coefficients and errors."""
@@ -203,8 +195,6 @@ def _fit(laws: CountedLaws, piece: str, resource: str, family: str, like: Any) -
     for row in laws.rows:
         names = _Names(laws, row.variables, family)
         if names.value(where) and (like is None or names.value(entry["like"]) == like):
-            point = Point(
-                laws._terms(piece, resource, names), row.count(piece, resource), laws.held_out(row.variables)
-            )
+            point = Point(laws._terms(piece, resource, names), row.count(piece, resource), laws.held_out(row.variables))
             points[row.family == family].append(point)
     return fit(points[True], points[False] if points[True] else ())

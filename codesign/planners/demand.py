@@ -81,8 +81,7 @@ class Line:
     ) -> Line:
         """A bound: ``demand`` against ``limit``, both in ``unit``. A number of them has the status and the source."""
         figure, most = (
-            each if isinstance(each, Figure) else Figure(each, unit, status, source)
-            for each in (demand, limit)
+            each if isinstance(each, Figure) else Figure(each, unit, status, source) for each in (demand, limit)
         )
         return cls(name, "", figure, most, levers)
 

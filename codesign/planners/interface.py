@@ -122,9 +122,7 @@ class Problem:
         """The same problem with ``start`` as its first: the request that comes from there."""
         starts = (start, *(each for each in self.starts if each != start))
         lengths = dict(zip(self.starts, self.optimal_lengths, strict=False))
-        return replace(
-            self, starts=starts, optimal_lengths=tuple(lengths[each] for each in starts if each in lengths)
-        )
+        return replace(self, starts=starts, optimal_lengths=tuple(lengths[each] for each in starts if each in lengths))
 
     @cached_property
     def changed(self) -> Self:
@@ -297,9 +295,7 @@ class Planner(ABC):
     def trajectory(self, problem: Any, plan: Any, start: Any) -> tuple[NDArray[np.float64], bool]:
         """The path from ``start``: float64 n × 2 (row, column) in cells, and whether it arrives."""
 
-    def path_from(
-        self, _problem: Any, _plan: Any, start: tuple[float, float], /
-    ) -> tuple[NDArray[np.float64], bool]:
+    def path_from(self, _problem: Any, _plan: Any, start: tuple[float, float], /) -> tuple[NDArray[np.float64], bool]:
         """The path from a position, (row, column) in cells, that need not be the middle of a cell.
 
         As ``trajectory``: points float64 n × 2, ``start`` first, and whether it arrives. Where the plan holds no path

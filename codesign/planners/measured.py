@@ -245,8 +245,7 @@ def fit(points: Sequence[Point], elsewhere: Sequence[Point] = ()) -> Fit:
 
     def errors(of: Iterable[Point]) -> tuple[float, ...]:
         return tuple(
-            (float(np.dot(coefficients, point.terms)) - point.value) / max(1.0, abs(point.value))
-            for point in of
+            (float(np.dot(coefficients, point.terms)) - point.value) / max(1.0, abs(point.value)) for point in of
         )
 
     return Fit(

@@ -129,14 +129,10 @@ class Part(Common):
     @model_validator(mode="after")
     def _whole_rows(self) -> Self:
         for number, entry in enumerate(self.entries):
-            needed = (
-                ("place", "measure", "status", "use", "source") if entry.measure else ("place", "circuit")
-            )
+            needed = ("place", "measure", "status", "use", "source") if entry.measure else ("place", "circuit")
             for name in needed:
                 if getattr(entry, name) is None:
-                    raise RefusalError(
-                        f"there is no {name}", f"write {name}: here or of the part", ("rows", number)
-                    )
+                    raise RefusalError(f"there is no {name}", f"write {name}: here or of the part", ("rows", number))
         return self
 
     @cached_property
@@ -144,9 +140,7 @@ class Part(Common):
         """The rows with what the part says for all of them."""
         common = {name: getattr(self, name) for name in Common.model_fields}
         return [
-            entry.model_copy(
-                update={name: value for name, value in common.items() if getattr(entry, name) is None}
-            )
+            entry.model_copy(update={name: value for name, value in common.items() if getattr(entry, name) is None})
             for entry in self.rows
         ]
 
@@ -254,9 +248,7 @@ class Paper:
         self.measures[function.__name__] = function
         return function
 
-    def __call__(
-        self, quick: bool = False, progress: Progress = silent, settings: Any = None
-    ) -> Reproduction:
+    def __call__(self, quick: bool = False, progress: Progress = silent, settings: Any = None) -> Reproduction:
         """Every row of the paper that the model can be compared with, with plots and findings.
 
         Args:
@@ -337,9 +329,7 @@ class Paper:
 
     def _measured(self, name: str, runs: Any, values: Mapping[str, Any]) -> Any:
         if name not in self.measures:
-            raise InputError(
-                f"no measure is named {name!r}", str(self.path), choose_hint(name, self.measures)
-            )
+            raise InputError(f"no measure is named {name!r}", str(self.path), choose_hint(name, self.measures))
         return self.measures[name](runs, Case(**{**self.figures, **values}))
 
 

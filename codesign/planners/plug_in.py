@@ -48,9 +48,7 @@ def _timed(run: Callable[[], object]) -> float:
 class Reproduce(Protocol):
     """Compares the model with the paper of the planner."""
 
-    def __call__(
-        self, quick: bool = False, progress: Progress = silent, settings: Any = None
-    ) -> Reproduction:
+    def __call__(self, quick: bool = False, progress: Progress = silent, settings: Any = None) -> Reproduction:
         """Every row of the paper that the model can be compared with.
 
         ``quick``: fewer and smaller maps, seconds instead of minutes. ``progress`` is called with a line of text for

@@ -38,10 +38,7 @@ class PowerReport:
         return self.dynamic / (self.clock * TYPICAL * (self.luts + self.flip_flops))
 
 
-REPORTS = (
-    PowerReport(0.070, 100e6, 12_403, 18_391, 7_847),
-    PowerReport(0.084, 100e6, 17_372, 25_373, 9_709),
-)
+REPORTS = (PowerReport(0.070, 100e6, 12_403, 18_391, 7_847), PowerReport(0.084, 100e6, 17_372, 25_373, 9_709))
 """Mucha and Scechura 2023, two sizes of an A* array on the XC7Z020-1, by Vivado."""
 
 
@@ -73,11 +70,7 @@ def activity_by(rows: Sequence[ActivityRow]) -> Figure | None:
 
 
 def slice_power(
-    demand: Demand,
-    clock: int,
-    part: Part,
-    activity: Figure | None = None,
-    status: Status = Status.CALIBRATED,
+    demand: Demand, clock: int, part: Part, activity: Figure | None = None, status: Status = Status.CALIBRATED
 ) -> tuple[Figure, Figure]:
     """Static power of ``part``; and slices × ``clock`` (Hz) × the part's power a slice and Hz × ``activity``, W.
 

@@ -32,14 +32,11 @@ class Quality:
         ),
     ]
     local_maxima: Annotated[
-        int | None,
-        Field(title="covered cells with no way up (local maxima)", description=described("local_maxima")),
+        int | None, Field(title="covered cells with no way up (local maxima)", description=described("local_maxima"))
     ]
     share_reaching_goal: Annotated[
         float | None,
-        Field(
-            title="share of covered cells that reach the goal", description=described("share_reaching_goal")
-        ),
+        Field(title="share of covered cells that reach the goal", description=described("share_reaching_goal")),
     ]
     starts: Annotated[int, Field(description="starts tried")]
     starts_arrived: Annotated[int, Field(description="starts from which following the plan arrived")]
@@ -54,20 +51,12 @@ class Quality:
     path_length_ratio_worst: Annotated[
         float | None, Field(title="path length over the shortest, worst", description="the same, worst")
     ]
-    clearance_mean: Annotated[
-        float | None, Field(title="clearance, mean", description=described("clearance_mean"))
-    ]
+    clearance_mean: Annotated[float | None, Field(title="clearance, mean", description=described("clearance_mean"))]
     clearance_least: Annotated[
         float | None,
-        Field(
-            title="clearance, least",
-            description="the same, least, cells",
-            json_schema_extra={"unit": "cells"},
-        ),
+        Field(title="clearance, least", description="the same, least, cells", json_schema_extra={"unit": "cells"}),
     ]
-    wrong_cells: Annotated[
-        int | None, Field(title="cells with a wrong value", description=described("wrong_cells"))
-    ]
+    wrong_cells: Annotated[int | None, Field(title="cells with a wrong value", description=described("wrong_cells"))]
     optimal_length_mean: Annotated[
         float | None,
         Field(
@@ -87,14 +76,10 @@ class Quality:
     cells_leading_nowhere: Annotated[
         int | None,
         Field(
-            title="cells that lead nowhere",
-            description="planned cells from which following the plan does not arrive",
+            title="cells that lead nowhere", description="planned cells from which following the plan does not arrive"
         ),
     ] = None
-    warnings: Annotated[
-        tuple[str, ...],
-        Field(description="facts that qualify these figures, each with a remedy"),
-    ] = ()
+    warnings: Annotated[tuple[str, ...], Field(description="facts that qualify these figures, each with a remedy")] = ()
 
 
 @dataclass(frozen=True)
@@ -110,9 +95,7 @@ class RobotsQuality:
             description="updates of the velocities, until all arrived or the run was given up",
         ),
     ]
-    collisions: Annotated[
-        int, Field(title="pairs of robots that collided", description=described("collisions"))
-    ]
+    collisions: Annotated[int, Field(title="pairs of robots that collided", description=described("collisions"))]
     closest_approach: Annotated[float, Field(description=described("closest_approach"))]
     time_to_targets_s: Annotated[
         float | None,
@@ -122,8 +105,7 @@ class RobotsQuality:
         ),
     ]
     velocity_changes: Annotated[
-        int,
-        Field(title="changes of velocity", description="updates at which a robot left the velocity it had"),
+        int, Field(title="changes of velocity", description="updates at which a robot left the velocity it had")
     ]
     path_length_ratio_mean: Annotated[
         float | None,

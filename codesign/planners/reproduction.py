@@ -195,8 +195,7 @@ class Reproduction(InNotebooks):
         if not moved:
             return self
         rows = tuple(
-            replace(each, note="; ".join(filter(None, (each.note, f"not as published: {moved}"))))
-            for each in self.rows
+            replace(each, note="; ".join(filter(None, (each.note, f"not as published: {moved}")))) for each in self.rows
         )
         return replace(self, rows=rows, settings=moved)
 
@@ -222,10 +221,7 @@ def reproduction_schema() -> dict[str, Any]:
     head = {
         "schema_version": version,
         "codesign": {"type": "string", "description": "version of hwsw"},
-        "date": {
-            "type": "string",
-            "description": "the day on which it was written, UTC, or of SOURCE_DATE_EPOCH",
-        },
+        "date": {"type": "string", "description": "the day on which it was written, UTC, or of SOURCE_DATE_EPOCH"},
     }
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
@@ -246,9 +242,7 @@ def joined(reproductions: Sequence[Reproduction]) -> Reproduction:
     if len(reproductions) == 1:
         return reproductions[0]
     rows = tuple(
-        replace(row, table=f"{short_name(each.paper)}, {row.table}")
-        for each in reproductions
-        for row in each.rows
+        replace(row, table=f"{short_name(each.paper)}, {row.table}") for each in reproductions for row in each.rows
     )
     figures = tuple(figure for each in reproductions for figure in each.figures)
     findings = tuple(

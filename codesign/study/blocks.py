@@ -43,9 +43,7 @@ def expanded(data: bytes) -> bytes:
         # Checked before: as many bytes are taken as the frame says.
         size = zstandard.get_frame_parameters(data).content_size
         if size > _MOST_BYTES:
-            raise ValueError(
-                f"a block of more than {_MOST_BYTES:,} bytes, or of a length that it does not say"
-            )
+            raise ValueError(f"a block of more than {_MOST_BYTES:,} bytes, or of a length that it does not say")
         return zstandard.ZstdDecompressor().decompress(data, allow_extra_data=False)
     except zstandard.ZstdError as wrong:
         raise ValueError(str(wrong)) from wrong
@@ -195,9 +193,7 @@ class _Reader:
             raise ValueError("a block is cut off")
         planes = np.frombuffer(self._data, np.uint8, size, self._place).reshape(kind.itemsize, count)
         self._place += size
-        return (
-            np.ascontiguousarray(planes.T).view(kind.newbyteorder("<")).reshape(-1).astype(kind, copy=False)
-        )
+        return np.ascontiguousarray(planes.T).view(kind.newbyteorder("<")).reshape(-1).astype(kind, copy=False)
 
 
 def _inside(numbers: NDArray[Any], least: int, count: int) -> bool:

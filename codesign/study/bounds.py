@@ -159,17 +159,10 @@ class Bounds:
             for number in range(len(box.axes[PLATFORM_AXIS])) if several else (None,):
                 rising = self._monotone(part, number)
                 others = [
-                    (number or 0,)
-                    if name == PLATFORM_AXIS
-                    else (0,)
-                    if axis in rising
-                    else range(len(box.axes[name]))
+                    (number or 0,) if name == PLATFORM_AXIS else (0,) if axis in rising else range(len(box.axes[name]))
                     for axis, name in enumerate(names)
                 ]
-                directions = (
-                    tuple(each[0] for each in rising.values()),
-                    tuple(each[1] for each in rising.values()),
-                )
+                directions = (tuple(each[0] for each in rising.values()), tuple(each[1] for each in rising.values()))
                 sizes = tuple(len(box.axes[names[axis]]) for axis in rising)
                 for places in itertools.product(*others):
                     yield Family(part, places, tuple(rising), *directions, sizes)
@@ -297,10 +290,7 @@ class OpenFamily:
 
     def fastest_allowed(self) -> tuple[int, ...]:
         """On each monotone axis the place of the fastest value at which no clock is above its limit."""
-        places = [
-            size - 1 if rises else 0
-            for rises, size in zip(self.family.rising, self.family.sizes, strict=True)
-        ]
+        places = [size - 1 if rises else 0 for rises, size in zip(self.family.rising, self.family.sizes, strict=True)]
         for number, size in enumerate(self.family.sizes):
             rows = np.tile(np.array(self.family.slowest), (size, 1))
             rows[:, number] = np.arange(size)
@@ -336,15 +326,9 @@ class OpenFamily:
             budget = next((each for each in budgets if each is not None), math.nan)
             none = np.zeros(len(column), np.bool_)
             for broken in broken_bounds(
-                bound,
-                np.where(np.isinf(column), math.nan, column),
-                np.array([budget]),
-                feasible=none,
-                unreached=none,
+                bound, np.where(np.isinf(column), math.nan, column), np.array([budget]), feasible=none, unreached=none
             ):
-                found += [
-                    (broken.name, limit.figure.name, int(box), float(column[box])) for box in broken.which
-                ]
+                found += [(broken.name, limit.figure.name, int(box), float(column[box])) for box in broken.which]
         return found
 
     def _figures(self, low: Places, last: Places, figures: Sequence[ResultFigure]) -> list[Floats]:
@@ -397,10 +381,7 @@ class OpenFamily:
                 ]
             )
             different, numbers = np.unique(levels, axis=0, return_inverse=True)
-            each = [
-                self.bounds.model(member, name, dict(zip(axes, row, strict=True)))
-                for row in different.tolist()
-            ]
+            each = [self.bounds.model(member, name, dict(zip(axes, row, strict=True))) for row in different.tolist()]
             which[name] = numbers.reshape(-1).astype(np.intp)
             sound &= np.array([model is not None for model in each])[which[name]]
             models[name] = [base if model is None else model for model in each]
@@ -415,6 +396,4 @@ class OpenFamily:
     @staticmethod
     def _is_same(figure: ResultFigure) -> bool:
         """Whether all designs of a family have the same figure."""
-        return not isinstance(figure, DerivedFigure) and (
-            figure.name not in PRICED or figure.name == "cycles"
-        )
+        return not isinstance(figure, DerivedFigure) and (figure.name not in PRICED or figure.name == "cycles")

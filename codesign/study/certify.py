@@ -99,18 +99,11 @@ def _definition(table: Table, claims: Claims) -> Definition:
         "aggregate": {name: rule_as_written(rule) for name, rule in table.aggregate.items()},
         "derived": {name: figure.as_written for name, figure in table.figures.items()},
         "figures": [
-            {
-                "name": figure.name,
-                "unit": figure.unit,
-                "best": "greatest" if table.world.maximise(figure) else "least",
-            }
+            {"name": figure.name, "unit": figure.unit, "best": "greatest" if table.world.maximise(figure) else "least"}
             for figure in figures
         ],
         "objectives": [
-            {
-                "figure": figures.index(figure),
-                "direction": "maximise" if table.world.maximise(figure) else "minimise",
-            }
+            {"figure": figures.index(figure), "direction": "maximise" if table.world.maximise(figure) else "minimise"}
             for figure in table.objectives
         ],
         "constraints": [

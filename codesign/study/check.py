@@ -34,9 +34,7 @@ class Check:
         '1 point was run alone: 1 figure differs'
         """
         ran = f"{counted(self.points, 'point')} {'was' if self.points == 1 else 'were'} run alone"
-        differ = (
-            f"{counted(len(self.differences), 'figure')} differ{'s' if len(self.differences) == 1 else ''}"
-        )
+        differ = f"{counted(len(self.differences), 'figure')} differ{'s' if len(self.differences) == 1 else ''}"
         return f"{ran}: {differ if self.differences else 'all figures equal'}"
 
 

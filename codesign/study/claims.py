@@ -68,8 +68,7 @@ class Reasons:
     def names(self) -> list[ReasonName]:
         """What passes its limit, by number."""
         return [
-            ReasonName.model_validate(dict(zip(ReasonName.model_fields, name, strict=True)))
-            for name in self._names
+            ReasonName.model_validate(dict(zip(ReasonName.model_fields, name, strict=True))) for name in self._names
         ]
 
     @property
@@ -162,9 +161,7 @@ class Claims:
         columns: dict[str, NDArray[Any]] = {
             "design": self._places[chosen],
             "task": np.concatenate([task, np.array(tasks, np.int64)]),
-            "figures": np.concatenate(
-                [figures, np.array(best, np.float64).reshape(figures.shape[0], -1)], axis=1
-            ),
+            "figures": np.concatenate([figures, np.array(best, np.float64).reshape(figures.shape[0], -1)], axis=1),
             "budgets": np.array(
                 [
                     np.concatenate([judged.budgets(limit)[chosen], np.full(len(boxes), math.nan)])
@@ -243,9 +240,7 @@ class Claims:
         """Which designs do not keep each limit."""
         judged = self._table.judged
         return [
-            ~_keeps(
-                limit, judged.figure(limit.figure), judged.budgets(limit.of_part) if limit.of_part else 1.0
-            )
+            ~_keeps(limit, judged.figure(limit.figure), judged.budgets(limit.of_part) if limit.of_part else 1.0)
             for limit in self.limits
         ]
 
@@ -277,10 +272,7 @@ class Claims:
         first = np.where((first < 0) & (outcomes.reason >= 0), outcomes.reason + late, first)
         table = np.asarray(judged.by_design(np.where(judged.counts_points, first, -1)), np.int64)
         which = np.asarray(table[np.arange(len(table)), (table >= 0).argmax(axis=1)], np.int64)
-        held = [
-            *(template.reasons[:1] for template in outcomes.templates),
-            *((each,) for each in outcomes.reasons),
-        ]
+        held = [*(template.reasons[:1] for template in outcomes.templates), *((each,) for each in outcomes.reasons)]
         return self._numbered(which, held, lambda reasons: self.reasons.number(reasons[0]))
 
     def _numbered(self, which: Numbers, held: Sequence[Any], number: Any) -> Numbers:

@@ -204,13 +204,9 @@ class Crew:
 
     def _submit(self, address: str, function: Callable[..., Any], *arguments: Any) -> distributed.Future:
         """Run a function on one worker and on no other."""
-        return self.client.submit(
-            function, *arguments, workers=[address], allow_other_workers=False, pure=False
-        )
+        return self.client.submit(function, *arguments, workers=[address], allow_other_workers=False, pure=False)
 
-    def _begun(
-        self, coroutine: Coroutine[Any, Any, Any], end: Callable[[Future[Any]], Came | Left | None]
-    ) -> None:
+    def _begun(self, coroutine: Coroutine[Any, Any, Any], end: Callable[[Future[Any]], Came | Left | None]) -> None:
         """Begin a coroutine in the thread of the client; ``end`` is called with it in the thread of the executor."""
         future = asyncio.run_coroutine_threadsafe(coroutine, self.client.loop.asyncio_loop)
         future.add_done_callback(lambda future: self._events.put(partial(end, future)))
@@ -248,9 +244,7 @@ class Crew:
             holding = self._submit(address, node.hold, self._sent, digest)
             files = await self._fetch(self._submit(address, _differing, holding))
             self.cold |= there["cold"]
-            fault = (
-                f"its files differ from those here, or are not there: {', '.join(files[:3])}" if files else ""
-            )
+            fault = f"its files differ from those here, or are not there: {', '.join(files[:3])}" if files else ""
             return (None, fault) if fault else (holding, "")
 
     def _joined(self, seat: _Seat, end: Future[Any]) -> None:
@@ -374,9 +368,7 @@ class ClusterExecutor:
     def words(self) -> str:
         """The cluster in words, such as ``2 workers on 1 machine``."""
         infos = self._infos()
-        return (
-            f"{counted(len(infos), 'worker')} on {counted(len({info['host'] for info in infos}), 'machine')}"
-        )
+        return f"{counted(len(infos), 'worker')} on {counted(len({info['host'] for info in infos}), 'machine')}"
 
     def share(self, memory: int | None) -> int:
         """The bytes that one worker may take: of a bound for all; by default what the least of them is allowed."""

@@ -173,8 +173,7 @@ def libraries() -> tuple[Any, Any]:
         from pyarrow import parquet
     except ImportError:
         raise InputError(
-            "a Parquet file needs pyarrow",
-            hint="pip install 'hwsw-codesign[parquet]', or pip install pyarrow",
+            "a Parquet file needs pyarrow", hint="pip install 'hwsw-codesign[parquet]', or pip install pyarrow"
         ) from None
     return pyarrow, parquet
 

@@ -46,8 +46,7 @@ def axis_column(axis: str, values: Sequence[Any]) -> tuple[str, list[Scalar]]:
             suffix = _SUFFIXES.get(dimension, SCALES[dimension].base.lower())
             return f"{axis}_{suffix}", [*numbers]
     return axis, [
-        value if isinstance(value, str | int | float | None) else json.dumps(value, sort_keys=True)
-        for value in values
+        value if isinstance(value, str | int | float | None) else json.dumps(value, sort_keys=True) for value in values
     ]
 
 
@@ -85,8 +84,7 @@ def _is_number(value: Any) -> bool:
 def _spelt(axis: str, values: Sequence[Any]) -> list[str]:
     """A text for each value of an axis, equal for 1 and 1.0, 0.8 and 80 %, 50 MHz and 0.05 GHz; true is no 1."""
     shares = [
-        float(value[:-1]) / 100 if isinstance(value, str) and _PERCENT.fullmatch(value) else value
-        for value in values
+        float(value[:-1]) / 100 if isinstance(value, str) and _PERCENT.fullmatch(value) else value for value in values
     ]
     texts_alone = all(isinstance(each, str) for each in shares)
     entries = axis_column(axis, shares)[1] if texts_alone else shares
@@ -104,9 +102,7 @@ class Conditions:
     @cached_property
     def each(self) -> tuple[dict[str, Any], ...]:
         """Every combination of conditions, the last axis moving fastest; one without any where there are none."""
-        return tuple(
-            dict(zip(self.axes, values, strict=True)) for values in itertools.product(*self.axes.values())
-        )
+        return tuple(dict(zip(self.axes, values, strict=True)) for values in itertools.product(*self.axes.values()))
 
     @cached_property
     def draws(self) -> Draws | None:

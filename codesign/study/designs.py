@@ -343,9 +343,7 @@ def _condition_text(table: Table, design: Design, point: StudyPoint) -> str:
     return ", ".join(f"{name} {value}" for name, value in table.world.each[place].items())
 
 
-def _bench(
-    table: Table, point: StudyPoint, result: Result, show: Show
-) -> tuple[Bench | None, tuple[str, ...]]:
+def _bench(table: Table, point: StudyPoint, result: Result, show: Show) -> tuple[Bench | None, tuple[str, ...]]:
     """What runs the point with something moved; None, and why, where its specs are not at hand."""
     limits = () if table.conditions else table.constraints
     if result.feasible and not result.reasons:
@@ -396,12 +394,7 @@ def neighbours_of(table: Table, design: Design) -> tuple[Moved, ...]:
 
 
 def _neighbour(
-    table: Table,
-    design: Design,
-    own: Mapping[ResultFigure, float | None],
-    other: Design,
-    axis: str,
-    value: Any,
+    table: Table, design: Design, own: Mapping[ResultFigure, float | None], other: Design, axis: str, value: Any
 ) -> Moved:
     figures = {figure: other.figure(figure) for figure in table.objectives}
     questions = {_question(design), _question(other)} - {None}
@@ -435,8 +428,7 @@ def _sure_in(table: Table, result: Result) -> tuple[Sure, ...]:
             continue
         verdict = rivals.verdict(figure)
         best, rival = (
-            None if number is None else int(rivals.points[number])
-            for number in (verdict.winner, verdict.rival)
+            None if number is None else int(rivals.points[number]) for number in (verdict.winner, verdict.rival)
         )
         entries.append(sure_of(result, figure, verdict, best, rival))
     return tuple(entries)

@@ -71,9 +71,7 @@ class Point(ResultModel):
     design: int = Field(description="the index of its design")
     axes: dict[str, Any] = Field(description="value of each decision and condition, as the workload gives it")
     state: Literal["done", "failed", "missing"] = Field(description="what became of it")
-    feasible: bool = Field(
-        description="whether it fits and, in a study without conditions, satisfies every constraint"
-    )
+    feasible: bool = Field(description="whether it fits and, in a study without conditions, satisfies every constraint")
     on_front: bool = Field(description="whether its design is on the front, or the same as one that is")
     unreached: str | None = Field(
         description="why the mission of a feasible point ended before its goals; null where it reached them"
@@ -136,12 +134,8 @@ class StudyDocument(ResultModel):
     schema_version: Literal[3] = Field(default=3, description="version of this form")
     platform: str = Field(description="name of the platform")
     workload: str = Field(description="name of the workload")
-    provenance: Provenance | None = Field(
-        description="version, digests, seeds, and the date of this document"
-    )
-    axes: dict[str, list[Any]] = Field(
-        description="the values of each decision, in the order of the workload"
-    )
+    provenance: Provenance | None = Field(description="version, digests, seeds, and the date of this document")
+    axes: dict[str, list[Any]] = Field(description="the values of each decision, in the order of the workload")
     when: dict[str, dict[str, list[Any]]] = Field(
         default={}, description="for which values of other decisions a decision exists; of those that may not"
     )
@@ -152,17 +146,13 @@ class StudyDocument(ResultModel):
     aggregate: dict[str, Any] = Field(
         description="the rule of each figure that has one, and the default, as the workload has them"
     )
-    units: dict[FigureName, str] = Field(
-        description="the unit of each figure; 1 for a number of things or a share"
-    )
+    units: dict[FigureName, str] = Field(description="the unit of each figure; 1 for a number of things or a share")
     objectives: list[Objective] = Field(description="figures that span the front")
     constraints: list[ConstraintBounds] = Field(description="bounds that a feasible design satisfies")
     counts: Counts = Field(description="how many designs there are of each kind")
     designs: list[DesignEntry] = Field(description="in the order of enumeration: designs[i].index is i")
     points: list[Point] = Field(description="in the order of enumeration: points[i].index is i")
-    front: list[int] = Field(
-        description="indices of the designs on the front; of designs that are the same, the first"
-    )
+    front: list[int] = Field(description="indices of the designs on the front; of designs that are the same, the first")
 
 
 def study_document(table: Table) -> StudyDocument:
@@ -178,9 +168,7 @@ def study_document(table: Table) -> StudyDocument:
             for axis, conditions in table.when.items()
         },
         conditions={name: list(values) for name, values in table.conditions.items()},
-        figures={
-            name: DerivedEntry.model_validate(figure.as_written) for name, figure in table.figures.items()
-        },
+        figures={name: DerivedEntry.model_validate(figure.as_written) for name, figure in table.figures.items()},
         aggregate={name: rule_as_written(rule) for name, rule in table.aggregate.items()},
         units={figure: figure.unit for figure in _every(table)},
         objectives=[_objective(table, figure) for figure in table.objectives],

@@ -153,9 +153,7 @@ def holders(low: Numbers, high: Numbers, places: Numbers) -> Numbers:
     return found
 
 
-def rest_of(
-    low: Numbers, high: Numbers, shape: tuple[int, ...]
-) -> list[tuple[tuple[int, ...], tuple[int, ...]]]:
+def rest_of(low: Numbers, high: Numbers, shape: tuple[int, ...]) -> list[tuple[tuple[int, ...], tuple[int, ...]]]:
     """Boxes that fill a grid together with boxes that do not meet: begin and end of each, boxes × axes.
 
     >>> rest_of(np.array([[1, 0]]), np.array([[2, 2]]), (2, 3))
@@ -194,9 +192,7 @@ def _around(
     for axis, (bottom, top) in enumerate(zip(low, high, strict=True)):
         for one, other in ((first[axis], bottom), (top, last[axis])):
             if one < other:
-                around.append(
-                    ((*first[:axis], one, *first[axis + 1 :]), (*last[:axis], other, *last[axis + 1 :]))
-                )
+                around.append(((*first[:axis], one, *first[axis + 1 :]), (*last[:axis], other, *last[axis + 1 :])))
         first[axis], last[axis] = bottom, top
     return around
 

@@ -45,9 +45,7 @@ def explain_run(
     # A mission tries its own levers; those of a plan are tried one by one below.
     drives = workload.scenario.type != "plan_once"
     result = with_constraints(simulate(platform, workload, memo=memo, levers=drives), limits)
-    bench = Bench(
-        platform, workload, result, objectives, lambda moved: with_constraints(moved, limits), memo, show
-    )
+    bench = Bench(platform, workload, result, objectives, lambda moved: with_constraints(moved, limits), memo, show)
     verdicts = {
         limit.figure: need_verdict(
             result,
@@ -70,22 +68,14 @@ def explain_run(
         energy=why_energy(result),
         out=tuple(WhyOut(reason=reason, levers=levers_for(bench, reason)) for reason in result.reasons),
         neighbours=steps_of(bench),
-        sure=tuple(
-            sure_of(result, figure, verdicts.get(figure))
-            for figure in objectives
-            if is_priced(result, figure)
-        ),
+        sure=tuple(sure_of(result, figure, verdicts.get(figure)) for figure in objectives if is_priced(result, figure)),
         notes=(bench.cheap,) if bench.cheap and result.mission is None else (),
     )
 
 
 def derived_words(figures: Sequence[ResultFigure]) -> dict[str, Words]:
     """The words for derived figures, by name."""
-    return {
-        each.name: Words(label=each.label, unit=each.unit)
-        for each in figures
-        if isinstance(each, DerivedFigure)
-    }
+    return {each.name: Words(label=each.label, unit=each.unit) for each in figures if isinstance(each, DerivedFigure)}
 
 
 def is_priced(result: Result, figure: ResultFigure) -> bool:
@@ -94,11 +84,7 @@ def is_priced(result: Result, figure: ResultFigure) -> bool:
 
 
 def sure_of(
-    result: Result,
-    figure: ResultFigure,
-    verdict: Verdict | None,
-    best: int | None = None,
-    rival: int | None = None,
+    result: Result, figure: ResultFigure, verdict: Verdict | None, best: int | None = None, rival: int | None = None
 ) -> Sure:
     """How sure a figure of a result is. ``best``, ``rival``: the points that a verdict of a study names."""
     value, interval = result.figure(figure), result.interval(figure)
@@ -106,12 +92,5 @@ def sure_of(
     least, most = (None, None) if interval is None else interval
     moved = next(iter(sensitivity(result, figure)), None)
     return Sure(
-        figure=figure.name,
-        value=value,
-        least=least,
-        most=most,
-        moved=moved,
-        verdict=verdict,
-        best=best,
-        rival=rival,
+        figure=figure.name, value=value, least=least, most=most, moved=moved, verdict=verdict, best=best, rival=rival
     )

@@ -103,9 +103,7 @@ class Explored:
                 problem = put(document, {path: value}, lambda _path: Origin(())).tree["problem"]
                 texts = _texts_of_files(problem)
                 if texts:
-                    named.setdefault(axis, []).append(
-                        (value, tuple(document.folder / text for text in texts))
-                    )
+                    named.setdefault(axis, []).append((value, tuple(document.folder / text for text in texts)))
         return named
 
     def check_axes(self) -> None:
@@ -159,9 +157,7 @@ def _over(platforms: Sequence[Platform], section: Exploration | None) -> Explora
     twice = [name for index, name in enumerate(names) if name in names[:index]]
     if twice or not names:
         what = f"two platforms have the name {twice[0]}" if twice else "no platform to explore"
-        raise InputError(
-            what, "platform", "give each file a name: of its own" if twice else "name at least one"
-        )
+        raise InputError(what, "platform", "give each file a name: of its own" if twice else "name at least one")
     section = section or Exploration()
     return section.model_copy(update={"axes": {PLATFORM_AXIS: names} | section.axes | {PLATFORM_AXIS: names}})
 

@@ -83,9 +83,7 @@ def _places(rows: NDArray[np.float64]) -> NDArray[np.int64]:
     return places
 
 
-def _dominated(
-    rows: NDArray[np.float64], left: NDArray[np.intp], pivot: NDArray[np.float64]
-) -> NDArray[np.bool_]:
+def _dominated(rows: NDArray[np.float64], left: NDArray[np.intp], pivot: NDArray[np.float64]) -> NDArray[np.bool_]:
     """Which of the rows that are left the pivot dominates."""
     above = np.arange(len(left))
     for column, value in zip(rows.T, pivot, strict=True):
@@ -121,9 +119,7 @@ def _distinct_front(rows: NDArray[np.float64]) -> NDArray[np.bool_]:
             keep[begin + open_[beaten]] = False
             left = open_[~beaten]
             pairs = ((left[place], number) for place, number in _bits_of(may[left]))
-            open_ = np.concatenate(
-                [np.empty(0, np.intp), *(_not_greater(rows, begin, *each) for each in pairs)]
-            )
+            open_ = np.concatenate([np.empty(0, np.intp), *(_not_greater(rows, begin, *each) for each in pairs)])
         keep[begin + open_] = False
     return keep
 

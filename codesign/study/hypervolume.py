@@ -78,9 +78,7 @@ def costs_of(table: Table, designs: Sequence[int]) -> Floats:
         rows = np.array([places[design] for design in designs], np.int64)
     judged = table.judged
     signs = [-1.0 if table.world.maximise(figure) else 1.0 for figure in table.objectives]
-    columns = [
-        sign * judged.figure(figure)[rows] for sign, figure in zip(signs, table.objectives, strict=True)
-    ]
+    columns = [sign * judged.figure(figure)[rows] for sign, figure in zip(signs, table.objectives, strict=True)]
     fine = (judged.feasible & ~judged.unreached)[rows]
     return np.where(fine[:, None], np.column_stack(columns), np.nan)
 

@@ -25,17 +25,7 @@ if TYPE_CHECKING:
     from codesign.maps import OccupancyGrid
     from codesign.study.explored import Explored
 
-_NO_PART_IN_RESULTS = frozenset(
-    {
-        "calibrate",
-        "certificates",
-        "cli",
-        "paper",
-        "report",
-        "reproduce",
-        "trace",
-    }
-)
+_NO_PART_IN_RESULTS = frozenset({"calibrate", "certificates", "cli", "paper", "report", "reproduce", "trace"})
 _PACKAGE = Path(__file__).resolve().parent.parent
 _DATA = ("platforms", "workloads")
 _DATA_IN_RESULTS = tuple(f"platforms/{name}/" for name in ("parts", "hosts"))
@@ -44,17 +34,7 @@ _DATA_IN_RESULTS = tuple(f"platforms/{name}/" for name in ("parts", "hosts"))
 _OF_RESULTS = frozenset(
     f"{name}.py"
     for name in (
-        *(
-            "__init__",
-            "evaluation",
-            "explored",
-            "identity",
-            "order",
-            "partition",
-            "simulator",
-            "space",
-            "store",
-        ),
+        *("__init__", "evaluation", "explored", "identity", "order", "partition", "simulator", "space", "store"),
         *("blocks", "definition", "shared", "specs"),
         *("aggregation", "bounds", "conditions", "constraints", "front"),
         *("search", "search_bound"),
@@ -109,10 +89,7 @@ def platform_digest(platform: Platform) -> str:
     from codesign.inputs.part_file import PARTS
 
     folder = platform.document.folder
-    paths = [
-        *PARTS.names((folder / "parts",)).values(),
-        *HOSTS.names((folder / "hosts",)).values(),
-    ]
+    paths = [*PARTS.names((folder / "parts",)).values(), *HOSTS.names((folder / "hosts",)).values()]
     calibrations = all_digests(folder)
     library = _library_digest(folder, tuple(map(_status, paths)))
     return canonical_digest([platform.digest(), library, *([calibrations] if calibrations else [])])
@@ -306,9 +283,7 @@ def _has_no_part(name: str) -> bool:
     *folders, file = name.split("/")
     if folders and folders[0] in _DATA:
         return not name.startswith(_DATA_IN_RESULTS)
-    return not _NO_PART_IN_RESULTS.isdisjoint((*folders, file)) or (
-        folders == ["study"] and file not in _OF_RESULTS
-    )
+    return not _NO_PART_IN_RESULTS.isdisjoint((*folders, file)) or (folders == ["study"] and file not in _OF_RESULTS)
 
 
 def _shipped() -> Iterator[tuple[str, Path]]:

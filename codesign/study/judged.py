@@ -99,9 +99,7 @@ class Judged:
             held = budget_of(template, limit)
             return math.nan if held is None else held
 
-        return np.asarray(
-            self._outcomes.each(budget, math.nan) if limit.of_part else np.full(1, math.nan), np.float64
-        )
+        return np.asarray(self._outcomes.each(budget, math.nan) if limit.of_part else np.full(1, math.nan), np.float64)
 
     # ---- designs ----
 
@@ -169,9 +167,7 @@ class Judged:
     @cached_property
     def out(self) -> Flags:
         """Which designs have a reason that keeps them out."""
-        reasoned = self._outcomes.each(lambda template: bool(template.reasons), False) | (
-            self._outcomes.reason >= 0
-        )
+        reasoned = self._outcomes.each(lambda template: bool(template.reasons), False) | (self._outcomes.reason >= 0)
         for broken in self.broken_points:
             reasoned[broken.which] = True
         out = np.asarray(self.by_design(self.counts_points & reasoned).any(axis=1))
@@ -195,9 +191,7 @@ class Judged:
     def ended(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
         """Of designs that are ``unreached``: the first condition that is, and why, as a number in ``ends``."""
         condition = np.asarray(self.by_design(self.unreached_points).argmax(axis=1), np.int64)
-        return condition, np.asarray(
-            self.by_design(self.ended_points)[np.arange(self.count), condition], np.int64
-        )
+        return condition, np.asarray(self.by_design(self.ended_points)[np.arange(self.count), condition], np.int64)
 
     def budgets(self, limit: Constraint) -> Floats:
         """How many the part of each design has of a resource that a constraint bounds by a share; NaN: it has none."""

@@ -147,7 +147,5 @@ class Kept:
             if len(priced.which) != count:
                 raise ValueError(f"a block of {len(priced.which)} points, not of {count}")
         except (ValueError, KeyError, TypeError, AttributeError, ArithmeticError, RecursionError) as wrong:
-            raise StoreError(
-                "holds a block that this version cannot read", self.where, OTHER_VERSION
-            ) from wrong
+            raise StoreError("holds a block that this version cannot read", self.where, OTHER_VERSION) from wrong
         return priced

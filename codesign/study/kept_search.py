@@ -64,9 +64,7 @@ def forget_search(kept: Kept, study: str) -> None:
         _put(kept, key, None)
 
 
-def search_of_study(
-    kept: Kept, study: str, decisions: Space, chosen: Sequence[int] | None
-) -> Searched | None:
+def search_of_study(kept: Kept, study: str, decisions: Space, chosen: Sequence[int] | None) -> Searched | None:
     """What the last search did; None where all points were asked for.
 
     ``decisions``: all designs. ``chosen``: those that the study holds; None: all.

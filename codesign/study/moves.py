@@ -67,12 +67,7 @@ class Bench:
         return ""
 
     def moved(
-        self,
-        what: str,
-        setting: Mapping[str, Any],
-        reason: Reason | None = None,
-        before: Any = None,
-        after: Any = None,
+        self, what: str, setting: Mapping[str, Any], reason: Reason | None = None, before: Any = None, after: Any = None
     ) -> Moved:
         """The design with these axes set.
 
@@ -150,8 +145,7 @@ def levers_for(bench: Bench, reason: Reason) -> tuple[Moved, ...]:
     """Each lever of a reason by itself: those that make the design feasible first, then those that end the reason."""
     if reason.kind == "constraint":
         tried = [
-            bench.moved(axis, {axis: value}, reason, before, after)
-            for axis, value, before, after in _steps(bench)
+            bench.moved(axis, {axis: value}, reason, before, after) for axis, value, before, after in _steps(bench)
         ]
     else:
         tried = [
@@ -191,9 +185,7 @@ def _declared(system: System) -> list[Lever]:
     return sorted(levers, key=lambda lever: -len(lever.text))
 
 
-def _of_lever(
-    bench: Bench, reason: Reason, lever: Lever, text: str
-) -> Iterator[tuple[str, dict[str, Any] | None]]:
+def _of_lever(bench: Bench, reason: Reason, lever: Lever, text: str) -> Iterator[tuple[str, dict[str, Any] | None]]:
     system, task = bench.system, bench.system.planner.planning_task
     if lever.changes or lever.axes:
         yield text, {f"{task}.{key}": value for key, value in lever.changes.items()} | dict(lever.axes)
@@ -204,11 +196,7 @@ def _of_lever(
         else:
             yield f"part: {part}, the smallest that ships", {f"{system.component}.part": part}
     elif lever.parameter.endswith(".component"):
-        others = [
-            name
-            for name, spec in system.platform.components.items()
-            if spec.plans and name != system.component
-        ]
+        others = [name for name, spec in system.platform.components.items() if spec.plans and name != system.component]
         for name in others:
             yield f"{lever.parameter}: {name}", {lever.parameter: name}
         if not others:
@@ -240,8 +228,7 @@ def steps_of(bench: Bench) -> tuple[Moved, ...]:
     if bench.cheap:
         return ()
     moved = [
-        bench.moved(axis, {axis: value}, before=before, after=after)
-        for axis, value, before, after in _steps(bench)
+        bench.moved(axis, {axis: value}, before=before, after=after) for axis, value, before, after in _steps(bench)
     ]
     return ranked(each for each in moved if not each.note)
 
@@ -254,9 +241,7 @@ def ranked(neighbours: Any) -> tuple[Moved, ...]:
 
     def rank(each: Moved) -> tuple[bool, bool, int, int, float]:
         losses = (
-            (-value if named(name).maximise else value)
-            for name, value in each.figures.items()
-            if value is not None
+            (-value if named(name).maximise else value) for name, value in each.figures.items() if value is not None
         )
         gained = len(each.worse) - len(each.better)
         return not each.feasible, not each.dominates, gained, len(each.worse), next(losses, math.inf)

@@ -102,17 +102,15 @@ class Outcomes:
         if not isinstance(other, Outcomes) or len(self) != len(other):
             return False
         columns = zip(self._columns(), other._columns(), strict=True)
-        if self.failures != other.failures or not all(
-            np.array_equal(*pair, equal_nan=True) for pair in columns
-        ):
+        if self.failures != other.failures or not all(np.array_equal(*pair, equal_nan=True) for pair in columns):
             return False
         pairs = (
             {*zip(self.which.tolist(), other.which.tolist(), strict=True)},
             {*zip(self.reason.tolist(), other.reason.tolist(), strict=True)},
         )
-        return all(
-            _listed(self.templates, own) == _listed(other.templates, its) for own, its in pairs[0]
-        ) and all(_listed(self.reasons, own) == _listed(other.reasons, its) for own, its in pairs[1])
+        return all(_listed(self.templates, own) == _listed(other.templates, its) for own, its in pairs[0]) and all(
+            _listed(self.reasons, own) == _listed(other.reasons, its) for own, its in pairs[1]
+        )
 
     __hash__ = None  # type: ignore[assignment]
 
@@ -205,11 +203,7 @@ class Outcomes:
         """One figure of a point; None where it has none."""
         if isinstance(figure, DerivedFigure):
             return figure.of(lambda name: self.value(FIGURES[name], index))
-        held = (
-            self.figures[figure.name][index]
-            if figure.name in PRICED
-            else self._table(figure)[self.which[index]]
-        )
+        held = self.figures[figure.name][index] if figure.name in PRICED else self._table(figure)[self.which[index]]
         return None if math.isnan(held) else float(held)
 
     def whys(self, figure: ResultFigure) -> list[Why]:
@@ -224,9 +218,7 @@ class Outcomes:
         table = self._tables.get(figure)
         if table is None or len(table) <= len(self.templates):
             values = (figure_of(template, figure) for template in self.templates)
-            table = np.array(
-                [*(math.nan if value is None else value for value in values), math.nan], np.float64
-            )
+            table = np.array([*(math.nan if value is None else value for value in values), math.nan], np.float64)
             self._tables[figure] = table
         return table
 

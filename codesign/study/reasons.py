@@ -104,8 +104,7 @@ def reason_counts(table: Table) -> tuple[ReasonCount, ...]:
         worst = largest(tuple(out.reason for out in design_outs(table, nearest)))[kind, name, unit]
         counts.append(ReasonCount(kind, name, unit, len(firsts), nearest, worst.gap, worst.levers))
     counts += [
-        ReasonCount(kind, name, "", len(which), min(which), 0)
-        for (kind, name), which in _held_against(table).items()
+        ReasonCount(kind, name, "", len(which), min(which), 0) for (kind, name), which in _held_against(table).items()
     ]
     return tuple(sorted(counts, key=lambda count: (-count.designs, count.kind, count.name)))
 

@@ -25,9 +25,7 @@ class StudyRivals:
     ``result``: gives the full result of a point.
     """
 
-    def __init__(
-        self, outcomes: Outcomes, points: NDArray[np.intp], result: Callable[[int], Result | None]
-    ) -> None:
+    def __init__(self, outcomes: Outcomes, points: NDArray[np.intp], result: Callable[[int], Result | None]) -> None:
         self.points, self._outcomes, self._result = points, outcomes, result
         self._verdicts: dict[ResultFigure, Verdict] = {}
 
@@ -70,9 +68,7 @@ class StudyRivals:
 
     def assessed(self, why_not: Callable[[Result], str]) -> NDArray[np.bool_]:
         """Whether there is no reason against a verdict in what each has in common with others."""
-        return np.asarray(
-            self._of_each(lambda number: not why_not(self._outcomes.templates[number])), np.bool_
-        )
+        return np.asarray(self._of_each(lambda number: not why_not(self._outcomes.templates[number])), np.bool_)
 
     def at_hand(self, position: int) -> bool:
         """Whether the full result of one was kept, or has to be simulated."""

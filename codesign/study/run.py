@@ -23,13 +23,7 @@ from codesign.study.blocks import Plan, plan_of, read_plan
 from codesign.study.bounds import Bounds
 from codesign.study.budget import Budget
 from codesign.study.cluster import ClusterExecutor
-from codesign.study.definition import (
-    MAX_STUDY_POINTS,
-    OTHER_VERSION,
-    definition_text,
-    platform_text,
-    read_definition,
-)
+from codesign.study.definition import MAX_STUDY_POINTS, OTHER_VERSION, definition_text, platform_text, read_definition
 from codesign.study.evaluation import Done, EvaluatePoint, Evaluator, PointByPoint, Pricer
 from codesign.study.executor import Executor, ProcessExecutor, SerialExecutor
 from codesign.study.explored import Explored
@@ -223,14 +217,7 @@ class _Run:
     def search(self, rounds: Rounds, searching: Searching, budget: Budget | None) -> Searched:
         """Compute what a search asks for, and as many random points beside it."""
         run = SearchRun(
-            self.section,
-            self.kept,
-            rounds,
-            self.works,
-            self._computed,
-            self._note_asked,
-            self._came,
-            self.earlier,
+            self.section, self.kept, rounds, self.works, self._computed, self._note_asked, self._came, self.earlier
         )
         bounds = None
         if isinstance(self.evaluator, Pricer):
@@ -349,24 +336,16 @@ def load_study(path: Path | str, show: Show = silent) -> Study:
             else:
                 tally = Tally(space, section, str(path))
                 for done in tracked(
-                    kept.everything(planned),
-                    show,
-                    "points read",
-                    len(space),
-                    size=lambda done: len(done.work),
+                    kept.everything(planned), show, "points read", len(space), size=lambda done: len(done.work)
                 ):
                     tally.take_kept(done)
-            study = tally.study(
-                definition.platform, definition.workload, definition.provenance, definition.specs
-            )
+            study = tally.study(definition.platform, definition.workload, definition.provenance, definition.specs)
             key = hashlib.sha256(text.encode()).hexdigest()
             whole = Space(section.axes, "", when=section.when)
             searched = search_of_study(kept, key, whole, study.chosen)
             study = replace(study, excluded=boxes_of(kept, key, study.decisions), search=searched)
         except (ValueError, KeyError, TypeError, AttributeError, ArithmeticError, RecursionError) as wrong:
-            raise StoreError(
-                "holds a study that this version cannot read", str(path), OTHER_VERSION
-            ) from wrong
+            raise StoreError("holds a study that this version cannot read", str(path), OTHER_VERSION) from wrong
     return study
 
 
@@ -393,11 +372,7 @@ def _section(explored: Explored, search: Searching | None) -> Exploration:
             " or search (--search)",
         )
     named = "objectives" in section.model_fields_set
-    return (
-        section
-        if named
-        else section.model_copy(update={"objectives": scenario_of(explored.workload).objectives})
-    )
+    return section if named else section.model_copy(update={"objectives": scenario_of(explored.workload).objectives})
 
 
 def _open_store(store: Path | str | Store | None) -> contextlib.AbstractContextManager[Store]:

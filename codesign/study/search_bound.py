@@ -191,9 +191,7 @@ class BoundSearch:
         sizes = np.where(box.traded, box.last - box.low + 1, 1)
         sizes = sizes if sizes.max(initial=1) > 1 else box.last - box.low + 1
         axis = int(sizes.argmax())
-        cuts = np.linspace(box.low[axis], box.last[axis] + 1, min(_PARTS, int(sizes[axis])) + 1).astype(
-            np.int64
-        )
+        cuts = np.linspace(box.low[axis], box.last[axis] + 1, min(_PARTS, int(sizes[axis])) + 1).astype(np.int64)
         low, last = (np.repeat(each[None], len(cuts) - 1, axis=0) for each in (box.low, box.last))
         low[:, axis], last[:, axis] = cuts[:-1], cuts[1:] - 1
         self._put(box.family, low, last, box.costs)
@@ -212,8 +210,7 @@ class BoundSearch:
         for place in np.flatnonzero(left).tolist():
             number = next(self._numbers)
             heapq.heappush(
-                self._boxes,
-                _OpenBox(float(scores[place]), number, family, low[place], last[place], costs[place]),
+                self._boxes, _OpenBox(float(scores[place]), number, family, low[place], last[place], costs[place])
             )
 
     def _below_limits(self, family: OpenFamily, low: Places, last: Places) -> tuple[Places, Places]:

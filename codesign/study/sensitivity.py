@@ -61,12 +61,7 @@ def axis_effects(table: Table, figures: Sequence[ResultFigure]) -> tuple[AxisEff
         shares = variance_shares(matrix, values, inside)
         effects += [
             AxisEffect(
-                axis=name,
-                figure=figure.name,
-                main=main,
-                total=total,
-                complete=len(held) == judged.count,
-                paired=paired,
+                axis=name, figure=figure.name, main=main, total=total, complete=len(held) == judged.count, paired=paired
             )
             for name, (main, total, paired) in zip(names, shares, strict=True)
         ]
@@ -77,9 +72,7 @@ def axis_effects(table: Table, figures: Sequence[ResultFigure]) -> tuple[AxisEff
 def _last_of_equals(table: Table, name: str) -> Levels:
     """For each value of an axis the number of the last one that is equal as JSON; behind them that of having none."""
     texts = {json.dumps(value): place for place, value in enumerate(table.axes[name])}
-    return np.array(
-        [*(texts[json.dumps(value)] for value in table.axes[name]), len(table.axes[name])], np.intp
-    )
+    return np.array([*(texts[json.dumps(value)] for value in table.axes[name]), len(table.axes[name])], np.intp)
 
 
 def inside_of(when: When, axis: str) -> list[str]:

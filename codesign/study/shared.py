@@ -85,9 +85,7 @@ class Parts:
         self._shared = Shared()
         self._given: OrderedDict[tuple[str, int], tuple[Any, str]] = OrderedDict()
 
-    def put(
-        self, templates: Sequence[Result]
-    ) -> tuple[dict[str, list[str]], NDArray[np.int32], tuple[Result, ...]]:
+    def put(self, templates: Sequence[Result]) -> tuple[dict[str, list[str]], NDArray[np.int32], tuple[Result, ...]]:
         """Results as texts, and of shared parts.
 
         Returns the texts of each field by its name, for each result (rows) the number of the text of each field

@@ -30,12 +30,7 @@ class Simulator:
     file. ``memory``: bytes that a point may take; one that would take more is refused, and so fails.
     """
 
-    def __init__(
-        self,
-        explored: Explored,
-        grid: OccupancyGrid | None = None,
-        memory: int | None = None,
-    ) -> None:
+    def __init__(self, explored: Explored, grid: OccupancyGrid | None = None, memory: int | None = None) -> None:
         self.explored, self.grid, self.memory = explored, grid, memory
         self._memo: Memo | None = None
 
@@ -91,9 +86,7 @@ def _unsuited(explored: Explored, point: DesignPoint, wrong: UnsuitedError) -> R
         component=task.component,
         places={name: mapped.component for name, mapped in workload.mapping.items()},
         roles=platform.filled,
-        parameters={
-            name: mapped.parameters.model_dump(mode="json") for name, mapped in workload.mapping.items()
-        },
+        parameters={name: mapped.parameters.model_dump(mode="json") for name, mapped in workload.mapping.items()},
         part=None,
         feasible=False,
         reasons=tuple(_reason(name, fault.hint) for name, fault in faults.items()),

@@ -118,9 +118,7 @@ class Space:
         """
         numbers = {axis: self._numbers[axis][value_text(value)] for axis, value in values.items()}
         for box in self.parts:
-            if box.axes.keys() == numbers.keys() and all(
-                numbers[axis] in own for axis, own in box.axes.items()
-            ):
+            if box.axes.keys() == numbers.keys() and all(numbers[axis] in own for axis, own in box.axes.items()):
                 index = 0
                 for axis, own in box.axes.items():
                     index = index * len(own) + own.index(numbers[axis])

@@ -51,11 +51,7 @@ class Specs:
 
     @classmethod
     def of(
-        cls,
-        explored: Explored,
-        identity: Mapping[str, str],
-        contents: Any,
-        grid: OccupancyGrid | None = None,
+        cls, explored: Explored, identity: Mapping[str, str], contents: Any, grid: OccupancyGrid | None = None
     ) -> Specs:
         """The specs of an exploration."""
         documents = {
@@ -77,9 +73,7 @@ class Specs:
         try:
             documents = json.loads(self.text)
             workload = load_workload(read_kept(documents["workload"]))
-            platforms = {
-                str(name): load_platform(read_kept(kept)) for name, kept in documents["platforms"].items()
-            }
+            platforms = {str(name): load_platform(read_kept(kept)) for name, kept in documents["platforms"].items()}
         except (ValueError, KeyError, TypeError, AttributeError) as wrong:
             raise InputError("the study holds no specs that this version can read") from wrong
         return Explored(workload, platforms)
@@ -131,9 +125,7 @@ class Specs:
 
     def _changed(self, axes: Mapping[str, Any], now: Mapping[str, str]) -> list[str]:
         """What a point depends on and differs from what it was, but for the code."""
-        changed = [
-            _WHAT[name] for name, digest in self.identity.items() if name in _WHAT and now[name] != digest
-        ]
+        changed = [_WHAT[name] for name, digest in self.identity.items() if name in _WHAT and now[name] != digest]
         for axis, digests in self.contents.items():
             value = canonical(axes.get(axis))
             if value in digests and self._contents_now.get(axis, {}).get(value) != digests[value]:

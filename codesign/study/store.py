@@ -366,9 +366,7 @@ class FileStore:
         found: dict[str, str] = {}
         left = MOST_COMPUTATIONS
         with self._reported_faults():
-            for key, text, checksum in self._connection.execute(
-                "SELECT key, text, checksum FROM computation"
-            ):
+            for key, text, checksum in self._connection.execute("SELECT key, text, checksum FROM computation"):
                 self._check_row(checksum, key, text)
                 left -= len(text)
                 if left < 0:
@@ -378,12 +376,8 @@ class FileStore:
 
     def put(self, batch: Batch) -> None:
         """Keep all of a batch or nothing; what stands under the same key is replaced."""
-        entries = [
-            (e.key, e.state.value, e.text, _checksum(e.key, e.state.value, e.text)) for e in batch.entries
-        ]
-        blocks = [
-            (key, data, zlib.crc32(data, zlib.crc32(key.encode()))) for key, data in batch.blocks.items()
-        ]
+        entries = [(e.key, e.state.value, e.text, _checksum(e.key, e.state.value, e.text)) for e in batch.entries]
+        blocks = [(key, data, zlib.crc32(data, zlib.crc32(key.encode()))) for key, data in batch.blocks.items()]
         computations = [(key, text, _checksum(key, text)) for key, text in batch.computations.items()]
         with self._reported_faults(), self._transaction():
             self._connection.executemany("INSERT OR REPLACE INTO point VALUES (?, ?, ?, ?)", entries)
@@ -395,9 +389,7 @@ class FileStore:
         row = (key, definition, plan, zlib.crc32(plan, _checksum(key, definition)))
         with self._reported_faults(), self._transaction():
             self._connection.execute("DELETE FROM study WHERE key = ?", (key,))
-            self._connection.execute(
-                "INSERT INTO study (key, definition, plan, checksum) VALUES (?, ?, ?, ?)", row
-            )
+            self._connection.execute("INSERT INTO study (key, definition, plan, checksum) VALUES (?, ?, ?, ?)", row)
 
     def latest(self) -> tuple[str, bytes] | None:
         """The definition and the plan of the study noted last, or None."""
@@ -479,10 +471,7 @@ class FileStore:
                         self._connection.execute(table)
                     self._connection.execute(f"PRAGMA application_id = {_APPLICATION}")
                     self._connection.execute(f"PRAGMA user_version = {SCHEMA}")
-        tables = {
-            name
-            for (name,) in self._connection.execute("SELECT name FROM sqlite_master WHERE type = 'table'")
-        }
+        tables = {name for (name,) in self._connection.execute("SELECT name FROM sqlite_master WHERE type = 'table'")}
         if not {"study", "point", "block", "computation"} <= tables:
             raise StoreError("is damaged: its tables are missing", str(self.path), _OURS)
 
@@ -525,9 +514,7 @@ class FileStore:
             raise StoreError(str(fault), str(self.path), "try again when less is written to it") from fault
         except OSError as fault:
             what = f"cannot be read through a copy in {gettempdir()}: {fault.strerror or fault}"
-            raise StoreError(
-                what, str(self.path), "make it readable, and room for the copy: see TMPDIR"
-            ) from fault
+            raise StoreError(what, str(self.path), "make it readable, and room for the copy: see TMPDIR") from fault
         except UnicodeError as fault:
             raise StoreError("is damaged: a text in it is none", str(self.path), _OURS) from fault
 
@@ -539,10 +526,7 @@ def _message_of(fault: sqlite3.Error) -> tuple[str, str]:
         sqlite3.SQLITE_READONLY: ("cannot be written", "give a file name where you may write"),
         sqlite3.SQLITE_CANTOPEN: ("cannot be opened", "give a file name where you may write"),
         sqlite3.SQLITE_PERM: ("cannot be opened", "give a file name where you may write"),
-        sqlite3.SQLITE_FULL: (
-            "cannot be written: the disk is full",
-            "make room and run again: it goes on from there",
-        ),
+        sqlite3.SQLITE_FULL: ("cannot be written: the disk is full", "make room and run again: it goes on from there"),
         sqlite3.SQLITE_IOERR: (
             f"cannot be read or written: {fault}",
             "look at the disk and the limit of file sizes (ulimit -f), and run again: it goes on from there",

@@ -242,9 +242,7 @@ class Table:
     def _values(self, figure: ResultFigure) -> Floats:
         """What is aggregated of a figure: feasible designs × conditions."""
         if figure not in self._of_figures:
-            self._of_figures[figure] = self.judged.values(figure)[
-                self.judged.feasible & self.distinct_designs
-            ]
+            self._of_figures[figure] = self.judged.values(figure)[self.judged.feasible & self.distinct_designs]
         return self._of_figures[figure]
 
     @cached_property
@@ -426,7 +424,5 @@ def _is_idle(axis: str, result: Result, tasks: set[str]) -> bool:
         return head not in result.places
     busy = (result.utilisation or {}).get(head)
     use = (result.links or {}).get(head)
-    serves = (
-        head in result.places.values() or head == result.external_memory or head in (result.displays or {})
-    )
+    serves = head in result.places.values() or head == result.external_memory or head in (result.displays or {})
     return busy == 0 and not serves and (use is None or use.sent == 0)

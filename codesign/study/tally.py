@@ -74,11 +74,7 @@ class Tally:
     """The outcomes so far. ``progress`` is called with each change of them."""
 
     def __init__(
-        self,
-        space: Space,
-        section: Exploration,
-        where: str | None,
-        progress: Callable[[Progress], None] | None = None,
+        self, space: Space, section: Exploration, where: str | None, progress: Callable[[Progress], None] | None = None
     ) -> None:
         self.space, self.section, self.where = space, section, where
         self.progress = progress
@@ -172,9 +168,7 @@ class Tally:
             try:
                 result = Result.model_validate(read_json(entry.text))
             except (ValueError, ArithmeticError, RecursionError) as wrong:
-                raise StoreError(
-                    "holds a result that this version cannot read", self.where, OTHER_VERSION
-                ) from wrong
+                raise StoreError("holds a result that this version cannot read", self.where, OTHER_VERSION) from wrong
             outcomes.put(place, self._shared.result(result))
         return outcomes
 

@@ -196,9 +196,7 @@ class WorkQueue:
             return self._trials[-1]
         return self._dealer.draw(seat)
 
-    def hand_out(
-        self, seats: Sequence[S], send: Callable[[S, list[Work]], None], *, one_by_one: bool = False
-    ) -> None:
+    def hand_out(self, seats: Sequence[S], send: Callable[[S, list[Work]], None], *, one_by_one: bool = False) -> None:
         """Give each worker a batch, and then each a second one; or each one work at a time."""
         for depth in range(1 if one_by_one else BATCHES_AHEAD):
             for seat in [*seats]:
@@ -253,9 +251,7 @@ class WorkQueue:
                 self.suspects.extendleft(Alone((point,)) for point in reversed(points))
                 continue
             message = f"a worker process died{cause} twice while it computed this point"
-            entries = tuple(
-                Entry(point.key, EntryState.FAILED, f"{message}\n  hint: {DEATH_HINT}") for point in points
-            )
+            entries = tuple(Entry(point.key, EntryState.FAILED, f"{message}\n  hint: {DEATH_HINT}") for point in points)
             yield Done(Alone(points), entries=entries)
 
     def _ended(self, work: Work) -> bool:

@@ -47,24 +47,14 @@ def component_of(
 
 
 def _fpga(
-    environment: components.Environment,
-    name: str,
-    spec: FpgaComponent,
-    _by_name: Any,
-    listeners: Sequence[Listener],
+    environment: components.Environment, name: str, spec: FpgaComponent, _by_name: Any, listeners: Sequence[Listener]
 ) -> components.Component:
 
-    return components.Fpga(
-        environment, name, components.ClockDomain(spec.law.whole(spec).rate()), listeners, None
-    )
+    return components.Fpga(environment, name, components.ClockDomain(spec.law.whole(spec).rate()), listeners, None)
 
 
 def _memory(
-    environment: components.Environment,
-    name: str,
-    spec: MemoryComponent,
-    _by_name: Any,
-    listeners: Sequence[Listener],
+    environment: components.Environment, name: str, spec: MemoryComponent, _by_name: Any, listeners: Sequence[Listener]
 ) -> components.Component:
 
     return components.ExternalMemory(environment, name, memory_law(name, spec), listeners)
@@ -197,14 +187,10 @@ def sensor_of(spec: Sensor, resolution: float) -> Any:
     """The sensor that ``spec`` declares, its range in cells of ``resolution`` metres."""
 
     reach = float(spec.range.value) / resolution
-    return (
-        components.RaySensor(reach, spec.beams, resolution) if spec.beams else components.RadiusSensor(reach)
-    )
+    return components.RaySensor(reach, spec.beams, resolution) if spec.beams else components.RadiusSensor(reach)
 
 
-def refused(
-    spec: Platform | Workload, path: Sequence[str], section: BaseModel, wrong: CodesignError
-) -> Fault:
+def refused(spec: Platform | Workload, path: Sequence[str], section: BaseModel, wrong: CodesignError) -> Fault:
     """The fault of a spec that a component or a law refused.
 
     Args:

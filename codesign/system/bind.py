@@ -205,9 +205,7 @@ def plannable(
     return None if faults else problem, faults + scenario.faults(workload, planner, problem)
 
 
-def _architecture(
-    platform: Platform, workload: Workload, planner: Planner
-) -> tuple[Architecture | None, list[Fault]]:
+def _architecture(platform: Platform, workload: Workload, planner: Planner) -> tuple[Architecture | None, list[Fault]]:
     """The style of the planning task, or why there is none."""
     task_name = planner.planning_task
     task = workload.mapping[task_name]
@@ -270,14 +268,10 @@ def _reach_faults(workload: Workload, planner: Planner, parameters: Any, problem
     for index, goal in enumerate(problem.goals):
         # Most goals have a free cell beside them: only of the others the planner is asked.
         if elsewhere and not _has_free_neighbour(problem.free, goal) and alone(goal):
-            text = (
-                f"goal {goal} is walled in: the moves of planner {planner.name} lead there from no other cell"
-            )
+            text = f"goal {goal} is walled in: the moves of planner {planner.name} lead there from no other cell"
             hint = "move it to where a robot can come from, or open the map beside it"
             faults.append(fault(workload, ("problem", "goals", index), text, hint))
-    if faults or not (
-        isinstance(workload.problem, ProblemSpec) and isinstance(workload.problem.starts, tuple)
-    ):
+    if faults or not (isinstance(workload.problem, ProblemSpec) and isinstance(workload.problem.starts, tuple)):
         return faults
     reach = planner.reachable(Job(problem, parameters))
     for index, start in enumerate(problem.starts):

@@ -8,11 +8,7 @@ from typing import Any
 from codesign import components
 from codesign.ground.errors import CodesignError, SpecError
 from codesign.ground.records import Listener, Record, TaskRecord, unwanted_by
-from codesign.inputs.components import (
-    DisplayComponent,
-    FpgaComponent,
-    MemoryComponent,
-)
+from codesign.inputs.components import DisplayComponent, FpgaComponent, MemoryComponent
 from codesign.planners.styles import Exchange, Step
 from codesign.planners.task_graph import Flow
 from codesign.system.assemble import building_order, component_of, display_of, link_of, refused
@@ -35,9 +31,7 @@ class Machine:
     - ``planning_component``: the component that the planner (``System.planner``) runs on.
     """
 
-    def __init__(
-        self, system: System, listeners: Sequence[Listener], granularity: components.Granularity
-    ) -> None:
+    def __init__(self, system: System, listeners: Sequence[Listener], granularity: components.Granularity) -> None:
         """Build all but the robot.
 
         Raises:
@@ -59,14 +53,11 @@ class Machine:
             if component is not None:
                 self.by_name[name] = component
         self.links = {
-            name: link_of(self.environment, name, link, self._listeners)
-            for name, link in system.platform.links.items()
+            name: link_of(self.environment, name, link, self._listeners) for name, link in system.platform.links.items()
         }
         self.messages = Messages(system.placement.places, Routes(system.platform), self.links)
         self.planning_component = self.by_name[system.component]
-        self._turns = {
-            name: components.Turns(self.environment, name) for name in system.platform.of(FpgaComponent)
-        }
+        self._turns = {name: components.Turns(self.environment, name) for name in system.platform.of(FpgaComponent)}
         self._spent: dict[str, int] = {}
 
     @property
@@ -159,20 +150,13 @@ class Machine:
         size = flow.bits if bits is None else bits
         return (yield from self.messages.carry(flow, ledger, size, priority, content))
 
-    def plan(
-        self, steps: Generator[Step, None, Any], ledger: Ledger | None = None
-    ) -> Generator[Any, Any, Any]:
+    def plan(self, steps: Generator[Step, None, Any], ledger: Ledger | None = None) -> Generator[Any, Any, Any]:
         """Process generator: run the steps of the planner's style on its component; returns the plan."""
         kernel = self.system.architecture.kernel
         return (yield from self._run(self.system.component, steps, kernel, PLANNING, ledger))
 
     def perform(
-        self,
-        task: str,
-        steps: Generator[Step, None, Any],
-        ledger: Ledger | None = None,
-        *,
-        priority: int = CONTROL,
+        self, task: str, steps: Generator[Step, None, Any], ledger: Ledger | None = None, *, priority: int = CONTROL
     ) -> Generator[Any, Any, Any]:
         """Process generator: run the steps of a task's own style on its component; returns what the task makes."""
         placement = self.system.placement
@@ -221,12 +205,7 @@ class Machine:
         self.follow_up(extra.name)
 
     def _run(
-        self,
-        component: str,
-        steps: Generator[Step, None, Any],
-        kernel: str,
-        priority: int,
-        ledger: Ledger | None,
+        self, component: str, steps: Generator[Step, None, Any], kernel: str, priority: int, ledger: Ledger | None
     ) -> Generator[Any, Any, Any]:
         begin, ledger = self.now, Ledger() if ledger is None else ledger
         steps = planner_steps(self.system.planner, steps)
@@ -331,14 +310,10 @@ class Machine:
         fpga, display = platform.of(FpgaComponent).get(name), platform.of(DisplayComponent).get(name)
         if fpga is not None and name == system.component:
             clock = components.ClockDomain(fpga.law.whole(fpga).rate())
-            return components.Fpga(
-                self.environment, name, clock, self._listeners, self._block_ram(name, clock)
-            )
+            return components.Fpga(self.environment, name, clock, self._listeners, self._block_ram(name, clock))
         if display is not None:
             return self._display(name, display)
-        component = component_of(
-            self.environment, name, platform.components[name], self.by_name, self._listeners
-        )
+        component = component_of(self.environment, name, platform.components[name], self.by_name, self._listeners)
         if system.external is not None and system.external.name == name:
             self.by_name[platform.of(MemoryComponent)[name].beside].use(component)
         return component

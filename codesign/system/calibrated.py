@@ -80,9 +80,7 @@ class Laws:
         value, low, high = (bound * figure.value for bound in term.at(figure.value))
         return self._figure(figure, term, term.factor.value, value, low, high)
 
-    def _figure(
-        self, law: Figure, term: FittedTerm, times: float, value: float, low: float, high: float
-    ) -> Figure:
+    def _figure(self, law: Figure, term: FittedTerm, times: float, value: float, low: float, high: float) -> Figure:
         """A figure of a law times a number, with its source."""
         assert self.calibration is not None, "only a calibration has terms"
         first, *others = term.samples
@@ -114,11 +112,7 @@ def calibration_notes(
     key = f"{name}.calibration"
     if not is_for(calibration, style, task):
         of = " ".join(filter(None, (calibration.planner, calibration.style, calibration.task)))
-        return (
-            f"{key}: {calibration.name} is for {of}; the laws of {style.planner} {style.style} stay as they are",
-        )
+        return (f"{key}: {calibration.name} is for {of}; the laws of {style.planner} {style.style} stay as they are",)
     if calibration.part != component.chip.full_name:
-        return (
-            f"{key}: {calibration.name} was fitted on {calibration.part}, this is {component.chip.full_name}",
-        )
+        return (f"{key}: {calibration.name} was fitted on {calibration.part}, this is {component.chip.full_name}",)
     return ()

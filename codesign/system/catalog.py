@@ -71,9 +71,7 @@ def task_styles() -> Mapping[tuple[str, str, str, str], TaskStyle]:
 @cache
 def circuits() -> Mapping[tuple[str, str, str], CircuitStyle]:
     """Every installed circuit by (planner, style, task); the task is "" for the planning task."""
-    return {
-        (each.planner, each.style, each.task): each for plug_in in plug_ins() for each in plug_in.circuits
-    }
+    return {(each.planner, each.style, each.task): each for plug_in in plug_ins() for each in plug_in.circuits}
 
 
 def papers() -> dict[str, Reproduce]:
@@ -85,8 +83,7 @@ def papers() -> dict[str, Reproduce]:
 def paper_settings(name: str) -> type[Settings]:
     """The model of the settings of a paper's runs, by its planner."""
     return next(
-        (each.settings for each in plug_ins() if each.planner is not None and each.planner.name == name),
-        Settings,
+        (each.settings for each in plug_ins() if each.planner is not None and each.planner.name == name), Settings
     )
 
 
@@ -98,9 +95,7 @@ def broken() -> tuple[BrokenPlugIn, ...]:
 def registered() -> tuple[EntryPoint, ...]:
     """The entry points of all installed plug-ins: ours first, then by name."""
     points = entry_points(group=GROUP)
-    return tuple(
-        sorted(points, key=lambda point: (not point.value.startswith("codesign."), point.name, point.value))
-    )
+    return tuple(sorted(points, key=lambda point: (not point.value.startswith("codesign."), point.name, point.value)))
 
 
 def task_models() -> dict[str, Mapping[str, type[TaskParameters]]]:

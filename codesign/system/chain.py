@@ -78,30 +78,16 @@ class PlanMachine(Protocol):
     ) -> Generator[Any, Any, Any]:
         """Process generator: a message between two tasks."""
 
-    def plan(
-        self, steps: Generator[Step, None, Any], ledger: Ledger | None = None
-    ) -> Generator[Any, Any, Any]:
+    def plan(self, steps: Generator[Step, None, Any], ledger: Ledger | None = None) -> Generator[Any, Any, Any]:
         """Process generator: the steps of the planner's style."""
 
     def perform(
-        self,
-        task: str,
-        steps: Generator[Step, None, Any],
-        ledger: Ledger | None = None,
-        *,
-        priority: int = 0,
+        self, task: str, steps: Generator[Step, None, Any], ledger: Ledger | None = None, *, priority: int = 0
     ) -> Generator[Any, Any, Any]:
         """Process generator: the steps of a task."""
 
     def charge(
-        self,
-        task: str,
-        kernel: str,
-        units: int,
-        ledger: Ledger | None = None,
-        *,
-        what: str = "",
-        priority: int = 0,
+        self, task: str, kernel: str, units: int, ledger: Ledger | None = None, *, what: str = "", priority: int = 0
     ) -> Generator[Any, Any, None]:
         """See ``Machine.charge``."""
 
@@ -180,9 +166,7 @@ class _Chain:
         """The flows between tasks that are done."""
         placement = self.machine.system.placement
         done = set(placement.places)
-        return TaskGraph(
-            placement.graph.tasks, tuple(flow for flow in flows if {flow.sender, flow.receiver} <= done)
-        )
+        return TaskGraph(placement.graph.tasks, tuple(flow for flow in flows if {flow.sender, flow.receiver} <= done))
 
     def carry(self, sender: str, receiver: str) -> Generator[Any, Any, None]:
         """Process generator: every message of one plan between two tasks, the map to the planner aside."""
@@ -211,9 +195,7 @@ class _Chain:
             if flow.name != POSE:
                 message = held.message(self.problem, flow.bits)
                 content, bits = message if plans else None, message.bits
-                read = yield from self.machine.carry(
-                    flow, self.ledger, bits=bits, priority=PLANNING, content=content
-                )
+                read = yield from self.machine.carry(flow, self.ledger, bits=bits, priority=PLANNING, content=content)
                 if plans:
                     self._take(held.take(read, self.problem))
 
@@ -235,8 +217,7 @@ class _Chain:
             wrong = system.planner.check(replace(system.job, problem=held))
         if wrong is not None:
             raise MisreadMapError(
-                f"of the map that the planner read wrong: {wrong[0]}: {wrong[1]}",
-                system.planner.planning_task,
+                f"of the map that the planner read wrong: {wrong[0]}: {wrong[1]}", system.planner.planning_task
             )
         self.problem = held
 
@@ -244,9 +225,7 @@ class _Chain:
         """Process generator: a task that is done by itself; returns what it makes."""
         system = self.machine.system
         style = system.placement.styles[task]
-        steps = style.steps(
-            replace(system.job, problem=self.problem, plan=plan, position=_position(self.problem))
-        )
+        steps = style.steps(replace(system.job, problem=self.problem, plan=plan, position=_position(self.problem)))
         return (yield from self.machine.perform(task, steps, self.ledger, priority=PLANNING))
 
     def make_start(self) -> Generator[Any, Any, Any]:

@@ -60,9 +60,7 @@ def policy_faults(
     return []
 
 
-def _declared(
-    workload: Workload, problem: Problem, change: DeclaredChange
-) -> tuple[MapChange | None, list[Fault]]:
+def _declared(workload: Workload, problem: Problem, change: DeclaredChange) -> tuple[MapChange | None, list[Fault]]:
     """The named cells, or a fault for each that cannot change so. They are named in the whole map."""
     faults = []
     moved: dict[str, list[Cell]] = {"blocked": [], "freed": []}
@@ -89,10 +87,7 @@ def _outside(cell: Cell, problem: Problem) -> tuple[str, str]:
     first, last = problem.corner, problem.named((problem.rows - 1, problem.columns - 1))
     if first == (0, 0):
         return outside_map(cell, problem.shape)
-    return (
-        f"cell {cell} is outside of the cropped map",
-        f"(row, column) from {first} to {last}, or leave crop out",
-    )
+    return (f"cell {cell} is outside of the cropped map", f"(row, column) from {first} to {last}, or leave crop out")
 
 
 def _drawn(workload: Workload, problem: Problem, change: DrawnChange) -> tuple[MapChange | None, list[Fault]]:

@@ -55,9 +55,7 @@ def idle_boards(system: System) -> tuple[str, ...]:
     return tuple(name for name in system.platform.of(FpgaComponent) if name not in used)
 
 
-def energy(
-    machine: Spender, boards: Mapping[str, Power], others: Sequence[components.Component] = ()
-) -> Energy:
+def energy(machine: Spender, boards: Mapping[str, Power], others: Sequence[components.Component] = ()) -> Energy:
     """The energy of a run; see ``joules``. ``boards``: the power of each FPGA; see ``board_powers``."""
     drawn = joules(machine, {name: watts_of(power) for name, power in boards.items()}, others)
     return energy_of(machine.system, drawn)
@@ -133,7 +131,6 @@ def _not_declared(system: System) -> dict[str, tuple[str, ...]]:
         "memories": system.platform.of(MemoryComponent),
     }
     missing = {
-        kind: tuple(name for name, spec in of_kind.items() if spec.power is None)
-        for kind, of_kind in kinds.items()
+        kind: tuple(name for name, spec in of_kind.items() if spec.power is None) for kind, of_kind in kinds.items()
     }
     return {kind: names for kind, names in missing.items() if names}

@@ -44,10 +44,7 @@ def fit(
         return PartFit(uses, bounds, None, reasons)
     too_fast = clock_reason(clock, clock_limit)
     return PartFit(
-        uses,
-        bounds,
-        Clock(hz=clock, limit=clock_limit),
-        (*reasons, *([too_fast] if too_fast is not None else [])),
+        uses, bounds, Clock(hz=clock, limit=clock_limit), (*reasons, *([too_fast] if too_fast is not None else []))
     )
 
 
@@ -59,9 +56,7 @@ def fit_part(
     if part is not None:
         sums = sum_by_resource(demand.items)
         uses = tuple(
-            _use(demand, part, resource, sums.get(resource, 0))
-            for resource in RESOURCES
-            if resource in part.resources
+            _use(demand, part, resource, sums.get(resource, 0)) for resource in RESOURCES if resource in part.resources
         )
     reasons = [
         Reason(
@@ -144,6 +139,4 @@ def _use(demand: Demand, part: Part, resource: str, total: int) -> ResourceUse:
     items = tuple(
         ResourceItem(name=line.name, figure=line.figure) for line in demand.items if line.resource == resource
     )
-    return ResourceUse(
-        resource=resource, demand=total, budget=budget, gap=max(0, total - budget), items=items
-    )
+    return ResourceUse(resource=resource, demand=total, budget=budget, gap=max(0, total - budget), items=items)

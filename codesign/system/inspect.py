@@ -31,9 +31,7 @@ from codesign.system import catalog
 from codesign.system.verdicts import RunDocument
 
 
-def point_of(
-    platform: Platform, workload: Workload, settings: Mapping[str, Any]
-) -> tuple[Platform, Workload]:
+def point_of(platform: Platform, workload: Workload, settings: Mapping[str, Any]) -> tuple[Platform, Workload]:
     """Platform and workload with a raw value put in the place of each named axis.
 
     Raises:
@@ -128,10 +126,7 @@ def planner_facts(name: str) -> PlannerFacts:
     """
     planner = catalog.planner(name)
     parameters = tuple(each for task, model in planner.tasks.items() for each in _parameters(task, model))
-    styles = {
-        style: f"on {each.component_type}: {each.description}"
-        for style, each in catalog.styles_of(name).items()
-    }
+    styles = {style: f"on {each.component_type}: {each.description}" for style, each in catalog.styles_of(name).items()}
     styles |= {
         f"{task}.{style}": f"on {component}"
         for planner_name, task, component, style in catalog.task_styles()
@@ -154,17 +149,13 @@ def settings_by_paper(names: Sequence[str], values: Mapping[str, Any]) -> dict[s
     models = {name: catalog.paper_settings(name) for name in names}
     accepted = sorted({key for model in models.values() for key in model.model_fields})
     faults = [
-        Fault(
-            f"--set {clip(key)}", 0, 0, "", "there is no such setting", choose_hint(clip(key, 60), accepted)
-        )
+        Fault(f"--set {clip(key)}", 0, 0, "", "there is no such setting", choose_hint(clip(key, 60), accepted))
         for key in values
         if key not in accepted
     ]
     settings: dict[str, Settings] = {}
     for name, model in models.items():
-        raw: dict[KeyPath, Any] = {
-            (key,): value for key, value in values.items() if key in model.model_fields
-        }
+        raw: dict[KeyPath, Any] = {(key,): value for key, value in values.items() if key in model.model_fields}
         document = put(Document("", Path(), {}), raw, lambda path: Origin((f"--set {path[0]}",)))
         try:
             settings[name] = validate(model, document)
@@ -221,9 +212,7 @@ def _board(platform: Platform) -> str:
     chips = [fpga.part for fpga in platform.of(FpgaComponent).values()]
     price = platform.board.price if platform.board is not None else None
     facts = [*chips, *([f"{price.value:,g} {price.unit}, {price.status}"] if price is not None else [])]
-    return (
-        f"{platform.description} [{'; '.join(facts)}]" if platform.board and facts else platform.description
-    )
+    return f"{platform.description} [{'; '.join(facts)}]" if platform.board and facts else platform.description
 
 
 def _budgets(part: Part) -> str:
@@ -285,9 +274,7 @@ def with_problem(workload: Workload, problem: ProblemSpec) -> Workload:
     return workload.model_copy(update={"problem": problem})
 
 
-def applicable(
-    platform: Platform, workload: Workload, settings: Mapping[str, Any]
-) -> tuple[Platform, Workload]:
+def applicable(platform: Platform, workload: Workload, settings: Mapping[str, Any]) -> tuple[Platform, Workload]:
     """Platform and workload with those settings that name a parameter or a field they have.
 
     Raises:

@@ -73,9 +73,7 @@ def refusal(
     shown = ", ".join(f"{in_words(size)} for the {name}" for name, size in parts.items() if size > 0)
     kind = "the bound given" if given else "half of what this machine has free"
     what = f"the run would need about {in_words(need.total)} of memory ({shown}), more than {in_words(bound)}, {kind}"
-    levers = (
-        ["a smaller or coarser map"] if isinstance(system.problem, Problem) else ["fewer robots or updates"]
-    )
+    levers = ["a smaller or coarser map"] if isinstance(system.problem, Problem) else ["fewer robots or updates"]
     levers += system.planner.memory_levers(system.job)
     if need.listeners > 0:
         levers.append("no trace and no page")

@@ -80,9 +80,7 @@ class Messages:
     unnoticed damage did no harm: see ``ignored``.
     """
 
-    def __init__(
-        self, places: Mapping[str, str], routes: Routes, links: Mapping[str, components.Link]
-    ) -> None:
+    def __init__(self, places: Mapping[str, str], routes: Routes, links: Mapping[str, components.Link]) -> None:
         self.places, self.routes, self.links = places, routes, links
         self.harmed: Counter[tuple[str, str]] = Counter()
 
@@ -124,7 +122,5 @@ class Messages:
 
     def ignored(self, link: str) -> dict[str, int]:
         """By message: how many ``link`` delivered damaged, and were yet read as they were sent."""
-        harmless = {
-            name: count - self.harmed[link, name] for name, count in self.links[link].unnoticed.items()
-        }
+        harmless = {name: count - self.harmed[link, name] for name, count in self.links[link].unnoticed.items()}
         return {name: count for name, count in sorted(harmless.items()) if count}

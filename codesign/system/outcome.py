@@ -121,9 +121,7 @@ def _apart(system: System) -> tuple[dict[str, Any], tuple[Reason, ...], dict[str
 def _processor_figures(system: System) -> dict[str, Figure]:
     """The figures on which time and energy of a processor rest."""
     spec = system.platform.of(ProcessorComponent)[system.component]
-    figures = {
-        f"cost of {kernel}": cost.per(PICOSECONDS_PER_SECOND, "s") for kernel, cost in spec.costs.items()
-    }
+    figures = {f"cost of {kernel}": cost.per(PICOSECONDS_PER_SECOND, "s") for kernel, cost in spec.costs.items()}
     return figures | {"power busy": spec.power.busy, "power idle": spec.power.idle}
 
 
@@ -165,12 +163,9 @@ def use_fields(
             for component in machine.all_components
         },
         "links": {
-            name: link_use(link, machine.now, machine.messages.ignored(name))
-            for name, link in machine.links.items()
+            name: link_use(link, machine.now, machine.messages.ignored(name)) for name, link in machine.links.items()
         },
-        "displays": {
-            name: display_use(machine.by_name[name]) for name in machine.system.platform.of(DisplayComponent)
-        },
+        "displays": {name: display_use(machine.by_name[name]) for name in machine.system.platform.of(DisplayComponent)},
     }
 
 

@@ -172,9 +172,7 @@ def _styles(
         mapped = workload.mapping.get(task)
         kind = platform.components[places[task]].type
         possible = {
-            name: style
-            for (of, name), style in catalog.task_styles_of(planner.name, task).items()
-            if of == kind
+            name: style for (of, name), style in catalog.task_styles_of(planner.name, task).items() if of == kind
         }
         wanted = None if mapped is None or task in inside else mapped.style
         chosen = possible.get(wanted) if wanted is not None else next(iter(possible.values()), None)
@@ -184,11 +182,7 @@ def _styles(
             text = f"task {task} cannot be done on {places[task]} while {planner.planning_task} is done elsewhere"
             if wanted is not None:
                 text = f"task {task} has no style {wanted!r} on a component of type {kind}"
-            hint = (
-                choose_hint(wanted, possible)
-                if wanted and possible
-                else f"place it beside {planner.planning_task}"
-            )
+            hint = choose_hint(wanted, possible) if wanted and possible else f"place it beside {planner.planning_task}"
             path = ("mapping", task) if mapped is not None else ("mapping",)
             faults.append(fault(workload, path, text, hint))
     return styles, faults
@@ -240,8 +234,7 @@ def map_work_notes(draft: Draft, placement: Placement) -> tuple[str, ...]:
         return ()
     done = dict.fromkeys(work.what for work in draft.planner.map_work(draft.job) if work.units)
     return tuple(
-        f"{what}: {name}, which sends the map, is {a_type(spec.type)}; the time of that is not counted"
-        for what in done
+        f"{what}: {name}, which sends the map, is {a_type(spec.type)}; the time of that is not counted" for what in done
     )
 
 
@@ -256,9 +249,7 @@ def sound_flows(planner: Planner, job: Job[Any, Any]) -> tuple[Flow, ...]:
     if wrong is not None:
         where = f"{type(planner).__module__}.{type(planner).__qualname__}.flows"
         raise InputError(
-            f"planner plug-in {planner.name}: {wrong}",
-            where,
-            "mend or uninstall the package that registers it",
+            f"planner plug-in {planner.name}: {wrong}", where, "mend or uninstall the package that registers it"
         )
     return tuple(flows)
 

@@ -74,9 +74,7 @@ def grid_faults(workload: Workload, grid: OccupancyGrid | None) -> tuple[Occupan
         return None, [fault(workload, path, what, wrong.hint)]
     if grid.free.any():
         return grid, []
-    return None, [
-        fault(workload, ("problem", "map"), "no cell of the map is free", _why_none(workload.problem))
-    ]
+    return None, [fault(workload, ("problem", "map"), "no cell of the map is free", _why_none(workload.problem))]
 
 
 def _why_none(problem: ProblemSpec) -> str:
@@ -201,9 +199,7 @@ class Places:
         what = f"{place} is outside of the map of {size}"
         return what, f"middles of cells are from {point_text(*first)} to {point_text(*last)}"
 
-    def _blocked(
-        self, cell: Cell, text: str, outside: tuple[str, str], *, metres: bool
-    ) -> tuple[str, str] | None:
+    def _blocked(self, cell: Cell, text: str, outside: tuple[str, str], *, metres: bool) -> tuple[str, str] | None:
         """Why a cell cannot be planned from or to, and the remedy; None where it is free."""
         grid = self._grid
         if not (0 <= cell[0] < grid.rows and 0 <= cell[1] < grid.columns):
@@ -231,9 +227,7 @@ class Places:
         key = ("scen", maps.map_stamp(line.path))
         try:
             scenarios = _grids.get(key, lambda: maps.read_scenarios(line.path))
-            chosen = maps.choose_scenarios(
-                scenarios, line=line.line, bucket=line.bucket, same_goal=line.same_goal
-            )
+            chosen = maps.choose_scenarios(scenarios, line=line.line, bucket=line.bucket, same_goal=line.same_goal)
         except MapError as wrong:
             own = wrong.where in ("line", "bucket")
             what = wrong.what if own else f"{wrong.where}: {wrong.what}"
@@ -261,10 +255,7 @@ class Places:
             here = f"the map is {printable(file.name)}" if file else "the map is generated"
             what = f"it is of the map {printable(its_name)}, and {here}"
         elif wanted.downsample > 1:
-            what, hint = (
-                "its cells are those of the whole map, and downsample joins them",
-                "remove downsample",
-            )
+            what, hint = ("its cells are those of the whole map, and downsample joins them", "remove downsample")
         elif scenario.shape != self._grid.shape:
             sizes = [" × ".join(str(side) for side in shape) for shape in (scenario.shape, self._grid.shape)]
             what = f"it is of a map of {sizes[0]} cells, and the map has {sizes[1]}"

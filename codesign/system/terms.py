@@ -100,9 +100,7 @@ def _open(machine: Machine, ledger: Ledger) -> str:
     """Why the time of the plan is no sum of terms; "" where it is one."""
     system = machine.system
     if machine.claimed:
-        return (
-            "a display takes cycles of the memory that the design works in: how many depends on when it works"
-        )
+        return "a display takes cycles of the memory that the design works in: how many depends on when it works"
     if system.workload.tasks:
         return "tasks of the workload's own use the same components and links"
     memory = _external(system)
@@ -140,19 +138,13 @@ def _open_energy(system: System) -> str:
     if memory is None or memory.power is None:
         return ""
     low, high = _access_ratio(memory)
-    return (
-        "the share of the time in which the external memory works depends on its accesses"
-        if low < high
-        else ""
-    )
+    return "the share of the time in which the external memory works depends on its accesses" if low < high else ""
 
 
 class _Pricing:
     """Collects the inputs that terms rest on. ``shares``, ``ends_only``: see ``plan_terms``."""
 
-    def __init__(
-        self, system: System, figures: Figures, shares: Mapping[str, float], ends_only: bool
-    ) -> None:
+    def __init__(self, system: System, figures: Figures, shares: Mapping[str, float], ends_only: bool) -> None:
         self.system, self.figures, self.shares, self.ends_only = system, figures, shares, ends_only
         self.inputs: dict[str, Figure] = {}
         self.values: dict[str, Any] = {}
@@ -234,9 +226,7 @@ class _Pricing:
         if memory is None or external is None or fpga != self.system.component:
             return {}
         latency, (low, high) = memory.latency_cycles, _access_ratio(memory)
-        source = (
-            f"bounds of all cycles, by latency_cycles and row_cycles of {external.name}: {latency.source}"
-        )
+        source = f"bounds of all cycles, by latency_cycles and row_cycles of {external.name}: {latency.source}"
         ratio = Figure(1.0, "1", latency.status, source, low, high)
         name = f"law {self.system.platform.name}.{external.name}.access_cycles"
         return {self.input(name, ratio): 1} if low < high else {}
@@ -246,9 +236,7 @@ class _Pricing:
         spent = ledger.spent[Spent.WAIT, name]
         if not np.any(spent):
             return
-        again = sum(
-            amount for each, amount in ledger.work.items() if each.where == name and each.unit == RETRIES
-        )
+        again = sum(amount for each, amount in ledger.work.items() if each.where == name and each.unit == RETRIES)
         if again:
             timeouts = again * self._errors(name, "timeout")
             spent -= timeouts
@@ -264,9 +252,7 @@ class _Pricing:
             periods = spent / PICOSECONDS_PER_SECOND * rate.at(self.values)
             source = "clock periods waited until the next edge, at most one each time"
             # Where nothing was waited, there is no term; of many machines, one of 0.
-            most: Any = (
-                np.where(spent, np.maximum(begins, periods), 0) if np.ndim(spent) else max(begins, periods)
-            )
+            most: Any = np.where(spent, np.maximum(begins, periods), 0) if np.ndim(spent) else max(begins, periods)
             edges = Figure(periods, "1", Status.CALIBRATED, source, 0 * most, most)
             (each,) = (symbol(self.edges(name, edges)) / rate).monomials
             yield self.term(wait, float(each.amount), each.powers)
@@ -324,9 +310,7 @@ class _Pricing:
         system = self.system
         if name == system.component:
             return f"{system.planner.name}.{system.architecture.style}"
-        styles = (
-            style for task, style in system.placement.styles.items() if system.placement.places[task] == name
-        )
+        styles = (style for task, style in system.placement.styles.items() if system.placement.places[task] == name)
         style = next(styles, None)
         return name if style is None else f"{style.planner}.{style.style}"
 
@@ -356,10 +340,7 @@ def _access_ratio(memory: MemoryComponent) -> tuple[float, float]:
     the latency, of latency and row together, and 1.
     """
     row = memory.row_cycles or NO_ROWS
-    latencies, rows = (
-        (memory.latency_cycles.value, *memory.latency_cycles.interval),
-        (row.value, *row.interval),
-    )
+    latencies, rows = ((memory.latency_cycles.value, *memory.latency_cycles.interval), (row.value, *row.interval))
     latency, *latency_ends = (max(1, value) for value in latencies)
     opened, *row_ends = rows
     together = [(most + more) / (latency + opened) for most, more in zip(latency_ends, row_ends, strict=True)]

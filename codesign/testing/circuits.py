@@ -65,42 +65,27 @@ def _circuit_is_sound(circuit: Circuit, text: str) -> None:
     missing = [source.name for source in circuit.sources if not source.is_file()]
     require(not missing, f"{text} names Verilog that is not there: {names(missing)}")
     require(0 < circuit.event_bits <= 64, f"events of {text} have {circuit.event_bits} bits, not 1 to 64")
-    for what, listed, most in (
-        ("phases", circuit.phases, MOST_KINDS - 1),
-        ("kinds", circuit.kinds, MOST_KINDS),
-    ):
+    for what, listed, most in (("phases", circuit.phases, MOST_KINDS - 1), ("kinds", circuit.kinds, MOST_KINDS)):
         require(
             0 < len(listed) <= most and len(set(listed)) == len(listed),
             f"{text} has {len(listed)} {what}: accepted are 1 to {most}, each with a name of its own",
         )
     images = {value for value in circuit.parameters.values() if isinstance(value, str)}
-    require(
-        images == set(circuit.images),
-        f"{text} has images {names(circuit.images)}, its parameters {names(images)}",
-    )
+    require(images == set(circuit.images), f"{text} has images {names(circuit.images)}, its parameters {names(images)}")
 
 
 def _expectation_is_sound(circuit: Circuit, expected: Expected, text: str) -> None:
     events = expected.events
     lengths = {len(events.cycle), len(events.kind), len(events.value)}
-    require(
-        lengths != {0} and len(lengths) == 1,
-        f"the model expects no event of {text}, or arrays of several lengths",
-    )
+    require(lengths != {0} and len(lengths) == 1, f"the model expects no event of {text}, or arrays of several lengths")
     types = [str(array.dtype) for array in (events.cycle, events.kind, events.value)]
-    require(
-        types == ["int64", "uint8", "uint64"],
-        f"events of {text} are {names(types)}, not int64, uint8, uint64",
-    )
+    require(types == ["int64", "uint8", "uint64"], f"events of {text} are {names(types)}, not int64, uint8, uint64")
     require(
         bool((np.diff(events.cycle) > 0).all()) and events.cycle[0] >= 0,
         f"the model expects events of {text} out of order, or two at one cycle",
     )
     require(int(events.kind.max()) < len(circuit.kinds), f"the model expects a kind that {text} has not")
-    require(
-        int(events.value.max()) < 2**circuit.event_bits,
-        f"the model expects a value that {text} has no bits for",
-    )
+    require(int(events.value.max()) < 2**circuit.event_bits, f"the model expects a value that {text} has no bits for")
     strange = set(expected.cycles) - set(circuit.phases)
     require(not strange, f"the model counts cycles of {names(strange)}, which are no phases of {text}")
 

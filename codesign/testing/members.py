@@ -36,10 +36,7 @@ def plug_in_holds_parts_of_one_planner(case: Case) -> None:
         (style, TaskStyle) for style in case.task_styles
     ]:
         require(isinstance(style, base), f"{style!r} does not derive from codesign.plugin.{base.__name__}")
-        require(
-            style.planner == planner.name,
-            f"{of(style)} is of planner {style.planner!r}, not of {planner.name!r}",
-        )
+        require(style.planner == planner.name, f"{of(style)} is of planner {style.planner!r}, not of {planner.name!r}")
     require(plug_in.planner is None or case.styles, "no style: nothing can run the planner")
     require(case.styles or case.task_styles, "neither a planner nor a style is registered")
     keys = Counter(style.style for style in case.styles)
@@ -55,9 +52,7 @@ def planner_names_its_planning_task(case: Case) -> None:
     """``planning_task`` is one of ``tasks``, and each has a model of parameters."""
     planner = case.planner
     require(planner.name, "the planner has no name")
-    require(
-        _is_line(planner.description), f"description {planner.description!r} is no line without a full stop"
-    )
+    require(_is_line(planner.description), f"description {planner.description!r} is no line without a full stop")
     require(
         planner.planning_task in planner.tasks,
         f"planning task {planner.planning_task!r} is none of the tasks {names(planner.tasks)}",
@@ -76,15 +71,11 @@ def planner_members_have_their_types(case: Case) -> None:
     model: Any = planner.problem_model
     sound = model is None or (isinstance(model, type) and issubclass(model, SpecModel))
     require(sound, f"problem_model {model!r} is neither None nor a subclass of SpecModel")
-    require(
-        type(planner.answers_no_way) is bool, f"answers_no_way is {planner.answers_no_way!r}, not a boolean"
-    )
+    require(type(planner.answers_no_way) is bool, f"answers_no_way is {planner.answers_no_way!r}, not a boolean")
     wrong: Any = planner.check(job)
     require(wrong is None, f"check refuses the sample parameters: {wrong!r}; give others")
     refused: Any = planner.check_drive(job)
-    sound = (
-        isinstance(refused, tuple) and len(refused) == 3 and all(isinstance(each, str) for each in refused)
-    )
+    sound = isinstance(refused, tuple) and len(refused) == 3 and all(isinstance(each, str) for each in refused)
     require(refused is None or sound, f"check_drive gives {refused!r}, not (key, sentence, hint) or None")
     taken = planner.memory(job)
     require(_is_count(taken), f"memory gives {taken!r}, not a number of bytes")
@@ -142,9 +133,7 @@ def style_members_have_their_types(case: Case) -> None:
             _is_line(style.description),
             f"description {style.description!r} of {of(style)} is no line without a full stop",
         )
-        require(
-            style.component_type in COMPONENT_TYPES, f"{of(style)} runs on none of {names(COMPONENT_TYPES)}"
-        )
+        require(style.component_type in COMPONENT_TYPES, f"{of(style)} runs on none of {names(COMPONENT_TYPES)}")
     for style in case.styles:
         require(type(style.supports_external) is bool, f"supports_external of {of(style)} is no boolean")
         require(

@@ -41,9 +41,7 @@ def reachable_cells_lead_to_a_goal(case: Case) -> None:
     require(not (reachable & ~problem.free).any(), "reachable covers an obstacle")
     for start in problem.starts:
         arrived = case.planner.trajectory(problem, case.plan, start)[1]
-        require(
-            reachable[start] or not arrived, f"a path from {start} arrives, but reachable leaves the cell out"
-        )
+        require(reachable[start] or not arrived, f"a path from {start} arrives, but reachable leaves the cell out")
 
 
 @rule(on_maps)
@@ -70,10 +68,7 @@ def quality_is_of_this_problem(case: Case) -> None:
             (quality.local_maxima == 0) == (share == 1.0),
             f"{quality.local_maxima} local maxima, but a share of {share} that reaches a goal",
         )
-    require(
-        quality.starts == len(problem.starts),
-        f"quality tries {quality.starts} starts of {len(problem.starts)}",
-    )
+    require(quality.starts == len(problem.starts), f"quality tries {quality.starts} starts of {len(problem.starts)}")
     if quality.starts_arrived:
         mean, worst = quality.path_length_ratio_mean, quality.path_length_ratio_worst
         require(mean is not None and worst is not None, "starts arrive, but no ratio of lengths is given")
@@ -104,10 +99,7 @@ def trajectories_stay_in_free_space(case: Case) -> None:
         )
         arrivals += arrived
     counted: Any = planner.quality(problem, case.plan)
-    require(
-        arrivals == counted.starts_arrived,
-        f"{arrivals} paths arrive, quality counts {counted.starts_arrived}",
-    )
+    require(arrivals == counted.starts_arrived, f"{arrivals} paths arrive, quality counts {counted.starts_arrived}")
 
 
 @rule(on_maps)

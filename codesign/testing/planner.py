@@ -17,9 +17,7 @@ def same_answer_twice(case: Case) -> None:
     """Equal problems and parameters have equal plans, figures and quality."""
     planner = case.planner
     first, second = (planner.plan(case.job) for _ in range(2))
-    require(
-        planner.identity(first) == planner.identity(second), "two plans of one problem differ in identity"
-    )
+    require(planner.identity(first) == planner.identity(second), "two plans of one problem differ in identity")
     require(planner.identity(first) == planner.identity(first), "one plan has two identities")
     require(planner.figures(first) == planner.figures(second), "two plans of one problem differ in figures")
     qualities = [planner.quality(case.problem, plan) for plan in (first, second)]
@@ -51,9 +49,7 @@ def asking_changes_nothing(case: Case) -> None:
         planner.reachable(job)
         planner.trajectory(problem, plan, problem.starts[0])
         planner.path_from(problem, plan, case.position)
-    require(
-        planner.identity(plan) == identity, "a plan changes when it is asked for quality, figures or a path"
-    )
+    require(planner.identity(plan) == identity, "a plan changes when it is asked for quality, figures or a path")
     # A digest that is computed here adds an attribute, and changes none.
     changed = [name for name, value in before.items() if pickle.dumps(vars(problem)[name]) != value]
     require(not changed, f"the planner changes {names(changed)} of the problem that it is given")
@@ -67,9 +63,7 @@ def map_work_is_counted_in_kernels(case: Case) -> None:
     for work in first:
         require(bool(work.what and work.kernel), f"map_work has {work}: give it a name and a kernel")
         counted = type(work.units) is int and work.units >= 0
-        require(
-            counted, f"map_work counts {work.units!r} units of {work.kernel}: give an integer of 0 or more"
-        )
+        require(counted, f"map_work counts {work.units!r} units of {work.kernel}: give an integer of 0 or more")
 
 
 @rule()
@@ -84,20 +78,16 @@ def flows_lead_from_the_map_to_the_answer(case: Case) -> None:
     loaded = any((flow.sender, flow.receiver) == (LOAD, planner.planning_task) for flow in flows)
     require(loaded, f"nothing flows from 'load' to the planning task {planner.planning_task!r}")
     require(
-        len(case.answering) == 1,
-        f"tasks {names(case.answering)} send an answer to 'command': exactly one must send it",
+        len(case.answering) == 1, f"tasks {names(case.answering)} send an answer to 'command': exactly one must send it"
     )
     done, left = {LOAD}, list(flows)
     while ready := [
-        flow
-        for flow in left
-        if all(other.sender in done for other in left if other.receiver == flow.receiver)
+        flow for flow in left if all(other.sender in done for other in left if other.receiver == flow.receiver)
     ]:
         done |= {flow.receiver for flow in ready}
         left = [flow for flow in left if flow not in ready]
     require(
-        not left,
-        f"flows {names(flow.name for flow in left)} never start: no task sends the data that they wait for",
+        not left, f"flows {names(flow.name for flow in left)} never start: no task sends the data that they wait for"
     )
     missing = {COMMAND, planner.planning_task} - done
     require(not missing, f"no flow leads from 'load' to {names(missing)}")

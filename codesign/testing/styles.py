@@ -47,15 +47,11 @@ def _demand_is_sound(demand: Demand, style: Architecture | TaskStyle) -> None:
             f"item {item.name!r} of {of(style)} asks for {item.figure.value!r} {item.resource}",
         )
     for line in (*demand.items, *demand.bounds):
-        require(
-            line.name and line.figure.source, f"a line of the demand of {of(style)} has no name or no source"
-        )
+        require(line.name and line.figure.source, f"a line of the demand of {of(style)} has no name or no source")
         sound = isinstance(line.figure.status, Status)
         require(sound, f"{line.name!r} in the demand of {of(style)} has status {line.figure.status!r}")
     strange = set(demand.levers) - set(RESOURCES)
-    require(
-        not strange, f"levers of {of(style)} are for {names(strange)}: accepted are {', '.join(RESOURCES)}"
-    )
+    require(not strange, f"levers of {of(style)} are for {names(strange)}: accepted are {', '.join(RESOURCES)}")
     require(
         style.component_type != "processor" or not demand.items,
         f"{of(style)} runs on a processor and asks for resources of a part",
@@ -74,9 +70,7 @@ def _figure_is_sound(figure: Any, unit: str, what: str) -> None:
     require(isinstance(figure, Figure), f"{what} gives {type(figure).__name__}, not a Figure")
     require(figure.unit == unit, f"{what} is in {figure.unit!r}, not in {unit!r}")
     low, high = figure.interval
-    require(
-        0 <= low <= figure.value <= high, f"{what} is {figure.value}, beyond its interval {low} to {high}"
-    )
+    require(0 <= low <= figure.value <= high, f"{what} is {figure.value}, beyond its interval {low} to {high}")
     require(isinstance(figure.status, Status), f"{what} has status {figure.status!r}")
     require(figure.source, f"{what} has no source")
 
@@ -119,9 +113,7 @@ def designs_are_accepted(case: Case) -> None:
     planner = case.planner
     model = planner.tasks[planner.planning_task]
     for style in case.styles:
-        for design in (
-            design for chain in style.designs(case.job_on(style, parameters=None)) for design in chain
-        ):
+        for design in (design for chain in style.designs(case.job_on(style, parameters=None)) for design in chain):
             job = case.job_on(style, parameters=model.model_validate(dict(design)))
             wrong = planner.check(job)
             require(wrong is None, f"a design of {of(style)}, {dict(design)}, is refused: {wrong}")
@@ -176,9 +168,7 @@ def programs_pay_for_their_map(case: Case) -> None:
             units = Counter[str]()
             for step in case.work(style).steps:
                 units[step.kernel or style.kernel] += int(step.cycles.sum())
-            require(
-                max(units.values()) >= cells, f"{of(style)} does not pay for the {cells} cells of its map"
-            )
+            require(max(units.values()) >= cells, f"{of(style)} does not pay for the {cells} cells of its map")
 
 
 @rule()
@@ -209,10 +199,7 @@ def work_leaves_out_the_answer_where_it_is_placed_elsewhere(case: Case) -> None:
             )
             kept = {phase: cycles for phase, cycles in whole.phases.items() if phase not in gone}
             same = {phase: cycles for phase, cycles in run.phases.items() if phase not in read_out}
-            require(
-                same == kept,
-                f"{of(style)} takes {same} where {case.answer!r} is done elsewhere, not {kept}",
-            )
+            require(same == kept, f"{of(style)} takes {same} where {case.answer!r} is done elsewhere, not {kept}")
             require(
                 case.same(run.result) == case.same(whole.result),
                 f"{of(style)} ends in another plan where the answer is elsewhere",
@@ -237,17 +224,12 @@ def what_is_done_elsewhere_takes_nothing_of_the_part(case: Case) -> None:
         require(everything == whole, f"{of(style)} asks for other resources with every task inside")
         left = case.demand(style, case.answer_elsewhere)
         more = {name for name, *_ in _amounts(left) - _amounts(whole)}
-        require(
-            not more,
-            f"{of(style)} asks for more of {names(more)} where {case.answer!r} is elsewhere",
-        )
+        require(not more, f"{of(style)} asks for more of {names(more)} where {case.answer!r} is elsewhere")
         require(
             [bound.figure.value for bound in left.bounds] == [bound.figure.value for bound in whole.bounds],
             f"bounds of {of(style)} change where {case.answer!r} is elsewhere",
         )
-        require(
-            set(left.levers) <= set(whole.levers), f"levers of {of(style)} are added where less is asked for"
-        )
+        require(set(left.levers) <= set(whole.levers), f"levers of {of(style)} are added where less is asked for")
         if style.component_type == "fpga":
             static, dynamic = style.power(whole, CLOCK, case.part)
             less_static, less_dynamic = style.power(left, CLOCK, case.part)
@@ -311,10 +293,7 @@ def going_on_from_the_own_answer_is_no_slower_and_as_good(case: Case) -> None:
             f" {before.starts_arrived} from nothing",
         )
         coarse = case.work(style, start=start, detail=False)
-        require(
-            coarse.phases == warm.phases,
-            f"{of(style)}, from its own answer, takes other cycles without detail",
-        )
+        require(coarse.phases == warm.phases, f"{of(style)}, from its own answer, takes other cycles without detail")
 
 
 @rule(lambda case: "lower_bound" in case.planner.policies and case.plug_in.planner is not None)
@@ -328,10 +307,7 @@ def a_lower_bound_can_be_made_and_taken(case: Case) -> None:
         for style in case.styles:
             warm = case.work(style, start=bound.result)
             _steps_are_sound(warm, style)
-            require(
-                warm.cycles <= case.work(style).cycles,
-                f"{of(style)} is slower from a lower bound than without",
-            )
+            require(warm.cycles <= case.work(style).cycles, f"{of(style)} is slower from a lower bound than without")
 
 
 @rule(lambda case: bool(case.task_styles))

@@ -112,11 +112,7 @@ class PlugInContract:
 
         plug_ins = catalog.plug_ins() if self.plug_ins is None else self.plug_ins
         pairs = [
-            (each, case)
-            for plug_in in plug_ins
-            for case in cases_of(plug_in)
-            for each in RULES
-            if each.applies(case)
+            (each, case) for plug_in in plug_ins for case in cases_of(plug_in) for each in RULES if each.applies(case)
         ]
         ids = [f"{each.name}-{case}" for each, case in pairs]
         metafunc.parametrize(("contract_rule", "contract_case"), pairs, ids=ids)

@@ -47,10 +47,7 @@ def fields_of(model: type) -> Mapping[str, FieldInfo]:
     """The fields of a model, or of a dataclass with annotated fields."""
     if issubclass(model, BaseModel):
         return model.model_fields
-    return {
-        name: FieldInfo.from_annotation(hint)
-        for name, hint in get_type_hints(model, None, None, True).items()
-    }
+    return {name: FieldInfo.from_annotation(hint) for name, hint in get_type_hints(model, None, None, True).items()}
 
 
 def models_in(annotation: Any) -> list[type]:
@@ -96,9 +93,7 @@ class Keys:
         rows = list(self._rows(model, "", forms, without))
         lines = [f"{'#' * level} {heading}", "", markdown(model.__doc__ or ""), ""]
         if rows:
-            header = (
-                ("key", "type", "default", "meaning") if self.with_defaults else ("key", "type", "meaning")
-            )
+            header = ("key", "type", "default", "meaning") if self.with_defaults else ("key", "type", "meaning")
             lines += [*table(header, rows), ""]
         else:
             lines += ["It has no keys.", ""]

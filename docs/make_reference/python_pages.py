@@ -52,15 +52,7 @@ def _name(name: str, value: Any) -> list[str]:
         return [f"### `{name}`", "", f"`{value!r}`", ""]
     lines = [f"### `{name}`", ""]
     if inspect.isfunction(value):
-        return [
-            *lines,
-            "```python",
-            signature_text(name, value),
-            "```",
-            "",
-            markdown(value.__doc__ or ""),
-            "",
-        ]
+        return [*lines, "```python", signature_text(name, value), "```", "", markdown(value.__doc__ or ""), ""]
     if dataclasses.is_dataclass(value):
         lines += ["```python", signature_text(name, value.__init__, method=True).removesuffix(" -> None")]
         lines += ["```", ""]
@@ -168,10 +160,7 @@ def trace_page() -> list[str]:
         lines += [f"## `{name}`", "", markdown(record.__doc__ or ""), ""]
         arrays = {plan.name: plan.array for plan in plan_of(record)}
         fields = [each for each in dataclasses.fields(record) if each.name not in shared]
-        shown = [
-            (f"`{each.name}`", _field_type(each.type, arrays[each.name]), _field_default(each))
-            for each in fields
-        ]
+        shown = [(f"`{each.name}`", _field_type(each.type, arrays[each.name]), _field_default(each)) for each in fields]
         lines += [*table(("field", "type", "default"), shown), ""]
     return lines
 

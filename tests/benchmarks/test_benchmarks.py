@@ -13,9 +13,7 @@ from codesign.planners.harmonic.plan import Field, relax
 REPOSITORY = ROOT
 
 
-@pytest.mark.parametrize(
-    "path", sorted((REPOSITORY / "benchmarks").glob("bench_*.py")), ids=lambda path: path.stem
-)
+@pytest.mark.parametrize("path", sorted((REPOSITORY / "benchmarks").glob("bench_*.py")), ids=lambda path: path.stem)
 def test_every_benchmark_has_its_section(path: Path) -> None:
     page = (REPOSITORY / "docs" / "benchmarks.md").read_text(encoding="utf-8")
     assert f"\n`python -m benchmarks {path.stem.removeprefix('bench_')}` " in page
@@ -24,13 +22,7 @@ def test_every_benchmark_has_its_section(path: Path) -> None:
 @pytest.mark.slow
 def test_kernels_of_limbs_and_of_digits_are_exact(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.syspath_prepend(REPOSITORY)
-    from benchmarks.other_kernels import (
-        compiled_visits,
-        digits_of_32_bits,
-        node_by_node,
-        plane_by_plane,
-        visits,
-    )
+    from benchmarks.other_kernels import compiled_visits, digits_of_32_bits, node_by_node, plane_by_plane, visits
 
     free = np.random.default_rng(4).random((13, 19)) > 0.2
     free[6, 7] = True

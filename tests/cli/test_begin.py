@@ -17,14 +17,10 @@ Run = Callable[..., Result]
 WAREHOUSE = data_folder("workloads") / "maps" / "warehouse.txt"
 
 
-@pytest.mark.parametrize(
-    "planner", ["breadth_first", "harmonic", "relaxation", "velocity_obstacle", "wavefront"]
-)
+@pytest.mark.parametrize("planner", ["breadth_first", "harmonic", "relaxation", "velocity_obstacle", "wavefront"])
 def test_list_has_every_parameter_of_a_planner(hwsw: Run, planner: str) -> None:
     facts = json.loads(hwsw("list", planner, "--json").stdout)
-    wanted = {
-        (task, name) for task, model in catalog.planner(planner).tasks.items() for name in model.model_fields
-    }
+    wanted = {(task, name) for task, model in catalog.planner(planner).tasks.items() for name in model.model_fields}
     assert {(each["task"], each["name"]) for each in facts["parameters"]} == wanted
     assert all(each["accepted"] and each["default"] and each["meaning"] for each in facts["parameters"])
     assert set(catalog.styles_of(planner)) <= set(facts["styles"])
@@ -76,9 +72,7 @@ def test_an_ambiguous_or_unknown_name_is_refused(hwsw: Run) -> None:
 
 @pytest.mark.parametrize("planner", ["breadth_first", "harmonic", "relaxation", "wavefront"])
 @pytest.mark.parametrize("board", ["zynq", "arty-a7"])
-def test_init_writes_a_board_and_a_planner_that_run(
-    hwsw: Run, tmp_path: Path, board: str, planner: str
-) -> None:
+def test_init_writes_a_board_and_a_planner_that_run(hwsw: Run, tmp_path: Path, board: str, planner: str) -> None:
     done = hwsw("init", "mine", "--board", board, "--planner", planner, "--map", WAREHOUSE)
     assert done.exit_code == 0, done.stderr
     assert "goal: [26, 42], the cell nearest to the middle of the map in its largest area" in done.stdout
@@ -89,9 +83,7 @@ def test_init_writes_a_board_and_a_planner_that_run(
     assert result["planner"] == planner
     assert result["quality"]["starts"] == 16
     assert '"crop": "free"' in (tmp_path / "mine" / "my-workload.yaml").read_text(encoding="utf-8")
-    assert (tmp_path / "mine" / "my-platform.yaml").read_text(encoding="utf-8").count(
-        "name: my-platform\n"
-    ) == 1
+    assert (tmp_path / "mine" / "my-platform.yaml").read_text(encoding="utf-8").count("name: my-platform\n") == 1
 
 
 def test_init_takes_a_goal_and_a_generated_map(hwsw: Run, tmp_path: Path) -> None:
@@ -126,10 +118,7 @@ def test_init_overwrites_nothing(hwsw: Run, tmp_path: Path) -> None:
         (("--goal", "6,6"), "--goal: goal (6, 6) is on an obstacle"),
         (("--goal", "500,0"), "is outside of the map"),
         (("--map", "walls.txt"), "--map: the map has no free cell"),
-        (
-            ("--board", "nexys2"),
-            "--board: harmonic does not fit nexys2 with this map: bit_serial on fabric takes ",
-        ),
+        (("--board", "nexys2"), "--board: harmonic does not fit nexys2 with this map: bit_serial on fabric takes "),
     ],
 )
 def test_init_refuses_what_cannot_run(hwsw: Run, tmp_path: Path, words: tuple[str, ...], fault: str) -> None:

@@ -16,12 +16,7 @@ def test_compare_puts_designs_of_four_planners_side_by_side(hwsw: Run) -> None:
     result = hwsw("compare", "--json")
     assert result.exit_code == 0, result.output
     results = json.loads(result.stdout)
-    assert {each["planner"] for each in results.values()} == {
-        "harmonic",
-        "wavefront",
-        "breadth_first",
-        "relaxation",
-    }
+    assert {each["planner"] for each in results.values()} == {"harmonic", "wavefront", "breadth_first", "relaxation"}
     assert all(each["feasible"] for each in results.values())
     shortest = results["virtex4-pci:wavefront-tiles"]["quality"]["path_length_ratio_mean"]
     assert shortest < results["virtex2pro:breadth-first"]["quality"]["path_length_ratio_mean"]
@@ -33,14 +28,7 @@ def test_compare_takes_a_map_and_refuses_half_a_problem(hwsw: Run, tmp_path: Pat
     assert half.exit_code == 2
     assert "--goal" in half.output
     whole = hwsw(
-        "compare",
-        "virtex2pro:breadth-first",
-        "--map",
-        tmp_path / "map.txt",
-        "--goal",
-        "2,3",
-        "--start",
-        "30,50",
+        "compare", "virtex2pro:breadth-first", "--map", tmp_path / "map.txt", "--goal", "2,3", "--start", "30,50"
     )
     assert whole.exit_code == 0, whole.output
     where = ("--map", tmp_path / "map.txt", "--goal", "2,3", "--start", "30,50")
@@ -149,14 +137,7 @@ def test_an_option_without_a_meaning_is_refused_by_name(
 
 def test_a_comparison_as_a_page_says_how_it_was_made(hwsw: Run, tmp_path: Path) -> None:
     page = tmp_path / "page.html"
-    asked = (
-        "virtex2pro:breadth-first",
-        "virtex4-pci:wavefront-tiles",
-        "--on",
-        "labyrinth",
-        "--need",
-        "time < 1 ms",
-    )
+    asked = ("virtex2pro:breadth-first", "virtex4-pci:wavefront-tiles", "--on", "labyrinth", "--need", "time < 1 ms")
     result = hwsw("compare", *asked, "--html", page)
     assert result.exit_code == 0, result.output
     assert result.stdout.endswith(f"page: {page}\n")

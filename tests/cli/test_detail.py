@@ -20,14 +20,7 @@ def test_run_leads_with_the_answer_and_keeps_all_tables(hwsw: Run, specs: Specs)
     assert quiet.startswith("two-rooms on small-board (harmonic, bit_serial on fpga) ")
     assert plain.count("\n") < 12
     assert all_of_it.startswith(plain)
-    for title in (
-        "Design point",
-        "Clock cycles by phase",
-        "Stages",
-        "Plan quality",
-        "Resources",
-        "Clock and power",
-    ):
+    for title in ("Design point", "Clock cycles by phase", "Stages", "Plan quality", "Resources", "Clock and power"):
         assert f"\n{title}\n" in all_of_it
         assert f"\n{title}\n" not in plain
 
@@ -53,9 +46,7 @@ def test_of_quiet_and_verbose_the_last_one_counts(hwsw: Run, specs: Specs) -> No
     assert hwsw("run", *specs, "-v", "-q").stdout.count("\n") == 1
 
 
-def test_a_trace_of_a_design_that_is_out_is_reported_as_not_written(
-    hwsw: Run, specs: Specs, tmp_path: Path
-) -> None:
+def test_a_trace_of_a_design_that_is_out_is_reported_as_not_written(hwsw: Run, specs: Specs, tmp_path: Path) -> None:
     trace = tmp_path / "no.mcap"
     for words in ((), ("-q",), ("--json",)):
         done = hwsw("run", *specs, *SMALL, "--trace", trace, *words)
@@ -96,18 +87,12 @@ def test_an_unexpected_error_has_a_traceback_only_for_debug(
     for words_of_one, shows in ((("run",), False), (words, True)):
         done = CliRunner().invoke(main, [*words_of_one, *files])
         assert done.exit_code == 1
-        assert (
-            "unexpected error, a fault of hwsw: KeyError: 'no such thing'\n  hint: hwsw --debug"
-            in done.stderr
-        )
+        assert "unexpected error, a fault of hwsw: KeyError: 'no such thing'\n  hint: hwsw --debug" in done.stderr
         assert ("Traceback" in done.stderr) == shows
 
 
 def test_an_exploration_leads_with_its_sentence(hwsw: Run, specs: Specs) -> None:
-    pins = [
-        f"--set={axis}"
-        for axis in ("relax.iterations=4", "relax.termination=sound", "relax.schedule=[15, 63]")
-    ]
+    pins = [f"--set={axis}" for axis in ("relax.iterations=4", "relax.termination=sound", "relax.schedule=[15, 63]")]
     words = ("explore", *specs, *pins, "--workers", "1", "--store", "kept.sqlite")
     plain, quiet, all_of_it = (hwsw(*words, *more).stdout for more in ((), ("-q",), ("-v",)))
     assert quiet == plain.splitlines()[0] + "\n"

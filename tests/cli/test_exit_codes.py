@@ -18,11 +18,7 @@ PAGE = Path(__file__).parents[2] / "docs" / "spec.md"
 
 
 def rows() -> list[tuple[list[str], str]]:
-    table = (
-        PAGE.read_text(encoding="utf-8")
-        .partition("| command | 3 means |\n|---|---|\n")[2]
-        .partition("\n\n")[0]
-    )
+    table = PAGE.read_text(encoding="utf-8").partition("| command | 3 means |\n|---|---|\n")[2].partition("\n\n")[0]
     cells = [line.strip("|").split(" | ") for line in table.splitlines()]
     return [(re.findall(r"`([^`]+)`", commands), meaning) for commands, meaning in cells]
 
@@ -74,10 +70,7 @@ def answered(hwsw: Run, specs: Specs, corridor: Path) -> dict[str, tuple[list[ob
         "compare": (["compare", pair, pair, *always], ["compare", pair, pair, *never]),
         "advise": ([*place, "1 Hz"], [*place, "1 Hz", "--power", "1 mW"]),
         "verify-front": (["verify-front", "c"], ["verify-front", "none", "--store", "s"]),
-        "trace diff": (
-            ["trace", "diff", "one.mcap", "one.mcap"],
-            ["trace", "diff", "one.mcap", "other.mcap"],
-        ),
+        "trace diff": (["trace", "diff", "one.mcap", "one.mcap"], ["trace", "diff", "one.mcap", "other.mcap"]),
     }
 
 
@@ -88,9 +81,7 @@ def corridor(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path / "corridor.txt"
 
 
-def test_no_is_3_and_is_told_as_yes_is(
-    hwsw: Run, answered: dict[str, tuple[list[object], list[object]]]
-) -> None:
+def test_no_is_3_and_is_told_as_yes_is(hwsw: Run, answered: dict[str, tuple[list[object], list[object]]]) -> None:
     # Circuits differ in rtl/test_verify.py.
     assert {name.partition(" of ")[0] for name in answered} == JUDGING - {"verify"}
     for name, words in answered.items():

@@ -76,9 +76,7 @@ def test_a_design_that_is_out_names_the_lever_that_mends_it(hwsw: Run, store: st
     assert "\nEach lever by itself\n" in done.stdout
 
 
-def test_a_missed_constraint_and_a_reason_in_several_conditions_are_said_once(
-    hwsw: Run, tmp_path: Path
-) -> None:
+def test_a_missed_constraint_and_a_reason_in_several_conditions_are_said_once(hwsw: Run, tmp_path: Path) -> None:
     (tmp_path / "conditions.yaml").write_text(CONDITIONS, encoding="utf-8")
     done = hwsw("explore", "conditions.yaml", "--store", "c.sqlite", "--workers", "1", "-q")
     assert done.exit_code in (0, 3), done.output
@@ -146,11 +144,7 @@ def test_a_point_of_other_code_has_a_note(hwsw: Run, store: str) -> None:
         (("explain", "board.yaml", "3"), 1, "is not a file of explored points"),
         (("explain", ".", "3"), 2, ".: no such file"),
         (("explain", "none.sqlite", "3"), 2, "none.sqlite: no such file"),
-        (
-            ("explain", STORE, "0", "--set", "fpga.clock=1 MHz"),
-            2,
-            "the axes of a design are those of the study",
-        ),
+        (("explain", STORE, "0", "--set", "fpga.clock=1 MHz"), 2, "the axes of a design are those of the study"),
         (("explain", "board.yaml", "rooms.yaml", "--condition", "a.b=1"), 2, "a run has no conditions"),
         (("explain", STORE, "0", "--condition", "a.b=1"), 2, "there is no condition a.b"),
         (("run", STORE, "--point", "12"), 2, "the nearest is 11"),
@@ -159,9 +153,7 @@ def test_a_point_of_other_code_has_a_note(hwsw: Run, store: str) -> None:
         (("run", STORE), 2, "name a platform and a workload"),
     ],
 )
-def test_faults_say_what_to_write(
-    hwsw: Run, store: str, words: tuple[str, ...], code: int, says: str
-) -> None:
+def test_faults_say_what_to_write(hwsw: Run, store: str, words: tuple[str, ...], code: int, says: str) -> None:
     done = hwsw(*words)
     assert (done.exit_code, done.stdout) == (code, "")
     assert says in done.stderr

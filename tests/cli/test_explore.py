@@ -24,19 +24,9 @@ Run = Callable[..., Result]
 Specs = tuple[Path, Path]
 
 
-def test_explore_lists_feasible_and_infeasible_points_with_all_figures(
-    hwsw: Run, specs: Specs, tmp_path: Path
-) -> None:
+def test_explore_lists_feasible_and_infeasible_points_with_all_figures(hwsw: Run, specs: Specs, tmp_path: Path) -> None:
     result = hwsw(
-        "explore",
-        *specs,
-        "--json",
-        "--workers",
-        1,
-        "--csv",
-        tmp_path / "p.csv",
-        "--html",
-        tmp_path / "p.html",
+        "explore", *specs, "--json", "--workers", 1, "--csv", tmp_path / "p.csv", "--html", tmp_path / "p.html"
     )
     assert result.exit_code == 0, result.output
     study = json.loads(result.stdout)
@@ -86,17 +76,11 @@ def test_explore_with_nothing_feasible_exits_with_3(hwsw: Run, specs: Specs) -> 
     assert "0 feasible" in result.output
 
 
-def test_interrupted_exploration_keeps_its_points_and_goes_on(
-    hwsw: Run, specs: Specs, tmp_path: Path
-) -> None:
+def test_interrupted_exploration_keeps_its_points_and_goes_on(hwsw: Run, specs: Specs, tmp_path: Path) -> None:
     if os.name == "nt":
         pytest.skip("SIGINT is sent to a process group here")
     many = ", ".join(str(value) for value in range(1, 7))
-    text = (
-        specs[1]
-        .read_text(encoding="utf-8")
-        .replace("relax.iterations: [1, 4]", f"relax.iterations: [{many}]")
-    )
+    text = specs[1].read_text(encoding="utf-8").replace("relax.iterations: [1, 4]", f"relax.iterations: [{many}]")
     specs[1].write_text(text, encoding="utf-8")
     store = tmp_path / "points.sqlite"
     words = ["explore", *map(str, specs), "--store", str(store), "--workers"]
@@ -174,9 +158,7 @@ def test_conditions_are_shown_together_and_each_by_itself(hwsw: Run, tmp_path: P
         ("seed", "write AXIS=VALUE, as in --condition"),
     ],
 )
-def test_a_condition_that_there_is_not_is_refused(
-    hwsw: Run, tmp_path: Path, condition: str, told: str
-) -> None:
+def test_a_condition_that_there_is_not_is_refused(hwsw: Run, tmp_path: Path, condition: str, told: str) -> None:
     workload, store = tmp_path / "rooms.yaml", tmp_path / "rooms.sqlite"
     workload.write_text(CONDITIONS, encoding="utf-8")
     assert hwsw("explore", "virtex4-pci", workload, "--store", store, "--workers", 1).exit_code == 0

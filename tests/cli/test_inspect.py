@@ -16,9 +16,7 @@ Run = Callable[..., Result]
 Specs = tuple[Path, Path]
 
 
-def test_init_on_a_full_disk_leaves_nothing(
-    hwsw: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_init_on_a_full_disk_leaves_nothing(hwsw: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     full_disk(monkeypatch, 1)
     result = hwsw("init", tmp_path / "start")
     assert result.exit_code == 1

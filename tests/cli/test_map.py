@@ -84,10 +84,7 @@ def test_a_large_map_is_shown_within_72_columns(hwsw: Run, tmp_path: Path) -> No
     [
         (["--crop", "fre"], "--crop: 'fre' is not accepted\n  hint: did you mean free?"),
         (["--inflate", "3"], "--inflate: '3' has no unit"),
-        (
-            ["--inflate", "0.3 m"],
-            "--inflate: a radius of 0.3 m on a map that does not say how large a cell is",
-        ),
+        (["--inflate", "0.3 m"], "--inflate: a radius of 0.3 m on a map that does not say how large a cell is"),
         (["--downsample", "0"], "--downsample: 0 is out of bounds"),
         (["--at", "here"], "--at: 'here' is no place\n  hint: write ROW,COLUMN as in 40,60"),
         (["--at", "1.5,2"], "--at: {x: 1.5 m, y: 2 m} is in metres, and the map does not say"),
@@ -95,9 +92,7 @@ def test_a_large_map_is_shown_within_72_columns(hwsw: Run, tmp_path: Path) -> No
         (["--png", "map.gif"], "map.gif: the suffix '.gif' names no image format"),
     ],
 )
-def test_mistakes_are_named_at_their_options(
-    hwsw: Run, drawn: Path, options: list[str], expected: str
-) -> None:
+def test_mistakes_are_named_at_their_options(hwsw: Run, drawn: Path, options: list[str], expected: str) -> None:
     result = hwsw("map", drawn, *options)
     assert result.exit_code == 2
     assert expected in result.stderr

@@ -57,10 +57,7 @@ def test_compare_says_which_design_meets_a_need(hwsw: Run) -> None:
     needs = ("--need", "block_rams < 10 %", "--need", "slices < 1 %", "--need", "time < 100 s")
     done = hwsw("compare", *designs, *needs)
     assert done.exit_code == 0, done.output
-    for need, missed in (
-        ("block_rams < 10 %", "missed (at every value)"),
-        ("slices < 1 %", "missed, flips at state"),
-    ):
+    for need, missed in (("block_rams < 10 %", "missed (at every value)"), ("slices < 1 %", "missed, flips at state")):
         (row,) = (line for line in done.stdout.splitlines() if line.startswith(f"need {need}"))
         assert missed in row
         assert "met (proved)" in row

@@ -43,9 +43,7 @@ def test_outputs_that_would_destroy_or_fail_are_refused_before_the_run(
     assert specs[1].read_bytes() == before
 
 
-@pytest.mark.parametrize(
-    "words", [["--csv", "s"], ["--html", "s"], ["--csv", "s-wal"], ["--html", "board.yaml"]]
-)
+@pytest.mark.parametrize("words", [["--csv", "s"], ["--html", "s"], ["--csv", "s-wal"], ["--html", "board.yaml"]])
 def test_an_exploration_never_overwrites_its_store_or_inputs(
     hwsw: Run, specs: tuple[Path, Path], words: list[str]
 ) -> None:
@@ -65,9 +63,7 @@ def test_a_plot_overwrites_no_page(tmp_path: Path) -> None:
 
 
 def test_what_is_at_hand_is_let_through(tmp_path: Path) -> None:
-    check_outputs(
-        {"--csv": tmp_path / "a", "--html": tmp_path / "b"}, ["virtex4-pci"], store=("", tmp_path / "s")
-    )
+    check_outputs({"--csv": tmp_path / "a", "--html": tmp_path / "b"}, ["virtex4-pci"], store=("", tmp_path / "s"))
     check_outputs({"--csv": Path("/dev/null"), "--html": Path("/dev/null")})
     with pytest.raises(InputError):
         check_outputs({"--csv": tmp_path / "a", "--html": tmp_path / "a"})

@@ -83,9 +83,7 @@ def piped(arguments: list[object], *, joined: bool = False) -> tuple[int, str]:
     return done.returncode, done.stderr or ""
 
 
-def test_a_reader_who_went_away_does_not_change_the_exit_code(
-    specs: tuple[Path, Path], tmp_path: Path
-) -> None:
+def test_a_reader_who_went_away_does_not_change_the_exit_code(specs: tuple[Path, Path], tmp_path: Path) -> None:
     put_map(specs)
     run: list[object] = ["run", *specs]
     code, told = piped([*run, "--html", tmp_path / "run.html"])

@@ -62,12 +62,8 @@ def fonts(pdf: bytes) -> set[bytes]:
     return set(re.findall(rb"/Subtype\s*/(Type3|Type1|TrueType|CIDFontType2)", pdf))
 
 
-@pytest.mark.parametrize(
-    "name", ["front small.sqlite", "map small.yaml", "map small.mcap", "timeline small.mcap"]
-)
-def test_each_plot_in_each_format(
-    files: Path, hwsw: Callable[..., Result], tmp_path: Path, name: str
-) -> None:
+@pytest.mark.parametrize("name", ["front small.sqlite", "map small.yaml", "map small.mcap", "timeline small.mcap"])
+def test_each_plot_in_each_format(files: Path, hwsw: Callable[..., Result], tmp_path: Path, name: str) -> None:
     kind, source = name.split()
     for suffix in ("pdf", "svg", "png", "PNG"):
         out = tmp_path / f"out.{suffix}"
@@ -92,24 +88,13 @@ def test_the_bytes_are_those_of_another_process(files: Path, tmp_path: Path) -> 
     written = []
     for number in range(2):
         out = tmp_path / f"{number}.pdf"
-        command = [
-            sys.executable,
-            "-m",
-            "codesign",
-            "plot",
-            "front",
-            str(files / "small.sqlite"),
-            "-o",
-            str(out),
-        ]
+        command = [sys.executable, "-m", "codesign", "plot", "front", str(files / "small.sqlite"), "-o", str(out)]
         subprocess.run(command, check=True, env={**os.environ, "PYTHONHASHSEED": str(number)})
         written.append(out.read_bytes())
     assert written[0] == written[1]
 
 
-def test_a_run_may_be_given_as_platform_and_workload(
-    files: Path, hwsw: Callable[..., Result], tmp_path: Path
-) -> None:
+def test_a_run_may_be_given_as_platform_and_workload(files: Path, hwsw: Callable[..., Result], tmp_path: Path) -> None:
     out = tmp_path / "out.svg"
     for kind in ("map", "timeline"):
         result = hwsw("plot", kind, "pc-3400mhz", str(files / "small.yaml"), "-o", str(out))
@@ -119,12 +104,7 @@ def test_a_run_may_be_given_as_platform_and_workload(
 def test_the_width_is_that_asked_for(files: Path, hwsw: Callable[..., Result], tmp_path: Path) -> None:
     out = tmp_path / "out.pdf"
     for width in (60, 88, 180):
-        assert (
-            hwsw(
-                "plot", "front", str(files / "small.sqlite"), "-o", str(out), "--width", str(width)
-            ).exit_code
-            == 0
-        )
+        assert hwsw("plot", "front", str(files / "small.sqlite"), "-o", str(out), "--width", str(width)).exit_code == 0
         box = re.search(rb"/MediaBox \[ 0 0 ([\d.]+)", out.read_bytes())
         assert box is not None
         assert float(box[1]) / 72 * 25.4 == pytest.approx(width, abs=4)
@@ -145,18 +125,7 @@ def test_figures_can_be_chosen_and_restyled(files: Path, tmp_path: Path) -> None
 
 def test_a_front_of_other_figures(files: Path, hwsw: Callable[..., Result], tmp_path: Path) -> None:
     store, out = str(files / "small.sqlite"), str(tmp_path / "out.png")
-    chosen = [
-        "--x",
-        "energy",
-        "--y",
-        "cycles",
-        "--colour",
-        "time",
-        "--marker",
-        "host.clock",
-        "--need",
-        "time < 1 s",
-    ]
+    chosen = ["--x", "energy", "--y", "cycles", "--colour", "time", "--marker", "host.clock", "--need", "time < 1 s"]
     assert hwsw("plot", "front", store, "-o", out, *chosen).exit_code == 0
     assert hwsw("plot", "front", store, "-o", out, "--colour", "none").exit_code == 0
 
@@ -183,11 +152,7 @@ def test_a_front_of_other_figures(files: Path, hwsw: Callable[..., Result], tmp_
     ],
 )
 def test_what_cannot_be_drawn_is_refused(
-    files: Path,
-    hwsw: Callable[..., Result],
-    monkeypatch: pytest.MonkeyPatch,
-    arguments: list[str],
-    message: str,
+    files: Path, hwsw: Callable[..., Result], monkeypatch: pytest.MonkeyPatch, arguments: list[str], message: str
 ) -> None:
     (files / "cut.mcap").write_bytes(b"\x89MCAP0\r\n")
     (files / "other.mcap").write_text("no trace", encoding="utf-8")

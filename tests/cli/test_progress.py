@@ -52,12 +52,7 @@ def test_each_command_that_computes_says_when_kernels_are_compiled(
 
 @given(
     st.lists(
-        st.tuples(
-            st.floats(0, 8),
-            st.sampled_from(["points", "rows", "levers run, a"]),
-            st.booleans(),
-            st.booleans(),
-        ),
+        st.tuples(st.floats(0, 8), st.sampled_from(["points", "rows", "levers run, a"]), st.booleans(), st.booleans()),
         max_size=200,
     ),
     st.sampled_from([0.0, 2.0, 5.0]),
@@ -167,9 +162,7 @@ def test_of_a_bound_no_time_left_is_told() -> None:
             track.step(10)
     mission = mission_progress(shown.append)
     for turns in (1, 50):
-        mission(
-            MissionProgress(time=turns * 10**11, limit=10**16, events=turns, most_events=10**6, turns=turns)
-        )
+        mission(MissionProgress(time=turns * 10**11, limit=10**16, events=turns, most_events=10**6, turns=turns))
     assert len(shown) > 5
     assert {advance.left_s for advance in shown} == {None}
 

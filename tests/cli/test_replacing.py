@@ -151,9 +151,7 @@ def test_a_result_beside_a_trace_is_no_layout(hwsw: Run, specs: tuple[Path, Path
     assert (folder / "run.json").read_text() == result
 
 
-@given(
-    kind=st.sampled_from(sorted(KINDS)), content=st.binary(min_size=1) | st.text(min_size=1).map(str.encode)
-)
+@given(kind=st.sampled_from(sorted(KINDS)), content=st.binary(min_size=1) | st.text(min_size=1).map(str.encode))
 def test_nothing_drawn_at_random_is_taken_for_an_output(tmp_path: Path, kind: str, content: bytes) -> None:
     path = tmp_path / "drawn"
     path.write_bytes(content)

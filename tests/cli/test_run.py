@@ -18,10 +18,7 @@ Specs = tuple[Path, Path]
     [
         ("fpga.clock=600 MHz", "--set fpga.clock: 600 MHz is above the 300 MHz limit of part XC2V6000-4\n"),
         ("relax.block=12x18", "--set relax.block: '12x18' is not a list\n  hint: write [12, 18]\n"),
-        (
-            "relax.blocks=[23, 2]",
-            "--set relax.blocks: 23 × 2 equal blocks do not part a map of 24 × 36 cells: ",
-        ),
+        ("relax.blocks=[23, 2]", "--set relax.blocks: 23 × 2 equal blocks do not part a map of 24 × 36 cells: "),
         ("relax.component=hots", "--set relax.component: platform small-board has no component 'hots'\n"),
         ("relax.itrations=1", "--set relax.itrations: unknown key\n  hint: did you mean iterations?"),
         ("relax.iterations=010", "--set relax.iterations: 010 has a leading zero\n"),
@@ -67,9 +64,7 @@ def test_run_sets_axes_from_the_command_line(hwsw: Run, specs: Specs) -> None:
     assert one["quality"] == four["quality"]
 
 
-def test_run_that_does_not_fit_exits_with_3_and_leaves_no_trace(
-    hwsw: Run, specs: Specs, tmp_path: Path
-) -> None:
+def test_run_that_does_not_fit_exits_with_3_and_leaves_no_trace(hwsw: Run, specs: Specs, tmp_path: Path) -> None:
     result = hwsw(
         "run",
         *specs,

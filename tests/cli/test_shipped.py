@@ -68,11 +68,7 @@ def test_every_workload_runs_traces_and_reports(
 
 
 @pytest.mark.parametrize(
-    "workload",
-    [
-        MISSIONS[0],
-        *(pytest.param(name, marks=pytest.mark.slow) for name in MISSIONS[1:]),
-    ],
+    "workload", [MISSIONS[0], *(pytest.param(name, marks=pytest.mark.slow) for name in MISSIONS[1:])]
 )
 def test_the_levers_of_every_mission_are_run(hwsw: Run, workload: str) -> None:
     mission = json.loads(hwsw("run", PLATFORMS[workload], workload, "--json").stdout)["mission"]
@@ -80,18 +76,14 @@ def test_the_levers_of_every_mission_are_run(hwsw: Run, workload: str) -> None:
     assert mission["bottleneck"]["text"]
 
 
-@pytest.mark.parametrize(
-    "workload", [name for name in PLATFORMS if name not in ("labyrinth", "wavefront-rooms")]
-)
+@pytest.mark.parametrize("workload", [name for name in PLATFORMS if name not in ("labyrinth", "wavefront-rooms")])
 def test_every_exploration_starts_and_ends(hwsw: Run, tmp_path: Path, workload: str) -> None:
     """With one value of each axis, so that it is quick: every axis is bound, computed and reported."""
     file = short_study(workload, tmp_path)
     if file is None:
         pytest.skip("nothing to explore")
     values = codesign.load_workload(file).explore.axes.values()
-    result = hwsw(
-        "explore", PLATFORMS[workload], file, "--workers", 1, "--json", "--store", tmp_path / "s.sqlite"
-    )
+    result = hwsw("explore", PLATFORMS[workload], file, "--workers", 1, "--json", "--store", tmp_path / "s.sqlite")
     assert result.exit_code in (0, 3), result.output
     points = json.loads(result.stdout)["points"]
     assert len(points) == max(map(len, values))
@@ -114,11 +106,7 @@ def test_a_map_beside_the_chip_keeps_its_memory_busy_at_a_lower_clock(hwsw: Run)
 def test_the_page_tells_what_a_memory_beside_the_chip_costs(hwsw: Run) -> None:
     page = (ROOT / "docs" / "breadth_first.md").read_text(encoding="utf-8")
     lines = re.findall(r"^\| .*? \| `(virtex2pro\S*)`, (\d+) MHz \| (.*) \|$", page, re.MULTILINE)
-    places = [
-        {},
-        {},
-        *({"memory": place, "external_memory": "dimm"} for place in ("process_external", "external")),
-    ]
+    places = [{}, {}, *({"memory": place, "external_memory": "dimm"} for place in ("process_external", "external"))]
     for (platform, clock, cells), placed in zip(lines, places, strict=True):
         keys = {"micro_architecture": "pipelined", "display": "none", **placed}
         settings = [part for key, value in keys.items() for part in ("--set", f"search.{key}={value}")]

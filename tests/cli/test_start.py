@@ -21,9 +21,6 @@ HEAVY = ("numpy", "numba", "pydantic", "scipy", "networkx", "matplotlib", "rich"
 )
 def test_it_loads_nothing_heavy(words: list[str]) -> None:
     code = ["import sys, atexit", f"heavy = {HEAVY!r}"]
-    code += [
-        "atexit.register(lambda: print('loaded', [name for name in heavy if name in sys.modules]))",
-        *words,
-    ]
+    code += ["atexit.register(lambda: print('loaded', [name for name in heavy if name in sys.modules]))", *words]
     done = subprocess.run([sys.executable, "-c", "\n".join(code)], capture_output=True, text=True, check=True)
     assert done.stdout.splitlines()[-1] == "loaded []"

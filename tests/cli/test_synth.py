@@ -84,9 +84,7 @@ def test_another_family_is_not_held_against_the_laws_of_the_part(workload: str) 
         ("laptop", [], "a processor: it has no circuit"),
     ],
 )
-def test_what_no_open_tool_does_is_refused(
-    workload: str, platform: str, options: list[str], fault: str
-) -> None:
+def test_what_no_open_tool_does_is_refused(workload: str, platform: str, options: list[str], fault: str) -> None:
     if platform == "laptop":
         text = Path(workload).read_text(encoding="utf-8")
         text = text.replace("fabric, style: state_machine, display: none", "host, style: software")
@@ -96,9 +94,7 @@ def test_what_no_open_tool_does_is_refused(
     assert fault in output
 
 
-def test_a_missing_tool_is_named_with_what_installs_it(
-    workload: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_missing_tool_is_named_with_what_installs_it(workload: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(tools, "command_of", lambda _name: None)
     code, output = synth("ulx3s-85f", workload)
     assert code == 1

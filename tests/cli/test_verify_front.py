@@ -43,9 +43,7 @@ def test_the_certificate_of_an_exploration_is_accepted(explored: Run) -> None:
     assert verdict["content"] in result.output
     given, *claims = verdict["trusted"]
     assert given == {"what": "figures, tasks and budgets", "designs": len(study.designs), "eligible": None}
-    assert (
-        sum(claim["designs"] for claim in claims) == verdict["designs"]["unfit"] + verdict["designs"]["same"]
-    )
+    assert sum(claim["designs"] for claim in claims) == verdict["designs"]["unfit"] + verdict["designs"]["same"]
     printed = [" ".join(line.split()) for line in result.output.splitlines()]
     assert "taken on trust designs eligible by figures" in printed
     for claim in claims:
@@ -73,9 +71,7 @@ def test_what_was_not_computed_is_said(hwsw: Run, specs: Specs) -> None:
     assert hwsw("explore", *specs, *options).exit_code in (0, 3)
     result = hwsw("verify-front", "c", "--store", "s")
     assert result.exit_code == 0
-    assert "of 96 are the front of those computed (88 were not)." in result.output.replace(
-        " is the", " are the"
-    )
+    assert "of 96 are the front of those computed (88 were not)." in result.output.replace(" is the", " are the")
     assert "not computed" in result.output
     result = hwsw("verify-front", "c", "--complete")
     assert result.exit_code == 3

@@ -30,9 +30,7 @@ def a_ram(
 ) -> BlockRam:
     environment = simpy.Environment()
     environment.run(until=10**12)
-    return BlockRam(
-        environment, "ram", CLOCK, depth=depth, width=width, contents=True, write_modes=(first, second)
-    )
+    return BlockRam(environment, "ram", CLOCK, depth=depth, width=width, contents=True, write_modes=(first, second))
 
 
 def test_a_word_written_is_read_from_the_next_cycle_on() -> None:
@@ -334,12 +332,7 @@ def test_block_ram_words_run_out_at_the_published_limit() -> None:
 
 def test_the_deepest_shape_that_is_wide_enough_is_chosen() -> None:
     shapes = [(16384, 1), (8192, 2), (4096, 4), (2048, 9), (1024, 18), (512, 36)]
-    assert [choose_shape(shapes, width) for width in (1, 3, 18, 19)] == [
-        (16384, 1),
-        (4096, 4),
-        (1024, 18),
-        (512, 36),
-    ]
+    assert [choose_shape(shapes, width) for width in (1, 3, 18, 19)] == [(16384, 1), (4096, 4), (1024, 18), (512, 36)]
     with pytest.raises(RunError, match=r"no shape of the block RAM is 37 bits wide\n.*36"):
         choose_shape(shapes, 37)
 

@@ -87,9 +87,7 @@ asks = st.lists(
 
 @settings(max_examples=examples(300))
 @given(asks=asks, setup=st.integers(0, 2), burst=st.integers(1, 3))
-def test_bursts_equal_a_model_that_chooses_before_every_burst(
-    asks: list[Ask], setup: int, burst: int
-) -> None:
+def test_bursts_equal_a_model_that_chooses_before_every_burst(asks: list[Ask], setup: int, burst: int) -> None:
     clock = ClockDomain(1_000_000)
 
     def make(environment: simpy.Environment, **options: object) -> Bus:

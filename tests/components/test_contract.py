@@ -9,9 +9,7 @@ from typing import Any
 import pytest
 from component_builds import COMPONENTS, Build, simulate
 
-from codesign.components import (
-    Component,
-)
+from codesign.components import Component
 from codesign.ground.records import Record
 
 
@@ -32,9 +30,7 @@ def test_it_emits_its_utilisation_last_and_its_times_are_integers(build: Build) 
     assert heard[-1] == component.utilisation()
     for record in heard:
         assert record.source == "unit"
-        assert all(
-            type(getattr(record, field.name)) in (int, str, bool, NoneType) for field in fields(record)
-        )
+        assert all(type(getattr(record, field.name)) in (int, str, bool, NoneType) for field in fields(record))
         assert 0 <= record.time <= component.now
 
 

@@ -76,9 +76,7 @@ delays = st.lists(st.sampled_from([0, 1, 6667, 10_000, 10_000, 20_000, 20_000, 3
 def test_run_ahead_equals_visit_by_visit(
     first: list[list[int]], ticks: list[int], second: list[list[int]], late: int
 ) -> None:
-    assert run(Granularity.RUN_AHEAD, first, ticks, second, late) == run(
-        Granularity.VISIT, first, ticks, second, late
-    )
+    assert run(Granularity.RUN_AHEAD, first, ticks, second, late) == run(Granularity.VISIT, first, ticks, second, late)
 
 
 @pytest.mark.parametrize("granularity", Granularity)
@@ -132,20 +130,14 @@ def test_work_begins_at_the_next_edge_and_is_booked_by_phase() -> None:
         (TaskRecord, CLOCK.edge(10)),
         (TaskRecord, CLOCK.edge(10)),
     ]
-    assert fpga.phases["load"] == PhaseUse(
-        10, CLOCK.edge(6) - CLOCK.edge(1) + CLOCK.edge(15) - CLOCK.edge(10)
-    )
+    assert fpga.phases["load"] == PhaseUse(10, CLOCK.edge(6) - CLOCK.edge(1) + CLOCK.edge(15) - CLOCK.edge(10))
     assert fpga.phases["quiet"] == PhaseUse(4, CLOCK.edge(10) - CLOCK.edge(6))
     assert fpga.busy == CLOCK.edge(15) - CLOCK.edge(1)
     assert sum(use.busy for use in fpga.phases.values()) == fpga.busy
 
 
 @pytest.mark.parametrize("granularity", Granularity)
-@given(
-    cycles=st.lists(st.integers(1, 5), min_size=1, max_size=8),
-    at=st.integers(0, 300_000),
-    announced=st.booleans(),
-)
+@given(cycles=st.lists(st.integers(1, 5), min_size=1, max_size=8), at=st.integers(0, 300_000), announced=st.booleans())
 @settings(max_examples=60)
 def test_an_interruption_tells_how_many_units_are_done(
     granularity: Granularity, cycles: list[int], at: int, announced: bool
@@ -191,9 +183,7 @@ def test_an_interruption_tells_how_many_units_are_done(
     environment.run()
 
 
-def obstacle(
-    environment: simpy.Environment, process: simpy.Process, at: int
-) -> Generator[simpy.Event, Any, None]:
+def obstacle(environment: simpy.Environment, process: simpy.Process, at: int) -> Generator[simpy.Event, Any, None]:
     yield environment.timeout(at)
     if process.is_alive:
         process.interrupt("obstacle")

@@ -84,9 +84,7 @@ def test_every_message_is_delivered_dropped_or_in_flight(
 @pytest.mark.parametrize("make", ALL)
 @settings(max_examples=40)
 @given(asks=quiet_asks)
-def test_a_sender_s_messages_arrive_in_order_and_the_urgent_never_after_equals(
-    make: Make, asks: list[Ask]
-) -> None:
+def test_a_sender_s_messages_arrive_in_order_and_the_urgent_never_after_equals(make: Make, asks: list[Ask]) -> None:
     no_late = all_errors(late_share=0.0, retries=50)
     for errors in (None, no_late):
         seen = run(make, asks, errors=errors)
@@ -111,9 +109,7 @@ def test_it_is_deterministic_and_another_seed_is_another_run(make: Make) -> None
 
 
 @pytest.mark.parametrize("make", ALL)
-def test_nobody_listening_changes_nothing_and_builds_nothing(
-    make: Make, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_nobody_listening_changes_nothing_and_builds_nothing(make: Make, monkeypatch: pytest.MonkeyPatch) -> None:
     def refuse(*_: Any) -> None:
         raise AssertionError("a record was emitted")
 
@@ -141,9 +137,7 @@ def test_a_faster_link_is_never_later(make: Make, asks: list[Ask], speed: int) -
 
     In bursts all messages of one sender, as turns between senders fall otherwise for the same reason.
     """
-    equals = [
-        replace(ask, priority=0, sender="a" if "bursts" in make.__name__ else ask.sender) for ask in asks
-    ]
+    equals = [replace(ask, priority=0, sender="a" if "bursts" in make.__name__ else ask.sender) for ask in asks]
     slow, fast = run(make, equals), run(make, equals, speed=speed)
     for index in range(len(equals)):
         assert fast.deliveries[index].time <= slow.deliveries[index].time
@@ -296,9 +290,7 @@ def test_run_ahead_equals_visit_by_visit_with_a_failing_link_in_play(make: Make)
         link = make(environment, listeners=(heard.append,), errors=all_errors(), outages=spans)
 
         def steps() -> Generator[Step, None, None]:
-            yield Step(
-                "relax", np.full(50, 3), lambda begin, end, who: TaskRecord(begin, who, "relax", end, 150)
-            )
+            yield Step("relax", np.full(50, 3), lambda begin, end, who: TaskRecord(begin, who, "relax", end, 150))
 
         def speak() -> Work:
             for index in range(12):

@@ -153,9 +153,7 @@ LOGGING = {
     granularity=st.sampled_from(["run_ahead", "visit"]),
     busy=st.sampled_from(["finish", "restart"]),
 )
-def test_a_log_message_delays_no_plan_of_a_drive(
-    tmp_path: Path, arbitration: str, granularity: str, busy: str
-) -> None:
+def test_a_log_message_delays_no_plan_of_a_drive(tmp_path: Path, arbitration: str, granularity: str, busy: str) -> None:
     """Logs are asked for where a plan's messages are: after the map was kept, and after the planner's tasks."""
     platform = [SHARED, {"links": {"pci": {"arbitration": arbitration}}}]
     wanted = {"known": "none", "replan": {"trigger": "change", "when_busy": busy}, "limit": "6 s"}
@@ -182,9 +180,7 @@ def test_a_frame_for_the_display_is_a_side_message(tmp_path: Path) -> None:
     """What only shows where the robot is yields to the control loop and to plans."""
     listener = MemoryListener()
     mapped = {"display": {"component": "logger"}}
-    machine = Ground(tmp_path).machine(
-        platform=SHARED, mapping=mapped, listeners=[listener], known="none", limit="3 s"
-    )
+    machine = Ground(tmp_path).machine(platform=SHARED, mapping=mapped, listeners=[listener], known="none", limit="3 s")
     asked: dict[str, set[int]] = {}
     for link in machine.links.values():
 

@@ -22,9 +22,7 @@ from codesign.ground.records import Record, TaskRecord
 from codesign.planners.external_memory import ExternalMemoryLaw
 
 SRAM = ExternalMemoryLaw("sram", 100_000_000, 32, 8 * 2**20, 2)
-DRAM = ExternalMemoryLaw(
-    "dram", 100_000_000, 16, 8 * 2**26, 3, row_words=512, row_cycles=5, refresh_share=0.02
-)
+DRAM = ExternalMemoryLaw("dram", 100_000_000, 16, 8 * 2**26, 3, row_words=512, row_cycles=5, refresh_share=0.02)
 
 
 def test_costs_by_hand() -> None:
@@ -44,12 +42,8 @@ def test_costs_by_hand() -> None:
 
 
 @given(st.integers(1, 3000), st.integers(1, 200), st.integers(1, 100), st.integers(0, 9), st.integers(1, 6))
-def test_a_run_is_the_sum_of_its_bursts(
-    words: int, row: int, burst: int, open_row: int, latency: int
-) -> None:
-    law = ExternalMemoryLaw(
-        "dram", 10**8, 16, 2**20, latency, row_words=row, row_cycles=open_row, burst_words=burst
-    )
+def test_a_run_is_the_sum_of_its_bursts(words: int, row: int, burst: int, open_row: int, latency: int) -> None:
+    law = ExternalMemoryLaw("dram", 10**8, 16, 2**20, latency, row_words=row, row_cycles=open_row, burst_words=burst)
     cycles, at = 0, 0
     while at < words:
         end = min(words, at + burst, (at // row + 1) * row)

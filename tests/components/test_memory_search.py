@@ -134,9 +134,7 @@ def test_the_process_memory_moves_out_and_the_map_fits() -> None:
     part = load_part("XC2VP30-6")
     problem = Problem(np.ones((512, 512), np.bool_), ((511, 511),), ((0, 0),))
     parameters = SearchParameters(display="none")  # type: ignore[arg-type]
-    alone, beside = (
-        MACHINE.demand(Job(problem, parameters, part=part, external=memory)) for memory in (None, SRAM)
-    )
+    alone, beside = (MACHINE.demand(Job(problem, parameters, part=part, external=memory)) for memory in (None, SRAM))
     budget = part.resources["block_rams"].value
     assert beside.total("block_rams") == 32 <= budget < alone.total("block_rams")
     assert beside.levers == {}
@@ -149,9 +147,7 @@ def test_the_process_memory_moves_out_and_the_map_fits() -> None:
     assert next(one for one in outside.bounds if one.name == "bits of sram").figure.value == 5 * 8 * 512 * 512
     assert all(item.figure.status is Status.ASSUMED for item in beside.items if "memory" in item.name)
     # A static RAM needs less of a controller than a dynamic one.
-    assert beside.total("lut4") < MACHINE.demand(Job(problem, parameters, part=part, external=DRAM)).total(
-        "lut4"
-    )
+    assert beside.total("lut4") < MACHINE.demand(Job(problem, parameters, part=part, external=DRAM)).total("lut4")
 
 
 def test_a_memory_too_small_says_what_would_do() -> None:
@@ -161,10 +157,7 @@ def test_a_memory_too_small_says_what_would_do() -> None:
     assert bound.figure.value == 2 * 8 * 256 > bound.limit == 2000
     assert [lever.parameter for lever in bound.levers] == ["sram.capacity", "search.queue_words"]
     short = SearchParameters(queue_words=64)
-    assert (
-        MACHINE.demand(Job(problem, short, part=part, external=small)).bounds[-1].figure.value
-        == 8 * 256 + 8 * 64
-    )
+    assert MACHINE.demand(Job(problem, short, part=part, external=small)).bounds[-1].figure.value == 8 * 256 + 8 * 64
 
 
 def test_the_design_runs_no_faster_than_the_memory() -> None:
@@ -173,10 +166,7 @@ def test_the_design_runs_no_faster_than_the_memory() -> None:
     slow = MACHINE.clock_limit(Job(problem, parameters, part=part, external=SRAM))
     assert (slow.value, slow.status) == (100e6, Status.ASSUMED)
     assert slow.interval == (100e6, alone.interval[1])
-    assert (
-        MACHINE.clock_limit(Job(problem, parameters, part=part, external=replace(SRAM, hz=200_000_000)))
-        == alone
-    )
+    assert MACHINE.clock_limit(Job(problem, parameters, part=part, external=replace(SRAM, hz=200_000_000))) == alone
 
 
 def test_only_the_state_machine_knows_an_external_memory() -> None:
@@ -256,9 +246,7 @@ def beside_a_memory(
 def test_the_memory_is_as_busy_as_the_search_waits(place: str) -> None:
     problem, parameters = a_problem(3), SearchParameters(memory=place)  # type: ignore[arg-type]
     fpga, memory, _ = beside_a_memory(Granularity.RUN_AHEAD, parameters, None)
-    assert {phase: use.cycles for phase, use in fpga.phases.items()} == phases(
-        problem, parameters, external=SRAM
-    )
+    assert {phase: use.cycles for phase, use in fpga.phases.items()} == phases(problem, parameters, external=SRAM)
     assert memory.clock is fpga.clock
     plan = PLANNER.plan(Job(problem, parameters))
     traffic = [
@@ -275,15 +263,8 @@ def test_the_memory_is_as_busy_as_the_search_waits(place: str) -> None:
 
 
 @settings(max_examples=25)
-@given(
-    st.integers(1, 6),
-    st.integers(1, 4),
-    st.integers(0, 30),
-    st.sampled_from(["process_external", "external"]),
-)
-def test_a_display_on_the_external_memory_stalls_the_search(
-    columns: int, rows: int, blank: int, place: str
-) -> None:
+@given(st.integers(1, 6), st.integers(1, 4), st.integers(0, 30), st.sampled_from(["process_external", "external"]))
+def test_a_display_on_the_external_memory_stalls_the_search(columns: int, rows: int, blank: int, place: str) -> None:
     """75 MHz beside 25-MHz pixels: a line begins with latency and words, in which the design stands still."""
     parameters = SearchParameters(memory=place)  # type: ignore[arg-type]
     scan = Scan(columns, rows, columns + blank + 1, rows + 2)

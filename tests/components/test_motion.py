@@ -11,14 +11,7 @@ from examples import examples
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from codesign.components.motion import (
-    SECOND,
-    DifferentialDrive,
-    Kinematics,
-    Motion,
-    OmnidirectionalDrive,
-    PointDrive,
-)
+from codesign.components.motion import SECOND, DifferentialDrive, Kinematics, Motion, OmnidirectionalDrive, PointDrive
 from codesign.components.path import NEAR, Polyline
 from codesign.ground.errors import InputError
 
@@ -123,9 +116,7 @@ def test_durations_in_closed_form() -> None:
 
 
 def test_a_turn_on_the_spot_turns_evenly_the_short_way_round() -> None:
-    motion = Motion.drive(
-        Polyline([(0, 0), (0, 10), (-10, 10)]), DifferentialDrive(2.0, 1.0, math.pi / 4), math.inf
-    )
+    motion = Motion.drive(Polyline([(0, 0), (0, 10), (-10, 10)]), DifferentialDrive(2.0, 1.0, math.pi / 4), math.inf)
     assert motion is not None
     assert [motion.heading_at(time * SECOND) for time in (0, 8, 10, 20)] == pytest.approx(
         [0.0, -math.pi / 4, -math.pi / 2, -math.pi / 2]

@@ -33,9 +33,7 @@ def exact_cells(way: Polyline) -> list[tuple[int, int]]:
         ordered = sorted(shares)
         middles = [(one + other) / 2 for one, other in pairwise(ordered)]
         for share in [Fraction(0), *middles, Fraction(1)]:
-            row, column = (
-                math.floor(first + share * move + half) for first, move in zip(start, moved, strict=True)
-            )
+            row, column = (math.floor(first + share * move + half) for first, move in zip(start, moved, strict=True))
             if not found or found[-1] != (row, column):
                 found.append((row, column))
     return found or [cell_of(way.points[0].tolist())]
@@ -77,9 +75,7 @@ def test_authority_ends_before_the_first_cell_that_is_not_known_free() -> None:
     assert authority(straight, known, start=2.0) == pytest.approx(4.5 - STANDING_ROOM)
     assert authority(straight, known, start=5.2) == 8.0, "its own cell counts as free"
     assert authority(straight, known, start=4.4999) == 4.4999, "never behind the robot"
-    assert authority(Polyline([(2, 0), (2, -4)]), known) == pytest.approx(0.5 - STANDING_ROOM), (
-        "outside is closed"
-    )
+    assert authority(Polyline([(2, 0), (2, -4)]), known) == pytest.approx(0.5 - STANDING_ROOM), "outside is closed"
 
 
 @pytest.mark.parametrize("closed", [(2, 3), (3, 2)])
@@ -113,9 +109,7 @@ def test_points_closer_than_arc_lengths_can_tell_are_left_out() -> None:
     assert way.arcs.tolist() == [0, 1, 2]
     straight = Polyline([(0, -0.25), (0, 0), (0, 1e-160), (0, 1)])
     drive = DifferentialDrive(0.5, 0.4, 1.5)
-    motion, plain = (
-        Motion.drive(each, drive, 9.0) for each in (straight, Polyline([(0, -0.25), (0, 0), (0, 1)]))
-    )
+    motion, plain = (Motion.drive(each, drive, 9.0) for each in (straight, Polyline([(0, -0.25), (0, 0), (0, 1)])))
     assert motion is not None
     assert plain is not None
     assert (motion.end, motion.duration) == (plain.end, plain.duration)

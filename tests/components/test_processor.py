@@ -55,9 +55,7 @@ def test_equals_queue_and_cost_what_is_declared() -> None:
 
 def test_a_kernel_without_cost_is_refused_by_name() -> None:
     processor = Processor(simpy.Environment(), "host", CLOCK, {"update": 1})
-    with pytest.raises(
-        RunError, match=r"host.costs: no cost is given for kernel 'updat'\n.*did you mean update"
-    ):
+    with pytest.raises(RunError, match=r"host.costs: no cost is given for kernel 'updat'\n.*did you mean update"):
         processor.duration("updat", 1)
     with pytest.raises(RunError, match="-1 units"):
         processor.duration("update", -1)
@@ -138,10 +136,7 @@ def test_an_interruption_tells_what_was_done_and_frees_the_core() -> None:
     environment.process(outside())
     environment.run()
     # 100 ns: two units of 40 ns, and 3.3 cycles of 33 MHz.
-    assert [error.args for error in caught] == [
-        ("enough", 100_000, None, 0, 0),
-        ("obstacle", 100_000, "plan", 2, 3),
-    ]
+    assert [error.args for error in caught] == [("enough", 100_000, None, 0, 0), ("obstacle", 100_000, "plan", 2, 3)]
     assert other.value == 140_000
     tasks = [record for record in heard if isinstance(record, TaskRecord)]
     assert [(task.time, task.end, task.cycles, task.outcome) for task in tasks] == [

@@ -13,14 +13,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from codesign.components import MobileRobot
-from codesign.components.motion import (
-    SECOND,
-    DifferentialDrive,
-    Kinematics,
-    Motion,
-    OmnidirectionalDrive,
-    PointDrive,
-)
+from codesign.components.motion import SECOND, DifferentialDrive, Kinematics, Motion, OmnidirectionalDrive, PointDrive
 from codesign.components.path import NEAR, Polyline, authority, cell_of, join
 from codesign.ground.errors import InputError, RunError
 from codesign.system.scenarios.drive.world import Appearing, Moving, World
@@ -125,11 +118,7 @@ def test_a_way_that_cannot_be_taken_over_makes_the_robot_brake_within_its_old_au
 
 
 def test_a_command_again_and_again_along_one_way_loses_no_time() -> None:
-    for limits in (
-        PointDrive(2.0),
-        OmnidirectionalDrive(2.0, 1.0),
-        DifferentialDrive(2.0, 1.0, math.pi / 4),
-    ):
+    for limits in (PointDrive(2.0), OmnidirectionalDrive(2.0, 1.0), DifferentialDrive(2.0, 1.0, math.pi / 4)):
         way = Polyline([(1, 1), (1, 4), (1.1, 6), (4, 8), (9, 8), (9, 2)])
         once, often = a_robot(limits, (1.0, 1.0)), a_robot(limits, (1.0, 1.0))
         once.command(0, way, way.length)
@@ -192,17 +181,10 @@ def test_many_steps_and_one_step_end_alike(
     assert many.log == one.log
 
 
-@given(
-    st.integers(0, 2**32),
-    kinematics,
-    st.sampled_from([0.0, 0.4, 0.8, 1.3]),
-    st.sampled_from([0.0, 0.5]),
-)
+@given(st.integers(0, 2**32), kinematics, st.sampled_from([0.0, 0.4, 0.8, 1.3]), st.sampled_from([0.0, 0.5]))
 @settings(max_examples=examples(60))
 @example(0, PointDrive(0.5), 0.0, 0.0)
-def test_the_robot_is_never_in_a_blocked_cell(
-    seed: int, limits: Kinematics, radius: float, margin: float
-) -> None:
+def test_the_robot_is_never_in_a_blocked_cell(seed: int, limits: Kinematics, radius: float, margin: float) -> None:
     """Random walls, obstacles that appear, vanish and move, and a robot that is sent anywhere, without authority."""
     random = np.random.default_rng(seed)
     free = random.random((SIDE, SIDE)) >= 0.1
@@ -246,9 +228,7 @@ def test_the_robot_is_never_in_a_blocked_cell(
 
 @given(st.integers(0, 2**32), kinematics)
 @settings(max_examples=80)
-def test_within_its_authority_a_robot_touches_nothing_and_always_stands_there(
-    seed: int, limits: Kinematics
-) -> None:
+def test_within_its_authority_a_robot_touches_nothing_and_always_stands_there(seed: int, limits: Kinematics) -> None:
     """Authority only over cells that are free, renewed at random: no contact, and no braking past it."""
     random = np.random.default_rng(seed)
     free = random.random((SIDE, SIDE)) >= 0.15

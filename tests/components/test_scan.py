@@ -32,12 +32,7 @@ def scans(draw: st.DrawFn) -> Scan:
     window = draw(st.none() | st.tuples(st.integers(1, rows), st.integers(1, columns)))
     blank = draw(st.tuples(st.integers(0, 6), st.integers(0, 3)))
     return Scan(
-        columns,
-        rows,
-        columns + blank[0],
-        rows + blank[1],
-        window=window,
-        pixels_a_word=draw(st.integers(1, 4)),
+        columns, rows, columns + blank[0], rows + blank[1], window=window, pixels_a_word=draw(st.integers(1, 4))
     )
 
 
@@ -56,9 +51,7 @@ def taken_of(scan: Scan, pixel_hz: int, hz: int, cycles: int) -> set[int]:
     """Cycles that a display takes of a memory that answers every cycle, one word after the other."""
     ratio = Fraction(hz, pixel_hz)
     words = requests_of(scan, ceil(cycles / ratio) + 1)
-    gaps = [
-        later - earlier for (_, earlier), (_, later) in pairwise(requests_of(scan, 3 * scan.pixels_a_frame))
-    ]
+    gaps = [later - earlier for (_, earlier), (_, later) in pairwise(requests_of(scan, 3 * scan.pixels_a_frame))]
     if min(gaps, default=scan.total_columns) * ratio >= 1:
         cells = [ceil(pixel * ratio) for _, pixel in words]
         assert len(set(cells)) == len(cells)

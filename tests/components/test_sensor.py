@@ -24,9 +24,7 @@ def scenes(draw: st.DrawFn) -> tuple[np.ndarray, tuple[float, float]]:
     shape = (draw(st.integers(1, SIDE)), draw(st.integers(1, SIDE)))
     free = random.random(shape) >= draw(st.sampled_from([0.0, 0.05, 0.3, 0.5]))
     position = [random.uniform(-0.5, side - 0.5001) for side in shape]
-    rounded = [
-        round(value * part) / part for value in position for part in [draw(st.sampled_from([1, 2, 7]))]
-    ]
+    rounded = [round(value * part) / part for value in position for part in [draw(st.sampled_from([1, 2, 7]))]]
     inside = [min(max(value, -0.5), side - 0.51) for value, side in zip(rounded, shape, strict=True)]
     row, column = (math.floor(value + 0.5) for value in inside)
     free[row, column] = True
@@ -103,9 +101,7 @@ def test_a_ray_sees_the_cells_that_it_crosses_up_to_the_first_blocked(
     # Off all borders and corners, so that which cells a ray crosses is beyond doubt.
     cell = [math.floor(value + 0.5) for value in near]
     offsets = (0.0137, 0.0071)
-    position = tuple(
-        part + 0.9 * (value - part) + off for value, part, off in zip(near, cell, offsets, strict=True)
-    )
+    position = tuple(part + 0.9 * (value - part) + off for value, part, off in zip(near, cell, offsets, strict=True))
     sensor = RaySensor(reach, rays)
     seen_free, seen_blocked = set(), set()
     for direction in sensor.directions.tolist():
@@ -144,9 +140,7 @@ def test_in_the_open_many_rays_see_the_whole_disc() -> None:
     middle = (20.0, 20.0)
     rays, disc = RaySensor(10.0, 2000).scan(free, middle), RadiusSensor(10.0).scan(free, middle)
     assert as_set(disc.free) <= as_set(rays.free)
-    assert len(disc.free) == sum(
-        row**2 + column**2 <= 100 for row in range(-10, 11) for column in range(-10, 11)
-    )
+    assert len(disc.free) == sum(row**2 + column**2 <= 100 for row in range(-10, 11) for column in range(-10, 11))
     assert not len(rays.blocked)
 
 

@@ -43,9 +43,7 @@ def ceil_ps(bits: Fraction | int, baud: int) -> int:
     stop_bits=st.sampled_from([1, 1.5, 2, Fraction(3, 2)]),
     parity=st.sampled_from(Parity),
 )
-def test_a_message_takes_its_frames(
-    bits: int, baud: int, data_bits: int, stop_bits: float, parity: Parity
-) -> None:
+def test_a_message_takes_its_frames(bits: int, baud: int, data_bits: int, stop_bits: float, parity: Parity) -> None:
     make = a_line(baud=baud, data_bits=data_bits, stop_bits=stop_bits, parity=parity)
     seen = run(make, [Ask(7, "a", bits)])
     frame = 1 + data_bits + (parity != "none") + Fraction(stop_bits)

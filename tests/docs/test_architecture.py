@@ -55,9 +55,7 @@ def unfounded(text: str) -> list[str]:
     tokens = TOKENS.findall(text)
     paths = [token for token in tokens if is_path(token)]
     lost = [path for path in paths if not files_of(path)]
-    code = "\n".join(
-        file.read_text(encoding="utf-8") for path in paths for file in files_of(path) if file.is_file()
-    )
+    code = "\n".join(file.read_text(encoding="utf-8") for path in paths for file in files_of(path) if file.is_file())
     names = [token for token in tokens if re.fullmatch(r"[A-Za-z_][\w.]*", token) and not is_path(token)]
     last_words = [name.rpartition(".")[2] for name in names]
     return lost + [name for name in last_words if not re.search(rf"\b{re.escape(name)}\b", code)]
@@ -93,10 +91,7 @@ def test_ways_have_seven_steps_and_the_table_answers_what_is_asked() -> None:
 
 
 def test_every_row_has_a_toy_and_every_toy_a_row() -> None:
-    places = [
-        *(ROOT / "tests" / "recipes").glob("*.py"),
-        ROOT / "tests" / "planners" / "test_sixth_planner.py",
-    ]
+    places = [*(ROOT / "tests" / "recipes").glob("*.py"), ROOT / "tests" / "planners" / "test_sixth_planner.py"]
     written = "\n".join(path.read_text(encoding="utf-8") for path in places)
     toys = re.findall(r'(?:Toy\(\s*|Recipe\(.*, |ROW = )"([^"]+)"', written)
     assert sorted({row[0] for row in ROWS}) == sorted(set(toys))
@@ -108,9 +103,7 @@ def test_the_page_can_be_read_at_once() -> None:
 
 def test_the_picture_names_every_package_and_module_of_the_house() -> None:
     named = {name.split(".")[0] for line in picture() for name in line}
-    there = {
-        path.stem for path in PACKAGE.iterdir() if path.suffix == ".py" or (path / "__init__.py").exists()
-    }
+    there = {path.stem for path in PACKAGE.iterdir() if path.suffix == ".py" or (path / "__init__.py").exists()}
     assert named == there - {"__init__"} | {"codesign"}
 
 
@@ -129,9 +122,7 @@ def test_the_room_stands_in_its_order() -> None:
     assert order[:-1] == [name for name in ROOM_ORDER if name in order]
     for room in ROOMS:
         parts = {path.stem for path in (PACKAGE / "planners" / room).iterdir()} - {"__init__", "__pycache__"}
-        assert {"plan", "styles", "plug_in"} <= parts <= {*order}, (
-            "a room without a paper has no published rows"
-        )
+        assert {"plan", "styles", "plug_in"} <= parts <= {*order}, "a room without a paper has no published rows"
 
 
 @pytest.mark.parametrize("text", ["`maps/no_such_file.py`", "`maps/read.py` has `no_such_name`"])

@@ -21,20 +21,7 @@ from codesign.study.certificates.file import read_certificate
 
 TEXT = (ROOT / "docs" / "certificates.md").read_text(encoding="utf-8")
 EXAMPLES = re.findall(r"```sh\n(.*?)\n```\n\n```text\n(.*?)```", TEXT, re.DOTALL)
-COLUMNS = [
-    "design",
-    "claim",
-    "by",
-    "task",
-    "figures",
-    "budgets",
-    "part",
-    "low",
-    "high",
-    "name",
-    "demand",
-    "limit",
-]
+COLUMNS = ["design", "claim", "by", "task", "figures", "budgets", "part", "low", "high", "name", "demand", "limit"]
 
 
 def lines(text: str) -> list[str]:
@@ -42,9 +29,7 @@ def lines(text: str) -> list[str]:
 
 
 @pytest.mark.slow
-def test_commands_print_what_the_page_shows(
-    hwsw: Callable[..., Result], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_commands_print_what_the_page_shows(hwsw: Callable[..., Result], monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("COLUMNS", "200")
     assert len(EXAMPLES) == 6
     for command, shown in EXAMPLES:

@@ -82,9 +82,7 @@ def fault(text: str) -> str | None:
 @pytest.mark.parametrize("page", PAGES, ids=str)
 def test_commands_of_pages_exist(page: Path) -> None:
     text = (ROOT / page).read_text(encoding="utf-8")
-    faults = [
-        f"hwsw {each}: {why}" for each in quoted(text, blocks=page.suffix == ".md") if (why := fault(each))
-    ]
+    faults = [f"hwsw {each}: {why}" for each in quoted(text, blocks=page.suffix == ".md") if (why := fault(each))]
     assert faults == []
 
 

@@ -17,9 +17,7 @@ MODULES = sorted(
     for path in (ROOT / folder).rglob("*.py")
     if PROMPT.search(path.read_text(encoding="utf-8"))
 )
-PAGES = sorted(
-    path for path in [*ROOT.glob("*.md"), *ROOT.glob("docs/*.md")] if PROMPT.search(path.read_text("utf-8"))
-)
+PAGES = sorted(path for path in [*ROOT.glob("*.md"), *ROOT.glob("docs/*.md")] if PROMPT.search(path.read_text("utf-8")))
 NEED = {"python.md": "pandas", "exploration.md": "pandas"}
 FOLDER = {"explain.md": "the study that its commands make: test_explain.py"}
 
@@ -37,9 +35,7 @@ def test_docstrings(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
     assert done.failed == 0
 
 
-@pytest.mark.parametrize(
-    "page", [page for page in PAGES if page.name not in FOLDER], ids=lambda page: page.name
-)
+@pytest.mark.parametrize("page", [page for page in PAGES if page.name not in FOLDER], ids=lambda page: page.name)
 def test_pages(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     if page.name in NEED:
         pytest.importorskip(NEED[page.name])

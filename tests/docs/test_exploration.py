@@ -42,12 +42,8 @@ def test_the_study_of_spaces_prints_what_the_page_says(
     assert block is not None
     (tmp_path / "spaces.yaml").write_text(block[1], encoding="utf-8")
     monkeypatch.chdir(tmp_path)
-    first, reasons, cut = re.findall(r"^```text\n(.*?)^```", page[block.end() :], re.MULTILINE | re.DOTALL)[
-        :3
-    ]
-    ran = hwsw(
-        "explore", "virtex2-pci", "spaces.yaml", "--points", 20, "-q", "--workers", 1, "--store", "cut.sqlite"
-    )
+    first, reasons, cut = re.findall(r"^```text\n(.*?)^```", page[block.end() :], re.MULTILINE | re.DOTALL)[:3]
+    ran = hwsw("explore", "virtex2-pci", "spaces.yaml", "--points", 20, "-q", "--workers", 1, "--store", "cut.sqlite")
     assert ran.stdout.split() == cut.split()
     ran = hwsw("explore", "virtex2-pci", "spaces.yaml", "--workers", 1)
     assert ran.stdout.split() == first.split()
@@ -72,9 +68,7 @@ def test_platforms_of_the_page(tmp_path: Path) -> None:
 def test_the_needs_of_the_page_are_met_and_missed_as_it_says(hwsw: Callable[..., Result]) -> None:
     page = PAGE.read_text(encoding="utf-8")
     command, *lines = next(
-        block
-        for block in re.findall(r"^```text\n\$ hwsw run (.*?)^```", page, re.M | re.S)
-        if "--need" in block
+        block for block in re.findall(r"^```text\n\$ hwsw run (.*?)^```", page, re.M | re.S) if "--need" in block
     ).splitlines()
     done = hwsw("run", *shlex.split(command))
     assert done.exit_code == 3

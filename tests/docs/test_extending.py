@@ -74,17 +74,7 @@ def test_the_package_of_the_page_is_installed_by_pip_and_found(example: Path) ->
     for name, text in (block for page in PAGES for block in BLOCK.findall(page.read_text(encoding="utf-8"))):
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
         (folder / name).write_text(text, encoding="utf-8")
-    pip = [
-        sys.executable,
-        "-m",
-        "pip",
-        "install",
-        "--quiet",
-        "--no-deps",
-        "--no-build-isolation",
-        "--target",
-        site,
-    ]
+    pip = [sys.executable, "-m", "pip", "install", "--quiet", "--no-deps", "--no-build-isolation", "--target", site]
     done = subprocess.run([*pip, folder], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     assert (site / "flood" / "styles.py").is_file()
@@ -123,9 +113,7 @@ def test_planner_and_styles_are_found_and_the_specs_are_sound(hwsw: Run, example
     assert "mapping.flood.bits" in hwsw("check", example / "rooms.yaml").output
 
 
-def test_the_plan_is_the_same_in_every_style_and_takes_the_cycles_of_its_law(
-    hwsw: Run, example: Path
-) -> None:
+def test_the_plan_is_the_same_in_every_style_and_takes_the_cycles_of_its_law(hwsw: Run, example: Path) -> None:
     planner, styles = catalog.planner("flood"), catalog.styles_of("flood")
     free = maps.rooms(32, 48, room=(15, 15), door=4, seed=1, extra_doors=0.3).free
     problem = Problem(free, ((26, 40),), ((5, 5),))
@@ -138,9 +126,7 @@ def test_the_plan_is_the_same_in_every_style_and_takes_the_cycles_of_its_law(
         assert planner.identity(made) == planner.identity(plan)
         way = int(exact[5, 5])
         # The array loads a row a cycle; the program reads every cell.
-        assert cycles == (
-            32 + exact.max() + way if style.style == "array" else free.size + (exact >= 0).sum()
-        )
+        assert cycles == (32 + exact.max() + way if style.style == "array" else free.size + (exact >= 0).sum())
     told = run(hwsw, example)
     assert told["feasible"]
     assert told["quality"]["share_reaching_goal"] == 1.0
@@ -169,10 +155,7 @@ def test_the_test_on_the_page_passes_and_reports_a_wrong_planner(
 
 def test_the_class_on_the_page_checks_the_same(example: Path) -> None:
     (block,) = re.findall(r"^```python\n(class TestFlood.*?)^```", PAGE.read_text("utf-8"), re.M | re.S)
-    names: dict[str, Any] = {
-        "PlugInContract": PlugInContract,
-        "PLUG_IN": import_module("flood.styles").PLUG_IN,
-    }
+    names: dict[str, Any] = {"PlugInContract": PlugInContract, "PLUG_IN": import_module("flood.styles").PLUG_IN}
     exec(block, names)
     suite = names["TestFlood"]
     cases = [case for plug_in in suite.plug_ins for case in cases_of(plug_in)]

@@ -43,9 +43,7 @@ def test_an_entry_is_one_sentence(name: str) -> None:
 @pytest.mark.parametrize("name", ENTRIES)
 def test_a_word_is_used_elsewhere(name: str) -> None:
     word = name.lower().replace("-", " ")
-    plural = {"axis": "axes"}.get(
-        word, f"{word.removesuffix('um') + 'a' if word.endswith('imum') else word + 's'}"
-    )
+    plural = {"axis": "axes"}.get(word, f"{word.removesuffix('um') + 'a' if word.endswith('imum') else word + 's'}")
     assert re.search(rf"\b({re.escape(word)}|{re.escape(plural)})\b", used_elsewhere())
 
 

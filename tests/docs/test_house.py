@@ -22,7 +22,5 @@ def test_few_places_ask_a_component_or_link_for_its_type() -> None:
 
 
 def test_the_law_of_a_link_is_named_in_one_file() -> None:
-    files = [
-        path for path in (ROOT / "codesign").rglob("*.py") if "BusLink" in path.read_text(encoding="utf-8")
-    ]
+    files = [path for path in (ROOT / "codesign").rglob("*.py") if "BusLink" in path.read_text(encoding="utf-8")]
     assert [path.name for path in files] == ["links.py"]

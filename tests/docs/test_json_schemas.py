@@ -41,9 +41,7 @@ def test_a_study_is_what_its_schema_says(hwsw: Run, specs: Specs) -> None:
         assert each["required"] == list(each["properties"])
     text = specs[1].read_text(encoding="utf-8")
     text = text.replace("[[12, 18], [24, 36], [6, 9]]", "[[24, 36]]").replace("[15, 255]", "[15, 31]")
-    text += (
-        "  constraints:\n    - {figure: slices, at_most: 20000}\n    - {figure: first_plan_s, at_most: 5 s}\n"
-    )
+    text += "  constraints:\n    - {figure: slices, at_most: 20000}\n    - {figure: first_plan_s, at_most: 5 s}\n"
     specs[1].write_text(text, encoding="utf-8")
     study = told(hwsw("explore", *specs, "--json", "--workers", 1).stdout)
     assert {point["feasible"] for point in study["points"]} == {True, False}
@@ -75,18 +73,11 @@ def test_a_reproduction_is_what_its_schema_says(hwsw: Run) -> None:
         assert each["required"] == list(each["properties"])
     rows = (
         row("Table 2", "slices", 235, 234, status=Status.PUBLISHED, source="13 a node", use=Use.FITTED),
-        row(
-            "Section 4", "speed", "about 270", 263.5, status=Status.CALIBRATED, source="costs", use=Use.KNOWN
-        ),
-        row(
-            "Section 5", "clock", None, None, status=Status.ASSUMED, source="none", unit="Hz", use=Use.NOTHING
-        ),
+        row("Section 4", "speed", "about 270", 263.5, status=Status.CALIBRATED, source="costs", use=Use.KNOWN),
+        row("Section 5", "clock", None, None, status=Status.ASSUMED, source="none", unit="Hz", use=Use.NOTHING),
     )
     plot = Plot("figure-3", "Figure 3", "falls", "p", "cells", (Series("a", (1.0, 2.0), (3.0, 4.0)),))
-    check(
-        told(Reproduction("Girau 2008", rows, (plot,), (Finding("It fits.", {"rows": "3"}),)).to_json()),
-        schema,
-    )
+    check(told(Reproduction("Girau 2008", rows, (plot,), (Finding("It fits.", {"rows": "3"}),)).to_json()), schema)
 
 
 def test_what_is_not_in_a_schema_is_refused(hwsw: Run) -> None:

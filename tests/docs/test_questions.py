@@ -16,9 +16,7 @@ from codesign.ground.errors import EXIT_NO
 Run = Callable[..., Result]
 
 PAGE = (ROOT / "docs" / "questions.md").read_text(encoding="utf-8")
-QUESTIONS: list[tuple[str, str]] = re.findall(
-    r"^```console\n\$ hwsw (.*?)\n(.*?)^```", PAGE, re.MULTILINE | re.DOTALL
-)
+QUESTIONS: list[tuple[str, str]] = re.findall(r"^```console\n\$ hwsw (.*?)\n(.*?)^```", PAGE, re.MULTILINE | re.DOTALL)
 (GENERATOR,) = re.findall(r"^```python\n(.*?)^```", PAGE, re.MULTILINE | re.DOTALL)
 
 

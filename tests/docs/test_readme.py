@@ -24,12 +24,7 @@ ANSWERS = re.findall(r"^\$ (hwsw .+)\n(.+)$", README, re.MULTILINE)
 
 def test_the_readme_has_files_and_commands() -> None:
     assert [name for name, _ in FILES] == ["board.yaml", "rooms.yaml"]
-    assert [command.split()[1] for command in COMMANDS] == [
-        "check",
-        "run",
-        "trace",
-        "explore",
-    ]
+    assert [command.split()[1] for command in COMMANDS] == ["check", "run", "trace", "explore"]
     assert sum(text.count("\n") for _, text in FILES) <= 20
 
 

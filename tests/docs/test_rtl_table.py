@@ -22,9 +22,7 @@ def test_the_table_names_every_style_on_an_fpga() -> None:
     }
     page = (ROOT / "docs" / "rtl.md").read_text(encoding="utf-8")
     lines = page.partition("## What has RTL")[2].partition("\n## ")[0].splitlines()
-    rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in lines if line.startswith("| ")][
-        1:
-    ]
+    rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in lines if line.startswith("| ")][1:]
     written = {(row[0], row[1].strip("`"), row[2].strip("`")): row[3] == "yes" for row in rows}
     assert written == styles
     assert all(row[4] for row in rows if row[3] == "no"), "what to do instead"

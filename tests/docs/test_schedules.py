@@ -26,9 +26,7 @@ def test_labyrinth_schedules_of_the_page() -> None:
     assert listed in PAGE.read_text(encoding="utf-8")
 
 
-def test_the_run_of_the_page(
-    hwsw: Callable[..., Result], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_run_of_the_page(hwsw: Callable[..., Result], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     page = PAGE.read_text(encoding="utf-8")
     (text,) = re.findall(r"```yaml\n(# best\.yaml\n.*?)```", page, re.S)
     (tmp_path / "best.yaml").write_text(text, encoding="utf-8")

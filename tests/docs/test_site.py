@@ -92,9 +92,7 @@ def test_nothing_is_asked_from_outside(site: Path, pages: dict[Path, Page]) -> N
     for path, page in pages.items():
         assert [each for each in page.loaded if re.match(r"\w+:(?<!data:)|//", each)] == [], path
     for sheet in site.glob("**/*.css"):
-        asked = re.findall(
-            r"(?:url\(|@import)\s*[\"']?((?:https?:)?//[^)\"']+)", sheet.read_text(encoding="utf-8")
-        )
+        asked = re.findall(r"(?:url\(|@import)\s*[\"']?((?:https?:)?//[^)\"']+)", sheet.read_text(encoding="utf-8"))
         assert asked == [], sheet
 
 
@@ -137,9 +135,7 @@ def test_it_opens_on_the_readme_and_finds_guides_first(site: Path) -> None:
     front = (site / "index.html").read_text(encoding="utf-8")
     readme = (ROOT / "README.md").read_text(encoding="utf-8")
     assert re.search(r"<h1>(.*?)<", front)[1] == readme.splitlines()[0].removeprefix("# ")  # type: ignore[index]
-    assert (
-        front.index('id="install-and-first-run"') < front.index('id="the-pages"') < front.index('id="decide"')
-    )
+    assert front.index('id="install-and-first-run"') < front.index('id="the-pages"') < front.index('id="decide"')
     # Sphinx's script takes this scorer in place of its own.
     assert 'page.startsWith("reference/") || kind === "object"' in "".join(
         path.read_text(encoding="utf-8") for path in site.glob("_static/*.js")

@@ -16,9 +16,7 @@ from codesign.inputs.scenario import SCENARIOS
 from codesign.system import catalog
 
 TEXT = (ROOT / "docs" / "spec.md").read_text(encoding="utf-8")
-BLOCKS = [
-    "\n".join(line[4:] for line in block.splitlines()) for block in re.findall(r"(?:^    .*\n?)+", TEXT, re.M)
-]
+BLOCKS = ["\n".join(line[4:] for line in block.splitlines()) for block in re.findall(r"(?:^    .*\n?)+", TEXT, re.M)]
 
 
 def example(kind: str) -> str:

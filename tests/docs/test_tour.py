@@ -39,9 +39,7 @@ def test_it_is_a_notebook_of_form_4_5() -> None:
 
 
 def test_it_leads_through_all() -> None:
-    heads = re.findall(
-        r"^## (\w+)", "\n".join("".join(cell["source"]) for cell in TOUR["cells"]), re.MULTILINE
-    )
+    heads = re.findall(r"^## (\w+)", "\n".join("".join(cell["source"]) for cell in TOUR["cells"]), re.MULTILINE)
     assert heads == ["Load", "Run", "Explore", "Plot", "Trace"]
     assert sum("image/png" in output.get("data", {}) for cell in CODES for output in cell["outputs"]) >= 4
     assert NOTEBOOK.stat().st_size < 400_000
@@ -56,12 +54,8 @@ def test_a_new_run_shows_the_same(tmp_path: Path) -> None:
 
 
 def test_jupyter_runs_it_too(tmp_path: Path) -> None:
-    nbformat = pytest.importorskip(
-        "nbformat", reason="nbformat is not installed: the notebook is not run by Jupyter"
-    )
-    nbclient = pytest.importorskip(
-        "nbclient", reason="nbclient is not installed: the notebook is not run by Jupyter"
-    )
+    nbformat = pytest.importorskip("nbformat", reason="nbformat is not installed: the notebook is not run by Jupyter")
+    nbclient = pytest.importorskip("nbclient", reason="nbclient is not installed: the notebook is not run by Jupyter")
     pytest.importorskip("ipykernel", reason="ipykernel is not installed: the notebook is not run by Jupyter")
     notebook = nbformat.read(NOTEBOOK, as_version=4)
     nbformat.validate(notebook)

@@ -47,11 +47,7 @@ def missing_line(shown: list[str], text: str) -> str | None:
     printed = [line for line in map(words, text.splitlines()) if line and set(line) != {"─"}]
     if not _stands_in([words(line) for line in shown if line.strip()], printed):
         return next(
-            (
-                line
-                for line in shown
-                if words(line) != "..." and not any(_same(words(line), it) for it in printed)
-            ),
+            (line for line in shown if words(line) != "..." and not any(_same(words(line), it) for it in printed)),
             f"{shown[0]} (in this order)",
         )
     return None
@@ -181,9 +177,7 @@ def test_the_power_of_the_last_paragraph(hwsw: Callable[..., Result], tmp_path: 
     reader = Reader(tmp_path, hwsw)
     for block in BLOCKS:
         is_yard = block.file.startswith("yard.") and block.language != "csv"
-        if (
-            is_yard or block.lines[0] == "# my-platform.yaml"
-        ):  # the files of the yard, and the clock of the board
+        if is_yard or block.lines[0] == "# my-platform.yaml":  # the files of the yard, and the clock of the board
             reader.follow(block)
 
     def interval(*settings: str) -> list[str]:

@@ -13,9 +13,7 @@ from codesign.inputs import cross_check, design_point, starting_files
 
 
 @pytest.mark.parametrize(("axis", "told"), [("relax", "relax.iterations"), ("fpga", "fpga.clock")])
-def test_a_setting_of_a_whole_task_or_component_is_told_what_can_be_set(
-    tmp_path: Path, axis: str, told: str
-) -> None:
+def test_a_setting_of_a_whole_task_or_component_is_told_what_can_be_set(tmp_path: Path, axis: str, told: str) -> None:
     for name, text in starting_files().items():
         (tmp_path / name).write_text(text, encoding="utf-8")
     point = load_platform(tmp_path / "my-platform.yaml"), load_workload(tmp_path / "my-workload.yaml")

@@ -86,20 +86,11 @@ def test_an_axis_is_a_list_or_a_range(written: str, values: list[Any]) -> None:
         ("{from: 1, to: 9, count: 3, scale: cubic}", "there is no scale 'cubic'"),
         ("{from: 0, to: 9, count: 3, scale: log}", "needs two different ends above 0"),
         ("{from: 0 MHz, to: 9 MHz, count: 3, scale: log}", "'0 MHz' is zero\n  hint: a frequency is above 0"),
-        (
-            "{from: 1, to: " + "9" * 5000 + "}",
-            "999... is too long or too large for a number",
-        ),
+        ("{from: 1, to: " + "9" * 5000 + "}", "999... is too long or too large for a number"),
         ("{from: 1, to: 9e99, factor: 1.001}", "from 1 to 9e99 has too many values"),
         ("{from: .nan, to: 9}", "17:30: explore.axes.relax.iterations.from: .nan is not a finite number"),
-        (
-            "{from: 1 MHz, to: .inf, step: 1 MHz}",
-            "17:41: explore.axes.relax.iterations.to: .inf is not a finite",
-        ),
-        (
-            "{from: 1, to: 9, count: 1000000000}",
-            "from 1 to 9 has 1,000,000,000 values\n  hint: at most 1,000",
-        ),
+        ("{from: 1 MHz, to: .inf, step: 1 MHz}", "17:41: explore.axes.relax.iterations.to: .inf is not a finite"),
+        ("{from: 1, to: 9, count: 1000000000}", "from 1 to 9 has 1,000,000,000 values\n  hint: at most 1,000"),
         ("{from: 1, to: 9, count: 1}", "a count of at least 2"),
         ("{from: 1, to: 9, count: 2.5}", "'2.5' is no number of values"),
         ("{from: 1, to: 900000, step: 1}", f"has 900,000 values\n  hint: at most {MAX_VALUES:,}"),
@@ -150,9 +141,7 @@ def test_every_point_that_exists_can_be_made(tmp_path: Path) -> None:
     explored = Explored.of(codesign.load_platform("virtex4-pci"), load(tmp_path, CONDITIONAL))
     explored.check_axes()
     section = explored.section
-    made = [
-        explored.point(point.axes)[1] for point in Space(section.every_axis, "", when=section.when).points()
-    ]
+    made = [explored.point(point.axes)[1] for point in Space(section.every_axis, "", when=section.when).points()]
     assert [workload.planner for workload in made] == ["harmonic"] * 4 + ["relaxation"] * 6
 
 
@@ -211,10 +200,7 @@ def test_an_axis_is_checked_only_where_it_exists(tmp_path: Path) -> None:
 
 def test_settled_axes_settle_what_depends_on_them(tmp_path: Path) -> None:
     workload, platform = load(tmp_path, CONDITIONAL), codesign.load_platform("virtex4-pci")
-    for name, axes in (
-        ("base", ["relax.iterations", "pci.clock"]),
-        ("on-host", ["relax.omega", "pci.clock"]),
-    ):
+    for name, axes in (("base", ["relax.iterations", "pci.clock"]), ("on-host", ["relax.omega", "pci.clock"])):
         _, pinned = pin(platform, workload, {"workload.variant": name})
         assert list(explore(pinned).axes) == axes
         assert explore(pinned).when == {}
@@ -230,9 +216,7 @@ def test_other_values_on_the_command_line_keep_what_an_axis_depends_on(tmp_path:
 
 
 def test_an_axis_of_one_platform(tmp_path: Path) -> None:
-    axes = (
-        "platform: [virtex4-pci, zynq]\npci.clock: {values: [33 MHz, 66 MHz], when: {platform: virtex4-pci}}"
-    )
+    axes = "platform: [virtex4-pci, zynq]\npci.clock: {values: [33 MHz, 66 MHz], when: {platform: virtex4-pci}}"
     workload = load(tmp_path, axes)
     assert explore(workload).points == 3
     assert Explored.of(codesign.load_platform("virtex4-pci"), workload).section.points == 2
@@ -246,9 +230,7 @@ def test_a_kept_document_has_the_same_space(tmp_path: Path) -> None:
     assert explore(again).axes == explore(workload).axes
     assert explore(again).when == explore(workload).when
     explored = Explored.of(codesign.load_platform("virtex4-pci"), pin_variant(workload))
-    again = codesign.load_workload(
-        read_kept(json.loads(json.dumps(kept_document(explored.workload.document))))
-    )
+    again = codesign.load_workload(read_kept(json.loads(json.dumps(kept_document(explored.workload.document)))))
     assert explore(again).points == explored.section.points == 4
 
 

@@ -122,19 +122,13 @@ def test_values_are_checked_as_in_a_file() -> None:
 
 def test_an_axis_of_the_command_line_may_depend_on_others() -> None:
     form = axis_form("1..3 when workload.variant=base,deep and relax.block=[8,12]", "--axis a.b")
-    assert form == {
-        "values": [1, 2, 3],
-        "when": {"workload.variant": ["base", "deep"], "relax.block": [[8, 12]]},
-    }
+    assert form == {"values": [1, 2, 3], "when": {"workload.variant": ["base", "deep"], "relax.block": [[8, 12]]}}
     assert axis_form("a when b", "") == {"values": ["a when b"]}
     with pytest.raises(InputError, match=r"--axis a\.b when c\.d: a value is missing"):
         axis_form("1 when c.d=", "--axis a.b")
     workload = codesign.load_workload("labyrinth")
     blocks = {"values": [[36, 66], [24, 44]]}
-    axes = {
-        "relax.block": blocks,
-        "pci.clock": {"values": ["33 MHz", "66 MHz"], "when": {"relax.block": [[24, 44]]}},
-    }
+    axes = {"relax.block": blocks, "pci.clock": {"values": ["33 MHz", "66 MHz"], "when": {"relax.block": [[24, 44]]}}}
     before, changed = workload.explore, exploring(workload, axes, {}).explore
     assert before is not None
     assert changed is not None

@@ -28,9 +28,7 @@ from codesign.system.scenarios import simulate
 
 PLATFORMS = {name: load_platform(name) for name in list_platforms()}
 WITH_FABRIC = [name for name, platform in PLATFORMS.items() if "fabric" in platform.filled]
-ON_BOARDS = [
-    name for name, platform in PLATFORMS.items() if platform.board is not None and "fabric" in platform.filled
-]
+ON_BOARDS = [name for name, platform in PLATFORMS.items() if platform.board is not None and "fabric" in platform.filled]
 
 # Not from the part files: reports of tools on designs for these parts, and pages of their makers.
 COUNTS = {
@@ -42,49 +40,19 @@ COUNTS = {
     ),  # nextpnr-ice40: ICESTORM_LC 5280, ICESTORM_RAM 30; README of the iCEBreaker: 8 DSP
     "iCE40HX8K": (7680, 7680, 32, 0),  # nextpnr-ice40: ICESTORM_LC 7680, ICESTORM_RAM 32
     "LFE5U-25F": (24288, 24288, 56, 28),  # nextpnr-ecp5: TRELLIS_FF 24288, DP16KD 56, MULT18X18D 28
-    "LFE5U-85F": (
-        83640,
-        83640,
-        208,
-        156,
-    ),  # Diamond: LUTS_avail 83640, EBR_avail 208; nextpnr-ecp5: MULT18X18D 156
+    "LFE5U-85F": (83640, 83640, 208, 156),  # Diamond: LUTS_avail 83640, EBR_avail 208; nextpnr-ecp5: MULT18X18D 156
     "GW1NR-9": (8640, 6480, 26, 20),  # Sipeed, page of the Tang Nano 9K
-    "GW2A-18": (
-        20736,
-        20736 * 6 // 8,
-        828 // 18,
-        48,
-    ),  # 20K LUT, 828 kbit: Sipeed, page of the Tang Primer 20K
+    "GW2A-18": (20736, 20736 * 6 // 8, 828 // 18, 48),  # 20K LUT, 828 kbit: Sipeed, page of the Tang Primer 20K
     "XC7A35T": (20800, 41600, 100, 90),  # Vivado on 7a35t: 20800, 41600, 50 tiles, 90
     "XC7A100T": (63400, 126800, 270, 240),  # Vivado on 7a100t: 63400, 126800, 135 tiles, 240
     "XC7A200T": (134600, 269200, 730, 740),  # Vivado on xc7a200t: 134600, 269200, 365 tiles, 740
-    "XC7Z010": (
-        17600,
-        35200,
-        120,
-        80,
-    ),  # Vivado on xc7z010: 17600; 60 tiles and 80 DSP in a user's table of his boards
+    "XC7Z010": (17600, 35200, 120, 80),  # Vivado on xc7z010: 17600; 60 tiles and 80 DSP in a user's table of his boards
     "XC7Z020": (53200, 106400, 280, 220),  # Vivado on 7z020: 53200, 106400, 140 tiles, 220
     "XCZU3EG": (70560, 141120, 432, 360),  # Vivado on xczu3eg: 70560, 141120, 432 RAMB18, 360
-    "XCZU7EV": (
-        230400,
-        460800,
-        624,
-        1728,
-    ),  # Vivado on xczu7ev: 230400, 460800; a tool's limits: 312 BRAM, 1728 DSP
+    "XCZU7EV": (230400, 460800, 624, 1728),  # Vivado on xczu7ev: 230400, 460800; a tool's limits: 312 BRAM, 1728 DSP
     "XCK26": (117120, 234240, 288, 1248),  # Vivado on xck26: 117120, 234240, 288 RAMB18, 1248
-    "MPFS250T": (
-        254000,
-        254000,
-        812,
-        784,
-    ),  # Microchip, table of interface logic: 812 LSRAM, 784 math blocks; 254K LE
-    "MPF100T": (
-        108600,
-        108600,
-        352,
-        336,
-    ),  # Microchip, table of interface logic: 352 LSRAM, 336 math blocks; 109K LE
+    "MPFS250T": (254000, 254000, 812, 784),  # Microchip, table of interface logic: 812 LSRAM, 784 math blocks; 254K LE
+    "MPF100T": (108600, 108600, 352, 336),  # Microchip, table of interface logic: 352 LSRAM, 336 math blocks; 109K LE
 }
 """LUT, flip-flops, block RAMs, multipliers."""
 
@@ -99,8 +67,7 @@ def test_parts_have_what_tools_report(name: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("name", "slices", "a_slice"),
-    [("XC7A35T-1", 10400, 2), ("XCZU3EG-1", 35280, 4), ("LFE5U-85F-6", 41820, 1)],
+    ("name", "slices", "a_slice"), [("XC7A35T-1", 10400, 2), ("XCZU3EG-1", 35280, 4), ("LFE5U-85F-6", 41820, 1)]
 )
 def test_slices_count_as_two_lut_and_two_flip_flops(name: str, slices: int, a_slice: int) -> None:
     part = load_part(name)
@@ -145,9 +112,7 @@ def test_the_catalogue_has_the_boards_and_hosts_that_it_must_have() -> None:
     assert len(ON_BOARDS) >= 15
     used = {part.part.rpartition("-")[0] for part in _fabrics()}
     assert set(COUNTS) - {"MPF100T"} <= used
-    assert {"cortex-m7", "cortex-a53", "cortex-a72", "cortex-a76", "laptop-i7", "pc-ryzen"} <= set(
-        HOSTS.names()
-    )
+    assert {"cortex-m7", "cortex-a53", "cortex-a72", "cortex-a76", "laptop-i7", "pc-ryzen"} <= set(HOSTS.names())
 
 
 def _fabrics() -> list[FpgaComponent]:
@@ -178,12 +143,7 @@ def processors(platform: Platform) -> list[ProcessorComponent]:
 
 
 ON_SALE = sorted(
-    {
-        spec.host or ""
-        for name in PLATFORMS
-        if PLATFORMS[name].board is not None
-        for spec in processors(PLATFORMS[name])
-    }
+    {spec.host or "" for name in PLATFORMS if PLATFORMS[name].board is not None for spec in processors(PLATFORMS[name])}
     | {"epyc-9004"}
 )
 """The hosts of boards, and the one that was measured. The others are the machines of papers."""
@@ -235,9 +195,7 @@ def test_platforms_with_one_host_give_one_software_time(host: str) -> None:
             for style in SOFTWARE:
                 if {style.kernel} <= set(spec.costs):
                     question = in_software(style, name)
-                    time = simulate(platform, codesign.load_workload(question)).figure(
-                        FIGURES["plan_time_worst_s"]
-                    )
+                    time = simulate(platform, codesign.load_workload(question)).figure(FIGURES["plan_time_worst_s"])
                     times.setdefault(f"{style.planner} {style.style}", set()).add(time)
     assert all(len(each) == 1 for each in times.values()), times
     assert times or host == "pc-2013"
@@ -324,17 +282,9 @@ def test_keys_beside_a_host_take_the_place_of_its_own(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("host", "file", "expected"),
     [
-        (
-            "cortex-a71",
-            None,
-            "p.yaml:4:33: components.host.host: there is no host 'cortex-a71'\n  hint: did you mean",
-        ),
+        ("cortex-a71", None, "p.yaml:4:33: components.host.host: there is no host 'cortex-a71'\n  hint: did you mean"),
         ("3", None, "components.host.host: 3 is not text"),
-        (
-            "mine",
-            HOST.replace("factor: 3", "factor: 0"),
-            "mine.yaml:5:37: costs_of.factor: 0 is out of bounds",
-        ),
+        ("mine", HOST.replace("factor: 3", "factor: 0"), "mine.yaml:5:37: costs_of.factor: 0 is out of bounds"),
         ("mine", HOST.replace("factor: 3", "factor: 3 s"), "costs_of.factor: '3 s' is not a number"),
         ("mine", HOST.replace("epyc-9004", "cortex-a72"), "host cortex-a72, which has none of its own"),
         ("mine", HOST.replace("epyc-9004", "nobody"), "there is no host 'nobody'"),
@@ -342,9 +292,7 @@ def test_keys_beside_a_host_take_the_place_of_its_own(tmp_path: Path) -> None:
         ("mine", HOST.replace("clock: 1 GHz", "clok: 1 GHz"), "mine.yaml:3:1: clok: unknown key"),
     ],
 )
-def test_hosts_are_refused_with_their_place(
-    tmp_path: Path, host: str, file: str | None, expected: str
-) -> None:
+def test_hosts_are_refused_with_their_place(tmp_path: Path, host: str, file: str | None, expected: str) -> None:
     with pytest.raises(SpecError) as caught:
         host_of(tmp_path, host, file=file)
     assert expected in str(caught.value)
@@ -364,11 +312,7 @@ def test_the_digest_sees_the_files_of_the_host(tmp_path: Path) -> None:
 
     host_of(tmp_path, "mine", file=HOST)
     before = digest()
-    host_of(
-        tmp_path,
-        "mine",
-        file=HOST.replace("clock: 1 GHz", "clock: {value: 1 GHz, status: assumed, source: x}"),
-    )
+    host_of(tmp_path, "mine", file=HOST.replace("clock: 1 GHz", "clock: {value: 1 GHz, status: assumed, source: x}"))
     assert digest() == before
     host_of(tmp_path, "mine", file=HOST.replace("10 ns", "11 ns"))
     assert digest() != before

@@ -115,9 +115,7 @@ def test_sizes_and_seeds_are_two_conditions_of_one_problem(tmp_path: Path) -> No
     assert len({point.figure(FIGURES["first_plan_s"]) for point in study.points}) == 4
 
 
-def test_a_value_of_a_condition_that_does_not_fit_the_platform_is_a_fault_at_its_place(
-    tmp_path: Path,
-) -> None:
+def test_a_value_of_a_condition_that_does_not_fit_the_platform_is_a_fault_at_its_place(tmp_path: Path) -> None:
     (tmp_path / "p.yaml").write_text(PLATFORM, encoding="utf-8")
     read = workload(tmp_path, "  conditions:\n    pci.clocks: [33 MHz]\n")
     with pytest.raises(SpecError, match=r"w\.yaml:\d+:5: explore\.conditions\.pci\.clocks") as caught:
@@ -132,10 +130,7 @@ def test_together_no_more_axes_and_points_than_axes_alone_may_have() -> None:
     thousand = list(range(1000))
     with pytest.raises(ValueError, match=r"(1000 x ){5}1000 = 1,000,000,000,000,000,000 points are too many"):
         Exploration.model_validate(
-            {
-                "axes": {f"a.{name}": thousand for name in "bcd"},
-                "conditions": {f"a.{name}": thousand for name in "efg"},
-            }
+            {"axes": {f"a.{name}": thousand for name in "bcd"}, "conditions": {f"a.{name}": thousand for name in "efg"}}
         )
 
 

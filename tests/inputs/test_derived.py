@@ -125,10 +125,7 @@ mapping:
         ("{a: b_later, b_later: slices}", "there is no figure 'b_later'"),
         ("[slices]", "explore.figures: "),
         ("{a: slices}\n  objectives: [b]", "explore.objectives[0]: 'b' is not accepted"),
-        (
-            "{a: slices}\n  objectives: [a * rows]",
-            "explore.objectives[0]: 'a * rows', character 5: there is no figure",
-        ),
+        ("{a: slices}\n  objectives: [a * rows]", "explore.objectives[0]: 'a * rows', character 5: there is no figure"),
         ("{a: energy_j}\n  constraints: [a < 3 s]", "'3 s' is in s, and a in J"),
         ("{a: slices}\n  constraints: [a < 1 / 0]", "division by zero in 1 / 0"),
         ("{a: energy_j}\n  constraints: [{figure: a, at_most: 3}]", "3 has no unit"),

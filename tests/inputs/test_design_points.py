@@ -92,9 +92,7 @@ def test_component_and_style_of_a_task_are_axes_too(tmp_path: Path) -> None:
 
 
 def test_any_figure_of_a_component_is_an_axis(tmp_path: Path) -> None:
-    platform, _ = design_point(
-        *load(tmp_path), {"host.costs.harmonic_node_update": "80 ns", "host.power.idle": "5 W"}
-    )
+    platform, _ = design_point(*load(tmp_path), {"host.costs.harmonic_node_update": "80 ns", "host.power.idle": "5 W"})
     host = platform.components["host"]
     assert isinstance(host, ProcessorComponent)
     assert (host.costs["harmonic_node_update"].value, host.power.idle.value) == (80_000, 5.0)
@@ -108,20 +106,14 @@ def test_any_figure_of_a_component_is_an_axis(tmp_path: Path) -> None:
     ("values", "expected"),
     [
         ({"relax.block": [0.5, 1]}, "point: relax.block[0]: 0.5 is not a whole number"),
-        (
-            {"relax.iterations": 0},
-            "point: relax.iterations: 0 is out of bounds\n  hint: it must be at least 1",
-        ),
+        ({"relax.iterations": 0}, "point: relax.iterations: 0 is out of bounds\n  hint: it must be at least 1"),
         ({"relax.iterations": "6"}, "point: relax.iterations: '6' is not a whole number\n  hint: write 6"),
         (
             {"relax.iteratons": 1},
             "point: relax.iteratons: unknown key\n  hint: did you mean iterations? "
             "accepted: block, blocks, component, exact, external_memory, iterations, schedule, share, style",
         ),
-        (
-            {"relax.schedule.last": 6},
-            "point: relax.schedule.last: last 6 is below first 7\n  hint: raise last",
-        ),
+        ({"relax.schedule.last": 6}, "point: relax.schedule.last: last 6 is below first 7\n  hint: raise last"),
         ({"relax.schedule": {"first": 7, "last": 9}}, "point: relax.schedule.step: missing"),
         (
             {"relax.iterations.x": 1},
@@ -147,10 +139,7 @@ def test_any_figure_of_a_component_is_an_axis(tmp_path: Path) -> None:
         ),
         ({"fpga.clock": 100}, "point: fpga.clock: 100 has no unit"),
         ({"fpga.part": "XC2V6000"}, "point: fpga.part: part XC2V6000 has several speed grades"),
-        (
-            {"fpga.colour": "red"},
-            "point: fpga.colour: unknown key\n  hint: accepted: calibration, clock, part",
-        ),
+        ({"fpga.colour": "red"}, "point: fpga.colour: unknown key\n  hint: accepted: calibration, clock, part"),
     ],
 )
 def test_bad_points(tmp_path: Path, values: dict[str, Any], expected: str) -> None:
@@ -176,9 +165,7 @@ def test_a_clash_with_what_the_files_declare_is_told_of_what_was_chosen(tmp_path
 
 def test_what_is_found_out_later_is_told_of_the_setting_too(tmp_path: Path) -> None:
     _, workload = design_point(*load(tmp_path), {"relax.schedule.last": 127, "relax.iterations": 7}, "--set ")
-    _, workload = design_point(
-        load_platform(tmp_path / "p.yaml"), workload, {"relax.blocks": [2, 2]}, "--set "
-    )
+    _, workload = design_point(load_platform(tmp_path / "p.yaml"), workload, {"relax.blocks": [2, 2]}, "--set ")
 
     def at(*path: str | int) -> str:
         return str(fault(workload, ("mapping", "relax", *path), "is wrong")).replace(f"{tmp_path}/", "")
@@ -202,9 +189,7 @@ def cross_faults(folder: Path, *changes: tuple[str, str]) -> str:
 
 def test_platform_and_workload_that_go_together(tmp_path: Path) -> None:
     cross_check(*load(tmp_path))
-    cross_check(
-        *load(tmp_path, ("fpga.clock: [100 MHz", "relax.component: [fpga, host]\n    fpga.clock: [100 MHz"))
-    )
+    cross_check(*load(tmp_path, ("fpga.clock: [100 MHz", "relax.component: [fpga, host]\n    fpga.clock: [100 MHz")))
 
 
 @pytest.mark.parametrize(
@@ -248,10 +233,7 @@ def test_values_that_clash_only_with_another_axis_are_left_to_the_points(tmp_pat
     # 280 MHz is beyond the declared XC2V6000-4 in some points, and within the XC4VLX160-12 in others.
     changes = (
         ("XC4VLX160-12, clock", "XC2V6000-4, clock"),
-        (
-            "fpga.clock: [100 MHz, 150 MHz]",
-            "fpga.clock: [450 MHz]\n    fpga.part: [XC2V6000-4, XC4VLX160-12]",
-        ),
+        ("fpga.clock: [100 MHz, 150 MHz]", "fpga.clock: [450 MHz]\n    fpga.part: [XC2V6000-4, XC4VLX160-12]"),
     )
     platform, workload = load(tmp_path, *changes)
     cross_check(platform, workload)
@@ -274,15 +256,9 @@ def test_a_value_that_clashes_with_the_file_is_told_on_loading(tmp_path: Path) -
 def test_a_task_at_its_default_place_is_moved_by_an_axis(tmp_path: Path) -> None:
     specs = load(tmp_path)
     assert "decide" not in specs[1].mapping
-    _, made = design_point(
-        *specs, {"decide.component": "host", "decide.style": "software", "load.component": "host"}
-    )
+    _, made = design_point(*specs, {"decide.component": "host", "decide.style": "software", "load.component": "host"})
     written = load(
-        tmp_path,
-        (
-            "explore:",
-            "  decide: {component: host, style: software}\n  load: {component: host}\nexplore:",
-        ),
+        tmp_path, ("explore:", "  decide: {component: host, style: software}\n  load: {component: host}\nexplore:")
     )[1]
     assert made.mapping == written.mapping
     assert made.digest() == written.digest()
@@ -312,9 +288,7 @@ def test_a_task_at_its_default_place_is_moved_by_an_axis(tmp_path: Path) -> None
         ({"sense.component": "host"}, "point: sense.component: there is no task, component or link 'sense'"),
     ],
 )  # fmt: skip
-def test_bad_points_of_tasks_that_the_mapping_leaves_out(
-    tmp_path: Path, values: dict[str, Any], expected: str
-) -> None:
+def test_bad_points_of_tasks_that_the_mapping_leaves_out(tmp_path: Path, values: dict[str, Any], expected: str) -> None:
     assert told(*load(tmp_path), values).startswith(expected)
 
 

@@ -39,14 +39,7 @@ AXES: dict[tuple[str, str], dict[str, list[Any]]] = {
     ("zynq", "office-partition"): {
         "workload.problem": [PROBLEM, {**PROBLEM, "goals": [[90, 1]]}, 3],
         "workload.problem.map.seed": [2, "two"],
-        "workload.variant": [
-            "base",
-            "decide-on-host",
-            "warm-start",
-            "host-wave",
-            "wave-track-on-host",
-            "none",
-        ],
+        "workload.variant": ["base", "decide-on-host", "warm-start", "host-wave", "wave-track-on-host", "none"],
         "workload.scenario.replan.policy": ["restart", "restrat"],
         "workload.scenario.type": ["plan_once"],
         "workload.scenario": [{"type": "plan_once"}],
@@ -59,9 +52,7 @@ AXES: dict[tuple[str, str], dict[str, list[Any]]] = {
     },
 }
 POINTS = [
-    st.tuples(
-        st.just(names), st.fixed_dictionaries({}, optional={k: st.sampled_from(v) for k, v in axes.items()})
-    )
+    st.tuples(st.just(names), st.fixed_dictionaries({}, optional={k: st.sampled_from(v) for k, v in axes.items()}))
     for names, axes in AXES.items()
 ]
 
@@ -93,9 +84,7 @@ def test_a_point_is_what_its_edited_files_are(point: tuple[tuple[str, str], dict
     with pytest.MonkeyPatch.context() as slow:
         slow.setattr(edit, "_by_entries", lambda *_: None)
         slow.setattr(edit, "_kept_platform", edit._kept_platform.__wrapped__)
-        slow.setattr(
-            edit, "_kept_variant", lambda key, name: (edit.with_variant(key.it.document, name), None)
-        )
+        slow.setattr(edit, "_kept_variant", lambda key, name: (edit.with_variant(key.it.document, name), None))
         slow_specs = outcome(names, values)
     if isinstance(specs[0], Platform):
         for spec, slow_spec in zip(specs, slow_specs, strict=True):

@@ -68,9 +68,7 @@ def test_a_path_through_what_is_no_mapping_is_a_fault(path: KeyPath) -> None:
     assert [fault.hint for fault in made.faults] == ["set the whole of it"]
 
 
-@given(
-    st.lists(st.tuples(st.lists(st.sampled_from("abc"), min_size=1, max_size=3), st.integers()), max_size=6)
-)
+@given(st.lists(st.tuples(st.lists(st.sampled_from("abc"), min_size=1, max_size=3), st.integers()), max_size=6))
 def test_many_edits_are_one_after_another(edits: list[tuple[list[str], int]]) -> None:
     listed: dict[KeyPath, Any] = {}
     one_by_one = Document("f", Path(), {})

@@ -33,9 +33,7 @@ from codesign.inputs.expression import (
 
 NAMES = ("a", "b", "c")
 PLAIN = {name: figure_node(name, "1") for name in NAMES}
-VALUES = st.one_of(
-    st.integers(-5, 5).map(float), st.floats(-1e6, 1e6, allow_subnormal=False), st.just(math.nan)
-)
+VALUES = st.one_of(st.integers(-5, 5).map(float), st.floats(-1e6, 1e6, allow_subnormal=False), st.just(math.nan))
 
 
 def value(text: str, **figures: float | None) -> float:
@@ -114,16 +112,8 @@ def test_the_unit_of_an_expression(text: str, unit: str) -> None:
         ("1e-301 * slices", "character 1: a number that is too small", "at least 1e-300"),
         ("slices / 1e999999999", "character 10: a number that is too large or too small", "at most 1e+300"),
         ("slices / 0", "has no value for any point: division by zero in slices / 0", "leave it out"),
-        (
-            "slices / (2 - 2)",
-            "has no value for any point: division by zero in slices / (2 - 2)",
-            "leave it out",
-        ),
-        (
-            "1e200 * 1e200 * slices",
-            "has no value for any point: a number too large in 1e200 * 1e200",
-            "leave it out",
-        ),
+        ("slices / (2 - 2)", "has no value for any point: division by zero in slices / (2 - 2)", "leave it out"),
+        ("1e200 * 1e200 * slices", "has no value for any point: a number too large in 1e200 * 1e200", "leave it out"),
         ("slices + sqrt(1 - 2)", "root of a negative number in sqrt(1 - 2)", "leave it out"),
         ("1" * (MAX_TEXT + 1), "is too long", f"at most {MAX_TEXT}"),
         ("(" * 99 + "1" + ")" * 99, "nested too deep", f"at most {MAX_DEPTH}"),
@@ -199,9 +189,7 @@ def by_python(text: str, figures: dict[str, float]) -> float:
 
 
 @given(trees(), st.lists(st.tuples(VALUES, VALUES, VALUES), min_size=1, max_size=9))
-def test_columns_single_results_and_python_agree_to_the_bit(
-    text: str, rows: list[tuple[float, float, float]]
-) -> None:
+def test_columns_single_results_and_python_agree_to_the_bit(text: str, rows: list[tuple[float, float, float]]) -> None:
     columns = dict(zip(NAMES, np.array(rows).T, strict=True))
     try:
         node = parse(text, PLAIN)
@@ -246,9 +234,7 @@ def test_any_text_is_an_expression_or_refused(text: str) -> None:
 
 
 @given(trees(), st.lists(st.tuples(VALUES, VALUES, VALUES), min_size=1, max_size=9))
-def test_reasons_of_columns_are_those_of_single_results(
-    text: str, rows: list[tuple[float, float, float]]
-) -> None:
+def test_reasons_of_columns_are_those_of_single_results(text: str, rows: list[tuple[float, float, float]]) -> None:
     try:
         figure = DerivedFigure("f", "derived", "", node=parse(text, PLAIN))
     except RefusalError:

@@ -34,8 +34,7 @@ PLATFORM_MISTAKES = [
     ),
     (
         ("clock: 2 GHz", "clock: 2e9"),
-        "p.yaml:7:12: components.host.clock: 2e9 has no unit\n"
-        "  hint: write a number and a unit, such as 150 MHz",
+        "p.yaml:7:12: components.host.clock: 2e9 has no unit\n  hint: write a number and a unit, such as 150 MHz",
     ),
     (
         ("XC4VLX160-12", "XC4VLX16-12"),
@@ -71,8 +70,7 @@ PLATFORM_MISTAKES = [
     ),
     (
         ("width: 32,", "width: 32 b,"),
-        "p.yaml:12:50: links.pci.width: '32 b' is not a whole number\n"
-        "  hint: write it without a unit, such as 32",
+        "p.yaml:12:50: links.pci.width: '32 b' is not a whole number\n  hint: write it without a unit, such as 32",
     ),
     (
         ("burst_words: 16", "burst_words: 0"),
@@ -168,10 +166,7 @@ def test_no_more_than_a_hundred_faults_are_told() -> None:
 @pytest.mark.parametrize(
     ("name", "expected"),
     [
-        (
-            "virtx4-pci",
-            "there is no shipped platform 'virtx4-pci'\n  hint: did you mean virtex4-pci? accepted: ",
-        ),
+        ("virtx4-pci", "there is no shipped platform 'virtx4-pci'\n  hint: did you mean virtex4-pci? accepted: "),
         ("mine.yaml", "mine.yaml: does not exist"),
         ("./virtex4-pci", "./virtex4-pci: does not exist"),
     ],
@@ -183,9 +178,7 @@ def test_names_and_paths(name: str, expected: str, tmp_path: Path, monkeypatch: 
     assert str(caught.value).startswith(expected)
 
 
-def test_map_files_are_looked_for_beside_the_workload(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_map_files_are_looked_for_beside_the_workload(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "maps").mkdir()
     (tmp_path / "maps" / "office.yaml").write_text("image: office.png")
     monkeypatch.chdir("/")

@@ -76,10 +76,7 @@ def _folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
             ("iterations: 6", "iterations: 6\n    share: yes"),
             "w.yaml:12:12: mapping.relax.share: 'yes' is not a number\n  hint: write a number",
         ),
-        (
-            ("block: [20, 30]", "block: [20, 30]\n    blocks: [2, 2]"),
-            "w.yaml:9:5: mapping.relax: give block or blocks",
-        ),
+        (("block: [20, 30]", "block: [20, 30]\n    blocks: [2, 2]"), "w.yaml:9:5: mapping.relax: give block or blocks"),
         (
             ("step: 8", "stp: 8"),
             "w.yaml:12:15: mapping.relax.schedule.step: missing\n  hint: add this key\n"
@@ -88,8 +85,7 @@ def _folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         ),
         (
             ("schedule: {first: 7, step: 8, last: 63}", "schedule: all"),
-            "w.yaml:12:15: mapping.relax.schedule: 'all' is not a mapping or a list\n"
-            "  hint: write a mapping or a list",
+            "w.yaml:12:15: mapping.relax.schedule: 'all' is not a mapping or a list\n  hint: write a mapping or a list",
         ),
         (
             ("last: 63}", "last: 6}"),
@@ -102,8 +98,7 @@ def _folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         ),
         (
             ("planner: harmonic", "planner: harmonc"),
-            "w.yaml:3:10: planner: there is no planner 'harmonc'\n"
-            "  hint: did you mean harmonic? accepted: harmonic",
+            "w.yaml:3:10: planner: there is no planner 'harmonc'\n  hint: did you mean harmonic? accepted: harmonic",
         ),
         (
             ("goals: [[4, 10]]", "goals: [[4, 10], [40, 0], [4, 10], [1]]"),
@@ -154,8 +149,7 @@ def _folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         ),
         (
             ("    fpga.clock:", "    relax.blocks: [[2, 2]]\n    fpga.clock:"),
-            "w.yaml:17:5: explore.axes.relax.blocks: sets the same thing as axis relax.block\n"
-            "  hint: keep one of them",
+            "w.yaml:17:5: explore.axes.relax.blocks: sets the same thing as axis relax.block\n  hint: keep one of them",
         ),
         (
             ("    fpga.clock:", "    relax.schedule: [[7, 9]]\n    fpga.clock:"),
@@ -225,9 +219,7 @@ def test_explore_mistakes(explore: str, expected: str) -> None:
 
 @pytest.mark.parametrize(("earlier", "name"), SHORT_NAMES.items())
 def test_a_short_name_of_a_figure_has_its_name_as_the_remedy(earlier: str, name: str) -> None:
-    refusal = (
-        f"{earlier!r} is not accepted\n  hint: write {name}: {earlier} is its short name in limits as text"
-    )
+    refusal = f"{earlier!r} is not accepted\n  hint: write {name}: {earlier} is its short name in limits as text"
     for explore, key in (
         (f"objectives: [slices, {earlier}]", "objectives[1]"),
         (f"constraints: [{{figure: {earlier}, at_most: 5}}]", "constraints[0].figure"),
@@ -251,6 +243,4 @@ def test_too_many_points_are_refused_with_the_product() -> None:
         " many\n  hint: at most 1,000,000,000,000,000" in faults(text)
     )
     longer = text.replace(f"fpga.b: {many}", f"fpga.b: {list(range(1001))}")
-    assert "explore.axes.fpga.b: a list of 1001 entries is too long\n  hint: at most 1000 accepted" in faults(
-        longer
-    )
+    assert "explore.axes.fpga.b: a list of 1001 entries is too long\n  hint: at most 1000 accepted" in faults(longer)

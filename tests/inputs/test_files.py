@@ -87,9 +87,7 @@ def test_every_shipped_workload_loads_and_fits_some_platform(name: str) -> None:
     assert misfits < len(list_platforms())
 
 
-@pytest.mark.parametrize(
-    "path", sorted((data_folder("platforms") / "parts").glob("*.yaml")), ids=lambda p: p.stem
-)
+@pytest.mark.parametrize("path", sorted((data_folder("platforms") / "parts").glob("*.yaml")), ids=lambda p: p.stem)
 def test_every_shipped_part_loads_and_cites_its_numbers(path: Path) -> None:
     part_file = PARTS.load(path)
     for grade in part_file.speed_grades:
@@ -169,8 +167,7 @@ def test_a_workload_as_loaded(workload: Workload) -> None:
 
 def test_constraints_are_held_in_base_units(tmp_path: Path) -> None:
     limits = (
-        "[{figure: first_plan_s, at_most: 5 ms}, {figure: power, at_least: 200 mW},"
-        " {figure: slices, at_most: 1e4}]"
+        "[{figure: first_plan_s, at_most: 5 ms}, {figure: power, at_least: 200 mW}, {figure: slices, at_most: 1e4}]"
     )
     (tmp_path / "w.yaml").write_text(f"{WORKLOAD}  constraints: {limits}\n")
     explore = load_workload(tmp_path / "w.yaml", TASKS).explore
@@ -258,11 +255,7 @@ def test_digests_are_the_same_in_every_process() -> None:
     code = "from codesign.inputs import load_platform; print(load_platform('virtex4-pci').digest())"
     told = {
         subprocess.run(
-            [sys.executable, "-c", code],
-            env={"PYTHONHASHSEED": seed},
-            capture_output=True,
-            text=True,
-            check=True,
+            [sys.executable, "-c", code], env={"PYTHONHASHSEED": seed}, capture_output=True, text=True, check=True
         ).stdout.strip()
         for seed in ("1", "2")
     }
@@ -288,9 +281,7 @@ def test_a_part_of_ones_own_lies_beside_the_platform(tmp_path: Path) -> None:
         load_platform(tmp_path / "p.yaml")
 
 
-@pytest.mark.parametrize(
-    "name", ["", "-12", "../parts/XC4VLX160-12", "XC4VLX160-", "XC4VLX160-12-12", "x" * 10_000]
-)
+@pytest.mark.parametrize("name", ["", "-12", "../parts/XC4VLX160-12", "XC4VLX160-", "XC4VLX160-12-12", "x" * 10_000])
 def test_names_that_are_no_part(name: str) -> None:
     with pytest.raises(InputError) as caught:
         load_part(name)
@@ -372,9 +363,7 @@ def test_data_lie_beside_the_package_in_a_checkout_and_inside_it_in_a_wheel(
     checkout.mkdir()
     (checkout / "pyproject.toml").touch()
     for folder, expected in ((wheel, wheel / "codesign"), (checkout, checkout)):
-        monkeypatch.setattr(
-            "codesign.inputs.files.__file__", str(folder / "codesign" / "inputs" / "files.py")
-        )
+        monkeypatch.setattr("codesign.inputs.files.__file__", str(folder / "codesign" / "inputs" / "files.py"))
         assert data_folder("platforms") == expected / "platforms"
 
 

@@ -28,8 +28,7 @@ def load(file: Path) -> object:
 PLATFORM_TREE = parse_document(PLATFORM.encode(), "p.yaml", Path()).tree
 WORKLOAD_TREE = parse_document(
     (
-        WORKLOAD
-        + "  objectives: [first_plan_s, slices]\n  constraints: [{figure: first_plan_s, at_most: 1 s}]\n"
+        WORKLOAD + "  objectives: [first_plan_s, slices]\n  constraints: [{figure: first_plan_s, at_most: 1 s}]\n"
     ).encode(),
     "w",
     Path(),
@@ -112,9 +111,7 @@ def test_any_value_of_an_axis(tmp_path: Path, axis: str, value: Any) -> None:
     faults_of(lambda: cross_check(platform, load_workload(tmp_path / "w.yaml", TASKS)))
 
 
-@pytest.mark.parametrize(
-    "name", ["", ".", "..", "x" * 10_000, "a\0b", "\ud800", "~", "C:", "virtex4-pci\n", "💥"]
-)
+@pytest.mark.parametrize("name", ["", ".", "..", "x" * 10_000, "a\0b", "\ud800", "~", "C:", "virtex4-pci\n", "💥"])
 def test_any_name(name: str) -> None:
     for load_named in (load_platform, load_workload):
         with pytest.raises(CodesignError) as caught:
@@ -129,9 +126,7 @@ def test_any_name(name: str) -> None:
         WORKLOAD + "".join(f"    relax.x{index}: [1]\n" for index in range(10_000)),
         WORKLOAD.replace("[63, 127]", str(list(range(1, 20_000)))),
         PLATFORM.replace("[host, fpga]", str([f"host{index}" for index in range(20_000)])),
-        PLATFORM.replace(
-            "links:", "".join(f"  c{index}: {{type: fpgx}}\n" for index in range(5_000)) + "links:"
-        ),
+        PLATFORM.replace("links:", "".join(f"  c{index}: {{type: fpgx}}\n" for index in range(5_000)) + "links:"),
     ],
     ids=["keys", "axes", "values", "ends", "components"],
 )

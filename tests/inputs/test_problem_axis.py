@@ -69,8 +69,7 @@ def test_a_fault_in_a_value_is_told_at_the_value(sizes: Path) -> None:
 def test_a_map_in_a_file_is_one_of_the_values(sizes: Path, tmp_path: Path) -> None:
     (tmp_path / "map.txt").write_text("....\n....\n", encoding="utf-8")
     text = WORKLOAD.replace(
-        "map: {generate: empty, rows: 20, columns: 20}, goals: [[19, 19]]",
-        "map: {file: map.txt}, goals: [[1, 3]]",
+        "map: {generate: empty, rows: 20, columns: 20}, goals: [[19, 19]]", "map: {file: map.txt}, goals: [[1, 3]]"
     )
     sizes.write_text(text, encoding="utf-8")
     platform, workload = codesign.load_platform("virtex2pro"), codesign.load_workload(sizes)
@@ -89,9 +88,7 @@ def test_steps_of_a_map_are_axes(tmp_path: Path) -> None:
     axes = "explore:\n  axes:\n    workload.problem.map.crop: [none, free]\n"
     (tmp_path / "w.yaml").write_text(text + axes, encoding="utf-8")
     platform, workload = codesign.load_platform("virtex2pro"), codesign.load_workload(tmp_path / "w.yaml")
-    points = [
-        design_point(platform, workload, {"workload.problem.map.crop": crop}) for crop in ("none", "free")
-    ]
+    points = [design_point(platform, workload, {"workload.problem.map.crop": crop}) for crop in ("none", "free")]
     assert [bind(*point).problem.shape for point in points] == [(4, 4), (2, 2)]
     assert len({point[1].digest() for point in points}) == 2
     study = codesign.explore(platform, workload)
@@ -133,11 +130,7 @@ def test_a_map_file_that_changed_is_computed_again_and_no_other(maps: Path, tmp_
         states: list[Progress] = []
         workload = codesign.load_workload(maps)
         explore(
-            codesign.load_platform("pc-epyc"),
-            workload,
-            store=tmp_path / "s.sqlite",
-            workers=1,
-            progress=states.append,
+            codesign.load_platform("pc-epyc"), workload, store=tmp_path / "s.sqlite", workers=1, progress=states.append
         )
         return states[-1].cached
 
@@ -156,7 +149,5 @@ def test_a_map_file_that_changes_meanwhile_ends_the_run(maps: Path, tmp_path: Pa
 
 def test_a_map_file_that_is_missing_is_reported_at_its_value(maps: Path) -> None:
     maps.write_text(MAPS.replace("maps/b.txt]", "maps/c.txt]"), encoding="utf-8")
-    with pytest.raises(
-        SpecError, match=r"maps\.yaml:9:45: .*maps/c\.txt does not exist\n  hint: did you mean"
-    ):
+    with pytest.raises(SpecError, match=r"maps\.yaml:9:45: .*maps/c\.txt does not exist\n  hint: did you mean"):
         explore(codesign.load_platform("pc-epyc"), codesign.load_workload(maps), workers=1)

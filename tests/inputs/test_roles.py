@@ -21,9 +21,9 @@ links:
   spare: {type: ideal, between: [cpu, bridge]}
 """
 
-ASIDE = TEXT.replace(
-    "  spare: {type: ideal, between: [cpu", "  spare: {type: ideal, between: [aside"
-).replace("links:", "  aside: {type: processor, clock: 1 GHz, power: {busy: 2 W, idle: 1 W}}\nlinks:")
+ASIDE = TEXT.replace("  spare: {type: ideal, between: [cpu", "  spare: {type: ideal, between: [aside").replace(
+    "links:", "  aside: {type: processor, clock: 1 GHz, power: {busy: 2 W, idle: 1 W}}\nlinks:"
+)
 
 
 def _loaded(tmp_path: Path, text: str) -> dict[str, str]:

@@ -27,9 +27,9 @@ def test_schemas(kind: str) -> None:
     defined = {f"#/$defs/{name}" for name in schema["$defs"]}
     assert set(re.findall(r'"\$ref": "([^"]+)"', text)) <= defined
     assert schema["additionalProperties"] is False
-    assert all(
-        "description" in field for name, field in schema["properties"].items() if "$ref" not in field
-    ) or (kind == "part")
+    assert all("description" in field for name, field in schema["properties"].items() if "$ref" not in field) or (
+        kind == "part"
+    )
 
 
 def test_the_schema_of_a_workload_knows_the_planners_parameters() -> None:
@@ -48,10 +48,7 @@ def test_schemas_accept_the_shipped_files() -> None:
     for kind, documents in (
         ("platform", [load_platform(name).document for name in list_platforms()]),
         ("workload", [catalog.load_workload(name).document for name in list_workloads()]),
-        (
-            "part",
-            [PARTS.load(path).document for path in (data_folder("platforms") / "parts").glob("*.yaml")],
-        ),
+        ("part", [PARTS.load(path).document for path in (data_folder("platforms") / "parts").glob("*.yaml")]),
     ):
         schema = json_schema(kind, SHIPPED_TASKS, catalog.problem_models())
         Draft202012Validator.check_schema(schema)

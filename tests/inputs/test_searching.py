@@ -19,9 +19,7 @@ from codesign.study.budget import Budget
 
 Run = Callable[..., Result]
 
-AXES = (
-    "  axes: {relax.iterations: [2, 4], fpga.clock: [60 MHz, 75 MHz, 90 MHz], pci.clock: [66 MHz, 33 MHz]}\n"
-)
+AXES = "  axes: {relax.iterations: [2, 4], fpga.clock: [60 MHz, 75 MHz, 90 MHz], pci.clock: [66 MHz, 33 MHz]}\n"
 
 
 def load(folder: Path, search: str) -> Workload:

@@ -62,8 +62,7 @@ def written(folder: Path, task: str) -> Path:
         ),
         (
             "{name: log, after: {decide: 8}, kernel: x}; {name: detect, after: {load: 8}, kernel: x}",
-            "9:12: tasks[1].name: there is a task 'detect' already\n"
-            "  hint: give each task a name of its own\n",
+            "9:12: tasks[1].name: there is a task 'detect' already\n  hint: give each task a name of its own\n",
         ),
         (
             "{name: log, after: {decide: 8, log: 9}, kernel: log_line}",
@@ -89,9 +88,7 @@ def written(folder: Path, task: str) -> Path:
         ("3", "8:5: tasks[0]: 3 is not a mapping\n  hint: write a mapping\n"),
     ],
 )
-def test_each_fault_stands_at_its_place_and_alone(
-    hwsw: Run, tmp_path: Path, task: str, expected: str
-) -> None:
+def test_each_fault_stands_at_its_place_and_alone(hwsw: Run, tmp_path: Path, task: str, expected: str) -> None:
     written(tmp_path, task)
     told = hwsw("check", "./w.yaml")
     assert told.exit_code == 2

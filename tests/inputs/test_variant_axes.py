@@ -6,49 +6,30 @@ from pathlib import Path
 
 import pytest
 from spec_texts import Relax
-from variant_texts import (
-    VARIANT_AXIS,
-    VARIANTS,
-    faults,
-    load,
-)
+from variant_texts import VARIANT_AXIS, VARIANTS, faults, load
 
 from codesign.ground.errors import SpecError
-from codesign.inputs import (
-    cross_check,
-    design_point,
-    has_axis,
-    pin,
-)
+from codesign.inputs import cross_check, design_point, has_axis, pin
 from codesign.inputs.scenario import Drive
 
 
 @pytest.mark.parametrize(
     ("axes", "expected"),
     [
-        (
-            "workload.variant: [base, corse]",
-            "workload.variant[1]: there is no variant 'corse'\n  hint: did you mean",
-        ),
+        ("workload.variant: [base, corse]", "workload.variant[1]: there is no variant 'corse'\n  hint: did you mean"),
         ("workload.variant: [[coarse]]", "workload.variant[0]: a list names no variant"),
         ("workload.variant: [base, base]", 'workload.variant[1]: "base" is listed twice'),
         (
             "workload.variant: [base, on-host]\n    relax.iterations: [1]",
             "relax.iterations: variant on-host maps no task relax\n  hint: give the axis the variants that have relax",
         ),
-        (
-            "workload.variant: [coarse]\n    relax.dept: [1]",
-            "relax.dept: unknown key in variant coarse",
-        ),
+        ("workload.variant: [coarse]\n    relax.dept: [1]", "relax.dept: unknown key in variant coarse"),
         (
             "workload.variant: [base, coarse]\n    relax.schedule.last: [63]",
             "relax.schedule.last: mapping.relax.schedule is not a mapping in variant coarse",
         ),
         ("workload.scenario.control_period: [10]", "workload.scenario.control_period[0]: 10 has no unit"),
-        (
-            "workload.scenario.control_period: [0 ms]",
-            "workload.scenario.control_period[0]: a control period below",
-        ),
+        ("workload.scenario.control_period: [0 ms]", "workload.scenario.control_period[0]: a control period below"),
         (
             "workload.scenario.control_period: [100 ms, 0.1 s]",
             "workload.scenario.control_period[1]: '0.1 s' says the same as a value before it",
@@ -57,10 +38,7 @@ from codesign.inputs.scenario import Drive
             "workload.scenario.replan.polcy: [restart]",
             "workload.scenario.replan.polcy: unknown key\n  hint: did you mean policy? accepted: ",
         ),
-        (
-            "workload.scenario.replan.policy: [restrat]",
-            "workload.scenario.replan.policy[0]: 'restrat' is not accepted",
-        ),
+        ("workload.scenario.replan.policy: [restrat]", "workload.scenario.replan.policy[0]: 'restrat' is not accepted"),
         ("workload.scenario.known.all: [1]", "workload.scenario.known.all[0]: "),
         (
             "workload.variant: [base, patient]\n    workload.scenario.replan.policy: [restart]",
@@ -79,10 +57,7 @@ from codesign.inputs.scenario import Drive
         ("pci.clock: [33]", "pci.clock[0]: 33 has no unit"),
         ("pci.clock: [33 MHz, 33000 kHz]", "pci.clock[1]: '33000 kHz' says the same as a value before it"),
         ("pci.errors.drop: [2]", "pci.errors.drop[0]: 2 is out of bounds"),
-        (
-            "pic.clock: [33 MHz]",
-            "pic.clock: there is no task, component or link 'pic'\n  hint: did you mean pci?",
-        ),
+        ("pic.clock: [33 MHz]", "pic.clock: there is no task, component or link 'pic'\n  hint: did you mean pci?"),
     ],
 )
 def test_faults_of_axes(tmp_path: Path, axes: str, expected: str) -> None:
@@ -111,9 +86,7 @@ def test_axes_need_variants_to_choose_from(tmp_path: Path) -> None:
 
 def test_links_move_as_components_do(tmp_path: Path) -> None:
     specs = load(tmp_path)
-    platform, _ = design_point(
-        *specs, {"pci.clock": "66 MHz", "pci.errors.bit_error_rate": 1e-6, "pci.width": 64}
-    )
+    platform, _ = design_point(*specs, {"pci.clock": "66 MHz", "pci.errors.bit_error_rate": 1e-6, "pci.width": 64})
     pci = platform.links["pci"]
     assert (pci.clock.value, pci.width.value) == (66_000_000, 64)  # type: ignore[union-attr]
     assert pci.clock.source == "chosen for this design point"  # type: ignore[union-attr]
@@ -132,17 +105,11 @@ def test_links_move_as_components_do(tmp_path: Path) -> None:
 
 def test_a_setting_that_is_no_axis(tmp_path: Path) -> None:
     for values, expected in (
-        (
-            {"pci": 3},
-            "--set pci: no axis: write TASK.PARAMETER, COMPONENT.FIELD or LINK.FIELD\n  hint: name what",
-        ),
+        ({"pci": 3}, "--set pci: no axis: write TASK.PARAMETER, COMPONENT.FIELD or LINK.FIELD\n  hint: name what"),
         ({"pci.between": ["host", "fpga"]}, "--set pci.between: between of pci is no axis"),
         ({"fpga.type": "processor"}, "--set fpga.type: type of fpga is no axis"),
         ({"sense.dept": 1, "workload.variant": "coarse"}, "--set sense.dept: unknown key"),
-        (
-            {"workload.scenario.control_period": "0 ms"},
-            "--set workload.scenario.control_period: a control period",
-        ),
+        ({"workload.scenario.control_period": "0 ms"}, "--set workload.scenario.control_period: a control period"),
         (
             {"workload.scenario.known.all": 1},
             "--set workload.scenario.known.all: scenario.known: a mapping is not accepted",

@@ -8,25 +8,10 @@ from typing import Any
 import pytest
 from input_fuzz import replaced
 from spec_texts import WORKLOAD, Relax
-from variant_texts import (
-    ALL_TASKS,
-    PROBLEMS,
-    TREE,
-    VARIANT_AXIS,
-    VARIANTS,
-    WITH,
-    faults,
-    load,
-)
+from variant_texts import ALL_TASKS, PROBLEMS, TREE, VARIANT_AXIS, VARIANTS, WITH, faults, load
 
 from codesign.ground.errors import SpecError
-from codesign.inputs import (
-    Workload,
-    cross_check,
-    design_point,
-    fault,
-    json_schema,
-)
+from codesign.inputs import Workload, cross_check, design_point, fault, json_schema
 from codesign.inputs.scenario import Drive, ReplanPolicy
 
 
@@ -38,9 +23,7 @@ def test_a_variant_equals_the_file_written_that_way(tmp_path: Path) -> None:
     made = chosen(tmp_path, "on-host")
     mapping = WORKLOAD[WORKLOAD.index("mapping:") : WORKLOAD.index("explore:")]
     other = mapping.replace(mapping, "mapping:\n  find: {component: host, depth: 3}\n")
-    written = load(tmp_path, (mapping, other), ("planner: harmonic\n", "planner: search\n"), (VARIANTS, ""))[
-        1
-    ]
+    written = load(tmp_path, (mapping, other), ("planner: harmonic\n", "planner: search\n"), (VARIANTS, ""))[1]
     assert (made.planner, made.mapping, made.scenario) == (written.planner, written.mapping, written.scenario)
     assert made.digest() == written.digest()
     assert set(made.task_models or {}) >= {"find", "decide", "sense"}
@@ -59,19 +42,15 @@ def test_what_a_variant_leaves_out_is_the_workloads_own(tmp_path: Path) -> None:
 
 
 def test_a_scenario_of_another_type_takes_nothing_over(tmp_path: Path) -> None:
-    assert chosen(
-        tmp_path, "patient", ("{replan: {policy: continue}}", "{type: plan_once}")
-    ).scenario.type == ("plan_once")
+    assert chosen(tmp_path, "patient", ("{replan: {policy: continue}}", "{type: plan_once}")).scenario.type == (
+        "plan_once"
+    )
 
 
 def test_variants_that_are_not_chosen_change_no_digest_and_no_run(tmp_path: Path) -> None:
     specs = load(tmp_path)
     without = load(tmp_path, (VARIANTS, ""))
-    assert (
-        specs[1].digest()
-        == without[1].digest()
-        == design_point(*specs, {"workload.variant": "base"})[1].digest()
-    )
+    assert specs[1].digest() == without[1].digest() == design_point(*specs, {"workload.variant": "base"})[1].digest()
     assert len({chosen(tmp_path, name).digest() for name in ("base", "on-host", "coarse", "patient")}) == 4
 
 
@@ -122,9 +101,7 @@ def test_what_is_found_out_later_is_told_where_the_variant_says_it(tmp_path: Pat
         f"w.yaml:{line}:39: variants.coarse.mapping.relax.block: is wrong"
     )
     assert at(patient, "mapping", "relax", "block").endswith(" mapping.relax.block: is wrong")
-    assert at(patient, "scenario", "replan", "policy").endswith(
-        "variants.patient.scenario.replan.policy: is wrong"
-    )
+    assert at(patient, "scenario", "replan", "policy").endswith("variants.patient.scenario.replan.policy: is wrong")
     assert at(patient, "scenario", "replan", "trigger").endswith(" scenario.replan.trigger: is wrong")
     moved = design_point(*load(tmp_path), {"workload.variant": "coarse", "relax.iterations": 4})[1]
     assert at(moved, "mapping", "relax", "iterations") == "point: relax.iterations: is wrong"
@@ -151,9 +128,7 @@ def test_what_is_found_out_later_is_told_where_the_variant_says_it(tmp_path: Pat
         (("  patient:\n    scenario: {replan: {policy: continue}}", "  patient: 7"), "variants.patient: 7 is not a"),
     ],
 )  # fmt: skip
-def test_faults_of_variants_are_told_at_their_place(
-    tmp_path: Path, change: tuple[str, str], expected: str
-) -> None:
+def test_faults_of_variants_are_told_at_their_place(tmp_path: Path, change: tuple[str, str], expected: str) -> None:
     told = faults(tmp_path, change)
     place, _, text = told.partition(": ")
     line, word = int(place.split(":")[1]), expected.partition(":")[0].rpartition(".")[2]
@@ -178,9 +153,7 @@ def test_a_variant_without_a_mapping_keeps_no_task_that_its_scenario_lacks(tmp_p
         ("    schedule: {first: 7, step: 8, last: 63}\n", "    schedule: [7]\n  sense: {component: host}\n"),
         ("{replan: {policy: continue}}", "{type: plan_once}"),
     )
-    assert (
-        "variants.patient.scenario: scenario plan_once has no task 'sense', which the mapping places" in told
-    )
+    assert "variants.patient.scenario: scenario plan_once has no task 'sense', which the mapping places" in told
 
 
 def test_mapped_components_of_the_variants_explored_are_checked(tmp_path: Path) -> None:

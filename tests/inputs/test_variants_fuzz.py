@@ -9,17 +9,9 @@ from typing import Any
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from input_fuzz import faults_of, paths, quietly, replaced, trees
-from variant_texts import (
-    TREE,
-    load,
-)
+from variant_texts import TREE, load
 
-from codesign.inputs import (
-    Workload,
-    cross_check,
-    design_point,
-    load_platform,
-)
+from codesign.inputs import Workload, cross_check, design_point, load_platform
 
 
 def test_the_tree_of_the_fuzz_is_sound(tmp_path: Path) -> None:

@@ -93,26 +93,11 @@ def test_scalars(written: str, value: Any) -> None:
         ("-007", "f.yaml:1:4: a: -007 has a leading zero\n  hint: write -7, or '-007' if text is meant"),
         ("00", "f.yaml:1:4: a: 00 has a leading zero\n  hint: write 0, or '00' if text is meant"),
         ("01.5", "f.yaml:1:4: a: 01.5 has a leading zero\n  hint: write 1.5, or '01.5' if text is meant"),
-        (
-            "0x1F",
-            "f.yaml:1:4: a: 0x1F is not a decimal number\n  hint: write it in decimal, or quote it as text",
-        ),
-        (
-            "0o17",
-            "f.yaml:1:4: a: 0o17 is not a decimal number\n  hint: write it in decimal, or quote it as text",
-        ),
-        (
-            ".inf",
-            "f.yaml:1:4: a: .inf is not a finite number\n  hint: write a finite number",
-        ),
-        (
-            "-.INF",
-            "f.yaml:1:4: a: -.INF is not a finite number\n  hint: write a finite number",
-        ),
-        (
-            ".NaN",
-            "f.yaml:1:4: a: .NaN is not a finite number\n  hint: write a finite number",
-        ),
+        ("0x1F", "f.yaml:1:4: a: 0x1F is not a decimal number\n  hint: write it in decimal, or quote it as text"),
+        ("0o17", "f.yaml:1:4: a: 0o17 is not a decimal number\n  hint: write it in decimal, or quote it as text"),
+        (".inf", "f.yaml:1:4: a: .inf is not a finite number\n  hint: write a finite number"),
+        ("-.INF", "f.yaml:1:4: a: -.INF is not a finite number\n  hint: write a finite number"),
+        (".NaN", "f.yaml:1:4: a: .NaN is not a finite number\n  hint: write a finite number"),
         ('"\\x01"', "f.yaml:1:4: a: text with a control character\n  hint: remove the escape"),
         ('"\\ud800"', "f.yaml:1:4: a: text with a control character\n  hint: remove the escape"),
     ],
@@ -133,12 +118,7 @@ def test_numbers_past_all_sense(written: str) -> None:
 def test_places() -> None:
     document = parse("# first\na: 1\nb:\n  - x\n  - {c: 2,\n     d: [3]}\n")
     assert document.tree == {"a": 1, "b": ["x", {"c": 2, "d": [3]}]}
-    assert document.keys == {
-        ("a",): (2, 1),
-        ("b",): (3, 1),
-        ("b", 1, "c"): (5, 6),
-        ("b", 1, "d"): (6, 6),
-    }
+    assert document.keys == {("a",): (2, 1), ("b",): (3, 1), ("b", 1, "c"): (5, 6), ("b", 1, "d"): (6, 6)}
     assert document.values[("a",)] == (2, 4)
     assert document.values[("b", 0)] == (4, 5)
     assert document.values[("b", 1, "d", 0)] == (6, 10)
@@ -275,19 +255,7 @@ def test_what_is_no_file(tmp_path: Path) -> None:
         assert message in str(caught.value)
 
 
-FRAGMENTS = [
-    *":-[]{},#&*!|>'\"%@`\\ \n\t?~",
-    "\n  ",
-    ": ",
-    "- ",
-    "a",
-    "b1",
-    "0.5",
-    "é",
-    "{c: d}",
-    "[1, 2]",
-    ">-\n  t",
-]
+FRAGMENTS = [*":-[]{},#&*!|>'\"%@`\\ \n\t?~", "\n  ", ": ", "- ", "a", "b1", "0.5", "é", "{c: d}", "[1, 2]", ">-\n  t"]
 
 
 @given(texts=st.lists(st.sampled_from(FRAGMENTS), max_size=25).map("".join))

@@ -255,16 +255,11 @@ def test_the_cycles_of_accesses_stay_within_the_bounds_of_their_ratio(kind: str,
         pytest.skip("it is accessed by nothing")
     name, declared, work = site(kind)
     spec = declared[name]
-    [ratio] = [
-        figure for key, figure in simulated(declared, work).terms.inputs.items() if "access_cycles" in key
-    ]
+    [ratio] = [figure for key, figure in simulated(declared, work).terms.inputs.items() if "access_cycles" in key]
     law = memory_law(name, board(declared).components[name])
     for latency in ("low", "high"):
         for row in ("low", "high"):
-            changes = {
-                "latency_cycles": spec["latency_cycles"][latency],
-                "row_cycles": spec["row_cycles"][row],
-            }
+            changes = {"latency_cycles": spec["latency_cycles"][latency], "row_cycles": spec["row_cycles"][row]}
             other = memory_law(name, board(declared, **{name: changes}).components[name])
             for cycles in (lambda each: each.run_cycles(words), lambda each: words * each.access_cycles):
                 assert ratio.low <= cycles(other) / cycles(law) <= ratio.high

@@ -54,9 +54,7 @@ def test_what_a_study_says_is_what_a_run_says(study: Study) -> None:
 
 
 @pytest.mark.parametrize("figure", NEW, ids=str)
-def test_a_new_figure_is_that_of_a_run_for_every_point(
-    figure: ResultFigure, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_new_figure_is_that_of_a_run_for_every_point(figure: ResultFigure, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(FIGURES, figure.name, figure)
     study = study_of(AXES)
     assert check_points(study, 4).differences == ()

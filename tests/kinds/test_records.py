@@ -90,9 +90,7 @@ def scene() -> list[Record]:
 def test_it_declares_its_role(kind: type[Record]) -> None:
     role, record = kind.ROLE, sample(kind)
     assert "ROLE" in vars(kind), "a class says itself what its records are"
-    braces = [
-        name for text in (role.lane, role.label) for _, name, _, _ in string.Formatter().parse(text) if name
-    ]
+    braces = [name for text in (role.lane, role.label) for _, name, _, _ in string.Formatter().parse(text) if name]
     read = [*role.about.value, role.begin, role.end, *role.counts, *role.alike, *braces]
     assert [name for name in read if not hasattr(record, name)] == []
     assert {role.begin, role.end} <= {"time", *kind.TIMES}
@@ -140,9 +138,7 @@ def test_the_exports_show_what_it_says_is_done(kind: type[Record]) -> None:
     rows = {row.name for row in gantt(records, 200).rows}
     assert rows == {span.track for span in spans} | {"events" for each in said if is_event(each)}
     found, wave = statistics(records), waveform_of(records)
-    assert len(found.latencies) == len([span for span in spans if span.kind != "visits"]) + len(
-        record_times(kind)
-    )
+    assert len(found.latencies) == len([span for span in spans if span.kind != "visits"]) + len(record_times(kind))
     assert {scope for scope, _ in wave.signals} == {
         *(span.where for span in spans),
         *("mission" for each in said if is_event(each)),
@@ -164,21 +160,11 @@ def record_times(kind: type[Record]) -> list[Any]:
 def seen(records: list[Record], path: Path) -> tuple[Any, ...]:
     """All that pages, pictures, viewers and tables show of a run."""
     messages = [item.data for item in scan(written(path, records)) if hasattr(item, "channel_id")]
-    run, picture = (
-        scrub_of(each for each in records if isinstance(each, SCRUB_KINDS)),
-        run_map_picture(records),
-    )
+    run, picture = (scrub_of(each for each in records if isinstance(each, SCRUB_KINDS)), run_map_picture(records))
     state = moment(records)
     page = None if run is None else scrub_data(run)
     facts = [state.goals.tolist(), state.path, state.belief is None, len(state.events), state.free.sum()]
-    return (
-        messages,
-        page,
-        picture and picture.data,
-        str(facts),
-        board_latencies(records),
-        open_trace(path).result,
-    )
+    return (messages, page, picture and picture.data, str(facts), board_latencies(records), open_trace(path).result)
 
 
 def test_it_is_drawn_as_what_it_is_about(kind: type[Record], tmp_path: Path) -> None:

@@ -15,11 +15,7 @@ def host(**changes: Any) -> Any:
     return platform.components["host"]
 
 
-PRICES = [
-    {"clock": "2 GHz"},
-    {"costs": {"harmonic_node_update": "1 ns"}},
-    {"power": {"busy": "1 W", "idle": "1 W"}},
-]
+PRICES = [{"clock": "2 GHz"}, {"costs": {"harmonic_node_update": "1 ns"}}, {"power": {"busy": "1 W", "idle": "1 W"}}]
 OTHERS = [
     {"cores": 2},
     {"costs": {}},
@@ -40,13 +36,7 @@ def test_hosts_with_other_kernels_cores_or_memory_do_not(other: dict[str, Any]) 
 
 def test_every_component_says_what_it_has() -> None:
     fpga, processor = kinds.platform(kinds.link("ideal")).components.values()
-    assert (fpga.plans, fpga.kernels, fpga.ram, fpga.neighbour, fpga.drawing) == (
-        True,
-        None,
-        None,
-        None,
-        None,
-    )
+    assert (fpga.plans, fpga.kernels, fpga.ram, fpga.neighbour, fpga.drawing) == (True, None, None, None, None)
     assert fpga.chip.full_name == "XC2V6000-4"
     assert (processor.plans, processor.chip, processor.drawing) == (True, None, processor.power)
     assert list(processor.kernels) == ["harmonic_node_update"]

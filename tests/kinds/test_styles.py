@@ -51,9 +51,7 @@ def words(entry: Any) -> set[str]:
 
 def test_every_table_is_of_a_registered_circuit() -> None:
     rooms = {laws.room for laws, _ in TABLES}
-    assert {(laws.room, laws.name) for laws, _ in TABLES} == {
-        (room, name) for room in rooms for name in _tables(room)
-    }
+    assert {(laws.room, laws.name) for laws, _ in TABLES} == {(room, name) for room in rooms for name in _tables(room)}
 
 
 @each_table
@@ -85,12 +83,8 @@ def test_the_interval_of_a_law_holds_every_row(laws: CountedLaws, circuit: Circu
 
 
 @each_table
-def test_a_family_without_rows_has_wider_intervals_and_assumes(
-    laws: CountedLaws, circuit: CircuitStyle
-) -> None:
-    row = next(
-        row for row in laws.rows if row.family == laws.table["similar"] and laws.held_out(row.variables)
-    )
+def test_a_family_without_rows_has_wider_intervals_and_assumes(laws: CountedLaws, circuit: CircuitStyle) -> None:
+    row = next(row for row in laws.rows if row.family == laws.table["similar"] and laws.held_out(row.variables))
     assert laws.family("assumed array chip") == (row.family, False)
     own, other = (laws.lines(row.variables, (row.family, known)) for known in (True, False))
     for piece in laws.pieces:
@@ -122,9 +116,7 @@ def test_a_style_demands_what_the_table_says_of_its_circuit(
     for line in told:
         if line.name in laws.pieces:
             (same,) = (
-                each
-                for each in laws.lines(variables, family, line.name)[line.name]
-                if each.resource == line.resource
+                each for each in laws.lines(variables, family, line.name)[line.name] if each.resource == line.resource
             )
             assert (same.amount, same.figure.interval) == (line.amount, line.figure.interval), line.name
 

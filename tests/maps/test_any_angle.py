@@ -53,9 +53,7 @@ def fine_graph_length(free: Free, begin: tuple[int, int], end: tuple[int, int], 
                 between = [(y + down * k // 4, x + along * k // 4) for k in range(5)]
                 around = [(y + i, x + j) for i in sorted((0, down)) for j in sorted((0, along))]
                 if all(is_open(*point) for point in (*between, *around)):
-                    graph.add_edge(
-                        (y, x), (y + down, x + along), weight=math.hypot(down, along) / (2 * parts)
-                    )
+                    graph.add_edge((y, x), (y + down, x + along), weight=math.hypot(down, along) / (2 * parts))
     middle = [(2 * parts * row + parts, 2 * parts * column + parts) for row, column in (begin, end)]
     for node in middle:
         graph.add_node(node)
@@ -67,9 +65,7 @@ def fine_graph_length(free: Free, begin: tuple[int, int], end: tuple[int, int], 
 
 @settings(max_examples=60, derandomize=True)
 @given(free=maps, data=st.data())
-def test_it_is_no_longer_than_any_path_and_no_shorter_than_the_straight_line(
-    free: Free, data: st.DataObject
-) -> None:
+def test_it_is_no_longer_than_any_path_and_no_shorter_than_the_straight_line(free: Free, data: st.DataObject) -> None:
     begin, end = two_cells(data, free)
     least = least_distance(free, [begin], [end], point=True)
     octile = float(distance_octile(free, [end])[begin])
@@ -103,9 +99,7 @@ def test_known_lengths() -> None:
     wall = np.ones((5, 5), np.bool_)
     wall[0:4, 2] = False
     # From the middle of (0, 1) round the wall's lower end, at row 3.5, to the right side of the wall.
-    assert least_distance(wall, [(0, 1)], [(0, 3)], point=True) == pytest.approx(
-        math.hypot(3.5, 0.5) + 1.0 + 3.0
-    )
+    assert least_distance(wall, [(0, 1)], [(0, 3)], point=True) == pytest.approx(math.hypot(3.5, 0.5) + 1.0 + 3.0)
     diagonal = ~np.eye(4, dtype=np.bool_)
     assert least_distance(diagonal, [(0, 1)], [(1, 0)]) == math.inf
     assert least_distance(np.ones((9, 9), np.bool_), [(0, 0)], [(8, 5)], point=True) == pytest.approx(

@@ -18,9 +18,7 @@ problem:
 mapping:
   relax: {component: fpga, block: [1, 2], iterations: 4, schedule: [7]}
 """
-YAML = (
-    "image: map.pgm\nresolution: 1\norigin: [0, 0, 0]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n"
-)
+YAML = "image: map.pgm\nresolution: 1\norigin: [0, 0, 0]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n"
 
 
 def write_map(folder: Path, pixels: bytes) -> Path:

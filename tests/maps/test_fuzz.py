@@ -48,9 +48,7 @@ def damaged(draw: st.DrawFn, originals: list[bytes]) -> bytes:
     for _ in range(draw(st.integers(0, 3))):
         begin = draw(st.integers(0, len(content)))
         end = min(len(content), begin + draw(st.integers(0, 12)))
-        piece = draw(
-            st.one_of(st.sampled_from([*FIRST_PIECES, content[begin:end] * 2]), st.binary(max_size=6))
-        )
+        piece = draw(st.one_of(st.sampled_from([*FIRST_PIECES, content[begin:end] * 2]), st.binary(max_size=6)))
         content = content[:begin] + piece + content[end:]
     return content[: draw(st.integers(0, len(content)))] if draw(st.booleans()) else content
 

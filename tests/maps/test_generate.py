@@ -96,9 +96,7 @@ def test_rooms_are_whole_and_joined(
     door = data.draw(st.integers(1, min(room)))
     grid = maps.rooms(rows, columns, room=room, door=door, wall=wall, seed=seed, extra_doors=extra)
     assert grid.shape == (rows, columns)
-    in_room = np.outer(
-        np.arange(rows) % (room[0] + wall) < room[0], np.arange(columns) % (room[1] + wall) < room[1]
-    )
+    in_room = np.outer(np.arange(rows) % (room[0] + wall) < room[0], np.arange(columns) % (room[1] + wall) < room[1])
     assert grid.free[in_room].all()
     assert maps.reachable(grid.free, [(0, 0)])[grid.free].all()
     across = -(-rows // (room[0] + wall)), -(-columns // (room[1] + wall))
@@ -121,9 +119,7 @@ def test_doors_have_different_places() -> None:
 
 @given(st.integers(1, 12), st.integers(1, 12), st.floats(0, 1), st.integers(0, 99))
 @settings(max_examples=60)
-def test_random_single_cells_have_the_density_asked_for(
-    rows: int, columns: int, density: float, seed: int
-) -> None:
+def test_random_single_cells_have_the_density_asked_for(rows: int, columns: int, density: float, seed: int) -> None:
     free = maps.random_obstacles(rows, columns, density=density, seed=seed).free
     assert int((~free).sum()) == round(density * rows * columns)
     denser = maps.random_obstacles(rows, columns, density=min(1.0, density + 0.2), seed=seed).free
@@ -192,9 +188,7 @@ def test_corridor_and_empty_are_free_throughout() -> None:
         ("empty", {"rows": 2, "columns": -1}, "columns", "at least 1"),
     ],
 )
-def test_refusals_name_the_parameter(
-    kind: str, parameters: dict[str, Any], where: str | None, message: str
-) -> None:
+def test_refusals_name_the_parameter(kind: str, parameters: dict[str, Any], where: str | None, message: str) -> None:
     with pytest.raises(MapError) as caught:
         generate(kind, **parameters)
     assert caught.value.where == where
@@ -222,8 +216,7 @@ def test_digest_tells_shape_and_cells_apart() -> None:
 
 
 @pytest.mark.parametrize(
-    "array",
-    [np.ones((2, 2)), np.ones(4, dtype=bool), np.ones((0, 3), dtype=bool), np.ones((2, 2, 1), dtype=bool)],
+    "array", [np.ones((2, 2)), np.ones(4, dtype=bool), np.ones((0, 3), dtype=bool), np.ones((2, 2, 1), dtype=bool)]
 )
 def test_a_grid_of_the_wrong_kind_is_refused(array: np.ndarray) -> None:
     with pytest.raises(MapError):

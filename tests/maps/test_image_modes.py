@@ -19,9 +19,7 @@ from PIL import Image
 from codesign import maps
 from codesign.ground.errors import MapError
 
-GREYS = np.array(
-    [[0, 40, 89, 90, 128, 205, 206, 254, 255], [255, 254, 206, 205, 128, 90, 89, 40, 0]], np.uint8
-)
+GREYS = np.array([[0, 40, 89, 90, 128, 205, 206, 254, 255], [255, 254, 206, 205, 128, 90, 89, 40, 0]], np.uint8)
 """Around the thresholds 0.196 and 0.65 there are grey levels on both sides."""
 
 ALPHAS = np.array([[255] * 9, [255, 254, 200, 128, 127, 50, 1, 0, 0]], np.uint8)

@@ -56,9 +56,7 @@ def workload(folder: Path, problem: dict[str, Any], planner: str = "breadth_firs
 
 
 def bound(folder: Path, problem: dict[str, Any]) -> Problem:
-    found = bind(
-        codesign.load_platform("virtex2pro"), codesign.load_workload(workload(folder, problem))
-    ).problem
+    found = bind(codesign.load_platform("virtex2pro"), codesign.load_workload(workload(folder, problem))).problem
     assert isinstance(found, Problem)
     return found
 
@@ -141,18 +139,12 @@ def test_metres_need_a_resolution(folder: Path) -> None:
     problem["map"] = {"file": "floor.map", "resolution": "1 m"}
     assert bound(folder, problem).goals == ((4, 5),)
     inflated = {"map": {"file": "floor.map", "inflate": "0.3 m"}, "goals": [[2, 5]]}
-    assert faults(folder, inflated)[0].startswith(
-        "problem.map.inflate: a radius of 0.3 m on a map that does not say"
-    )
+    assert faults(folder, inflated)[0].startswith("problem.map.inflate: a radius of 0.3 m on a map that does not say")
     twice = {"map": {"file": "floor.yaml", "resolution": "5 cm"}, "goals": [[2, 5]]}
-    assert faults(folder, twice) == [
-        "problem.map.resolution: the map itself says 0.5 m a cell; remove resolution"
-    ]
+    assert faults(folder, twice) == ["problem.map.resolution: the map itself says 0.5 m a cell; remove resolution"]
 
 
-@pytest.mark.parametrize(
-    "place", [{"x": "12"}, {"x": 1, "y": "3"}, {"x": math.inf, "y": 1}, {"x": 1, "y": 1, "z": 1}]
-)
+@pytest.mark.parametrize("place", [{"x": "12"}, {"x": 1, "y": "3"}, {"x": math.inf, "y": 1}, {"x": 1, "y": 1, "z": 1}])
 def test_a_point_that_is_none_is_a_fault(folder: Path, place: dict[str, Any]) -> None:
     assert all("problem.goals[0]" in text for text in faults_of_text(folder, place))
 
@@ -169,11 +161,7 @@ CROPS = {"free": ((2, 5), (3, 6)), "reachable": ((2, 5), (3, 6)), "none": ((0, 0
 @pytest.mark.parametrize("crop", CROPS)
 def test_cropping_keeps_the_frame(folder: Path, crop: str) -> None:
     """Users see the same cells and metres; the design is that of a map that was cut by hand."""
-    problem = {
-        "map": {"file": "floor.yaml", "crop": crop},
-        "goals": [{"x": 4.25, "y": 2.75}],
-        "starts": [[2, 5]],
-    }
+    problem = {"map": {"file": "floor.yaml", "crop": crop}, "goals": [{"x": 4.25, "y": 2.75}], "starts": [[2, 5]]}
     path = workload(folder, problem, "wavefront")
     memory, file = MemoryListener(), folder / "run.mcap"
     platform, loaded = codesign.load_platform("virtex2pro"), codesign.load_workload(path)
@@ -196,9 +184,7 @@ def test_cropping_keeps_the_frame(folder: Path, crop: str) -> None:
     if crop == "free":
         rows = ["".join(row[5:11]).replace("?", "#") for row in CELLS[2:5]]
         (folder / "cut.txt").write_text("\n".join(rows) + "\n")
-        path = workload(
-            folder, {"map": {"file": "cut.txt"}, "goals": [[2, 5]], "starts": [[0, 0]]}, "wavefront"
-        )
+        path = workload(folder, {"map": {"file": "cut.txt"}, "goals": [[2, 5]], "starts": [[0, 0]]}, "wavefront")
         cut = codesign.simulate(platform, codesign.load_workload(path))
         assert (result.time, result.resources, result.quality) == (cut.time, cut.resources, cut.quality)
 
@@ -266,27 +252,11 @@ def test_the_lengths_of_a_scen_file_are_compared(folder: Path) -> None:
     [
         ({}, {"line": 9}, "goals.line: the file has no problem in line 9; from 2 to 4"),
         ({}, {"bucket": 1}, "goals.bucket: the file has no problem in bucket 1; from 0 to 3"),
-        (
-            {"\t12\t6": "\t12\t7"},
-            {"line": 2},
-            "goals.scen: it is of a map of 7 × 12 cells, and the map has 6 × 12; ",
-        ),
-        (
-            {"floor.map": "door.map"},
-            {"line": 2},
-            "goals.scen: it is of the map door.map, and the map is floor.map; ",
-        ),
+        ({"\t12\t6": "\t12\t7"}, {"line": 2}, "goals.scen: it is of a map of 7 × 12 cells, and the map has 6 × 12; "),
+        ({"floor.map": "door.map"}, {"line": 2}, "goals.scen: it is of the map door.map, and the map is floor.map; "),
         ({"version 1": "version 2"}, {"line": 2}, "goals.scen: "),
-        (
-            {"\t5\t2\t7\t2": "\t5\t2\t6\t4"},
-            {"line": 2},
-            "goals.line: line 2: cell (4, 6) is on an obstacle; ",
-        ),
-        (
-            {"\t5\t2\t7\t2": "\t0\t0\t7\t2"},
-            {"line": 2},
-            "goals.line: line 2: cell (0, 0) is on an obstacle; ",
-        ),
+        ({"\t5\t2\t7\t2": "\t5\t2\t6\t4"}, {"line": 2}, "goals.line: line 2: cell (4, 6) is on an obstacle; "),
+        ({"\t5\t2\t7\t2": "\t0\t0\t7\t2"}, {"line": 2}, "goals.line: line 2: cell (0, 0) is on an obstacle; "),
     ],
 )
 def test_a_scen_file_that_does_not_fit(
@@ -311,9 +281,7 @@ def test_a_scen_file_is_of_the_whole_map(folder: Path) -> None:
     )
 
 
-@pytest.mark.parametrize(
-    "keys", [{}, {"line": 2, "bucket": 3}, {"line": 1}, {"line": 2, "scen": "none.scen"}]
-)
+@pytest.mark.parametrize("keys", [{}, {"line": 2, "bucket": 3}, {"line": 1}, {"line": 2, "scen": "none.scen"}])
 def test_a_line_of_a_scen_file_is_named_once(folder: Path, keys: dict[str, Any]) -> None:
     (folder / "a.scen").write_text(SCEN)
     problem = {"map": {"file": "floor.map"}, "goals": {"scen": "a.scen", **keys}}

@@ -135,8 +135,7 @@ def test_a_bare_image_with_the_greys_of_map_server(tmp_path: Path) -> None:
     assert maps.yaml_beside(tmp_path / "floor.pgm") is None
     (tmp_path / "a.yaml").write_text("kind: workload\n")
     (tmp_path / "b.yaml").write_text(
-        "image: floor.pgm\nresolution: 0.05\norigin: [0, 0, 0]\nnegate: 0\noccupied_thresh: 0.65\n"
-        "free_thresh: 0.196\n"
+        "image: floor.pgm\nresolution: 0.05\norigin: [0, 0, 0]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n"
     )
     assert maps.yaml_beside(tmp_path / "floor.pgm") == tmp_path / "b.yaml"
     first, second = maps.read_prepared(tmp_path / "floor.pgm", Steps()).remarks

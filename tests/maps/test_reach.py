@@ -63,9 +63,7 @@ def test_distances_agree_with_networkx(case: tuple[np.ndarray, list[tuple[int, i
 
 @given(free_and_goals())
 @settings(max_examples=60)
-def test_clearance_is_the_distance_to_the_nearest_obstacle(
-    case: tuple[np.ndarray, list[tuple[int, int]]],
-) -> None:
+def test_clearance_is_the_distance_to_the_nearest_obstacle(case: tuple[np.ndarray, list[tuple[int, int]]]) -> None:
     free, _ = case
     obstacles = np.argwhere(~np.pad(free, 1)) - 1
     for cell, found in np.ndenumerate(maps.clearance(free)):

@@ -68,9 +68,7 @@ def check_fault(path: Path, content: bytes, where: str, message: str) -> None:
 
 def test_scenarios(tmp_path: Path) -> None:
     path = tmp_path / "a.map.scen"
-    path.write_bytes(
-        b"version 1\r\n3\tmy maps/a.map\t5\t4\t1\t2\t4\t3\t3.41421356\r\n0 b.map 5 4 0 0 0 0 0\r\n\r\n"
-    )
+    path.write_bytes(b"version 1\r\n3\tmy maps/a.map\t5\t4\t1\t2\t4\t3\t3.41421356\r\n0 b.map 5 4 0 0 0 0 0\r\n\r\n")
     first, second = maps.read_scenarios(path)
     assert first == maps.MovingAiScenario(3, "my maps/a.map", (4, 5), (2, 1), (3, 4), 3.41421356, 2)
     assert second.map_name == "b.map"

@@ -15,9 +15,7 @@ from codesign.system.scenarios import bind
 SLAM = SHARED / "maps" / "ros" / "turtlebot3"
 MOVINGAI = SHARED / "maps" / "movingai"
 needs_slam = pytest.mark.skipif(not SLAM.exists(), reason="the ROS maps do not lie beside the repository")
-needs_movingai = pytest.mark.skipif(
-    not MOVINGAI.exists(), reason="the MovingAI maps do not lie beside the repository"
-)
+needs_movingai = pytest.mark.skipif(not MOVINGAI.exists(), reason="the MovingAI maps do not lie beside the repository")
 
 MAPPINGS = {
     "harmonic": (

@@ -46,9 +46,7 @@ def drawn(grid: OccupancyGrid) -> list[str]:
 def test_ros_rules_pixel_by_pixel(tmp_path: Path, mode: str, negate: str, free_thresh: str) -> None:
     """Both thresholds fall on a pixel: 0.2 is 51/255 and 0.6 is 153/255, also as doubles."""
     pixels = np.arange(256, dtype=np.uint8).reshape(16, 16)
-    path = write_ros(
-        tmp_path, pixels, mode=mode, negate=negate, free_thresh=free_thresh, occupied_thresh="0.6"
-    )
+    path = write_ros(tmp_path, pixels, mode=mode, negate=negate, free_thresh=free_thresh, occupied_thresh="0.6")
     grid = maps.read_map(path)
     assert grid.unknown is not None
     for x in range(256):
@@ -109,9 +107,7 @@ def test_ros_faults(tmp_path: Path, changes: dict[str, str | None], where: str, 
 
 
 def test_ros_takes_foreign_keys_and_old_numbers(tmp_path: Path) -> None:
-    grid = maps.read_map(
-        write_ros(tmp_path, map_author="x", resolution="5e-2", negate="false", mode="Trinary")
-    )
+    grid = maps.read_map(write_ros(tmp_path, map_author="x", resolution="5e-2", negate="false", mode="Trinary"))
     assert grid.resolution == 0.05
 
 

@@ -113,9 +113,7 @@ def test_a_map_in_a_file_is_planned_on(specs: tuple[Path, Path], tmp_path: Path,
     assert FREE[tuple(np.rint(way.points).astype(int).T)].all()
 
 
-def test_the_format_of_a_map_changes_nothing_else(
-    hwsw: Run, specs: tuple[Path, Path], tmp_path: Path
-) -> None:
+def test_the_format_of_a_map_changes_nothing_else(hwsw: Run, specs: tuple[Path, Path], tmp_path: Path) -> None:
     told = {}
     for name, write in FORMATS.items():
         path = workload_on(tmp_path, write(tmp_path).name)
@@ -127,9 +125,7 @@ def test_the_format_of_a_map_changes_nothing_else(
             assert figures[key] == told["text"][key], (name, key)
 
 
-def test_faults_of_a_map_file_are_told_at_the_workload(
-    hwsw: Run, specs: tuple[Path, Path], tmp_path: Path
-) -> None:
+def test_faults_of_a_map_file_are_told_at_the_workload(hwsw: Run, specs: tuple[Path, Path], tmp_path: Path) -> None:
     file = write_ros(tmp_path)
     path = workload_on(tmp_path, "floor.yaml")
     file.write_text(file.read_text().replace("0.65", "0.065"))

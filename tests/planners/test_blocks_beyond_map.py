@@ -36,9 +36,7 @@ TASKS = {"harmonic": "relax", "wavefront": "propagate"}
 def problems(draw: st.DrawFn, side: int = 9) -> Problem:
     """A random map with a goal in its first column, which is free, and a start there."""
     rows, columns = draw(st.integers(2, side)), draw(st.integers(1, side))
-    free = np.random.default_rng(draw(st.integers(0, 10**6))).random((rows, columns)) >= draw(
-        st.floats(0, 0.5)
-    )
+    free = np.random.default_rng(draw(st.integers(0, 10**6))).random((rows, columns)) >= draw(st.floats(0, 0.5))
     free[:, 0] = True
     goal = draw(st.integers(0, rows - 1)), 0
     return Problem(free, (goal,), (goal,))
@@ -47,9 +45,7 @@ def problems(draw: st.DrawFn, side: int = 9) -> Problem:
 def sides(problem: Problem, draw: st.DataObject, most_blocks: int = 4) -> tuple[int, int]:
     """Rows and columns of 1 to ``most_blocks`` blocks, up to twice those of the map."""
     across = most_blocks // 2
-    rows, columns = (
-        draw.draw(st.integers(-(-side // across), 2 * side)) for side in (problem.rows, problem.columns)
-    )
+    rows, columns = (draw.draw(st.integers(-(-side // across), 2 * side)) for side in (problem.rows, problem.columns))
     return rows, columns
 
 
@@ -164,9 +160,7 @@ def test_a_tile_may_be_larger_than_the_map(problem: Problem, data: st.DataObject
     style = catalog.styles_of("wavefront")["tiled"]
     job = Job(problem, parameters, part=load_part("XC4VLX160-12"))
     demand = style.demand(job)
-    (flip_flops,) = [
-        item.amount for item in demand.items if (item.name, item.resource) == ("nodes", "flip_flops")
-    ]
+    (flip_flops,) = [item.amount for item in demand.items if (item.name, item.resource) == ("nodes", "flip_flops")]
     # Three of the delay line, F, Z and the register.
     assert flip_flops == tile[0] * tile[1] * (5 + style.bits(job))  # type: ignore[attr-defined]
     assert {use.resource: use.demand for use in wide.resources if use.demand} == {
@@ -212,9 +206,7 @@ def test_check_prints_the_note(hwsw: Any, tmp_path: Path) -> None:
     files = Ground(tmp_path).files("harmonic", mapping={"relax": {"block": [20, 16]}}, workload=once)
     done = hwsw("check", *files)
     assert done.exit_code == 0
-    assert (
-        "note: relax.block: a block of 20 × 16 nodes is larger than the map of 16 × 16 cells" in done.output
-    )
+    assert "note: relax.block: a block of 20 × 16 nodes is larger than the map of 16 × 16 cells" in done.output
     assert "no fault found" in done.output
     shown = hwsw("run", *files)
     assert shown.exit_code == 0

@@ -198,9 +198,7 @@ def test_a_clock_is_measured_only_where_it_was(room: str, data: st.DataObject) -
     """The circuit with its options and digits, in a grade and between sizes that were placed; nothing else."""
     placements = ROOMS[room]()
     one = data.draw(st.sampled_from(placements))
-    options = frozenset(
-        data.draw(st.sets(st.sampled_from(["a new option", *one.registers.options]), max_size=1))
-    )
+    options = frozenset(data.draw(st.sets(st.sampled_from(["a new option", *one.registers.options]), max_size=1)))
     registers = replace(
         one.registers,
         size=one.registers.size * data.draw(st.floats(0.2, 5)),
@@ -209,9 +207,7 @@ def test_a_clock_is_measured_only_where_it_was(room: str, data: st.DataObject) -
     )
     family = {"ecp5": "ECP5", "gowin": "GW2A"}[one.row.family]
     grade = data.draw(st.sampled_from(["-6", "-7", "-8"]))
-    found = on_family(
-        PUBLISHED, of_family(family, 900, grade), "Virtex-4", registers=registers, placements=placements
-    )
+    found = on_family(PUBLISHED, of_family(family, 900, grade), "Virtex-4", registers=registers, placements=placements)
     alike = [
         each
         for each in placements
@@ -295,9 +291,7 @@ def test_the_interval_beyond_the_sizes_holds_the_largest_and_the_smallest(room: 
             or other.row.family != each.row.family
             or abs(math.log(other.registers.size / each.registers.size)) > 1e-9
         )
-        found = on_family(
-            PUBLISHED, load_part(each.row.part), "Virtex-4", registers=each.registers, placements=inner
-        )
+        found = on_family(PUBLISHED, load_part(each.row.part), "Virtex-4", registers=each.registers, placements=inner)
         assert found.status is Status.ASSUMED
         assert found.interval[0] <= each.row.clock <= found.interval[1], (each.row.part, each.registers)
 

@@ -48,9 +48,7 @@ ANSWER_COUNTED = {
 }
 """Planners and styles that have lines of the demand for the answering task."""
 
-each_measured_case = pytest.mark.parametrize(
-    "case", [case for case in CASES if case.planner.name in SENT], ids=str
-)
+each_measured_case = pytest.mark.parametrize("case", [case for case in CASES if case.planner.name in SENT], ids=str)
 
 
 @each_measured_case
@@ -97,9 +95,7 @@ def test_a_lower_bound_ends_in_the_same_bits_with_fewer_cycles() -> None:
     lower = [case for case in CASES if "lower_bound" in case.planner.policies]
     assert lower
     for case in lower:
-        (ended,) = cases_of(
-            replace(case.plug_in, samples=Samples(parameters=[{**case.given, "stop": "schedule_end"}]))
-        )
+        (ended,) = cases_of(replace(case.plug_in, samples=Samples(parameters=[{**case.given, "stop": "schedule_end"}])))
         ((_, maker),) = catalog.task_styles_of(case.planner.name, LOWER_BOUND).items()
         bound = drained(maker.steps(ended.job))
         assert bound.cycles == int(ended.problem.free.sum())

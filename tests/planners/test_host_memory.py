@@ -105,9 +105,7 @@ def test_the_verdict_about_memory_holds_at_both_ends_of_the_bytes_a_cell(
         exact = Figure(end / CELLS, "B", need.status, need.source)
         monkeypatch.setattr(type(style), "bytes_a_cell", lambda _style, _job, exact=exact: exact)
         fits.append(run(planner, mapping, memory).feasible)
-    assert (
-        verdict.fits == {(True, True): "yes", (False, False): "no", (True, False): "uncertain"}[tuple(fits)]
-    )  # type: ignore[index]
+    assert verdict.fits == {(True, True): "yes", (False, False): "no", (True, False): "uncertain"}[tuple(fits)]  # type: ignore[index]
     # A verdict that depends names the value at which it changes, and a note says so.
     assert (verdict.flips_at is not None) == (verdict.fits == "uncertain")
     assert any("it is not sure whether the design fits" in note for note in result.notes) == (
@@ -118,9 +116,7 @@ def test_the_verdict_about_memory_holds_at_both_ends_of_the_bytes_a_cell(
 def test_a_limit_with_an_interval_decides_too() -> None:
     planner, (mapping, _) = next(iter(MAPPINGS.items()))
     need = run(planner, mapping, "    memory: 1 GiB").bounds[0].figure.interval[1]
-    memory = (
-        f"    memory: {{value: {2 * need:.0f} B, low: {need / 2:.0f} B, status: assumed, source: a guess}}"
-    )
+    memory = f"    memory: {{value: {2 * need:.0f} B, low: {need / 2:.0f} B, status: assumed, source: a guess}}"
     assert fit_verdict(run(planner, mapping, memory)).fits == "uncertain"
 
 
@@ -131,11 +127,7 @@ def test_an_exploration_holds_software_to_the_memory_as_a_run_does() -> None:
         "kind": "workload",
         "name": "sizes",
         "planner": planner,
-        "problem": {
-            "map": {"generate": "empty", "rows": 100, "columns": 512},
-            "goals": [[2, 2]],
-            "starts": [[9, 9]],
-        },
+        "problem": {"map": {"generate": "empty", "rows": 100, "columns": 512}, "goals": [[2, 2]], "starts": [[9, 9]]},
         "mapping": {"search": {"component": "host", "style": "software"}},
         "explore": {"axes": rows},
     }

@@ -85,9 +85,7 @@ def test_every_count_lies_in_the_interval_of_its_law(room: str) -> None:
         ("velocity_obstacle", "LFE5U-85F-8", "MPFS250T-STD"),
     ],
 )
-def test_a_family_without_rows_has_the_same_counts_in_wider_intervals(
-    room: str, own: str, without: str
-) -> None:
+def test_a_family_without_rows_has_the_same_counts_in_wider_intervals(room: str, own: str, without: str) -> None:
     design = next(each for each in resources(room) if not each.task)
     widths = []
     for name in (own, without):

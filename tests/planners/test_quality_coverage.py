@@ -43,9 +43,7 @@ def off_goals(problem: Problem, cells: NDArray[np.bool_]) -> NDArray[np.bool_]:
 
 @given(problems(), st.booleans(), st.sampled_from(["starts", "whole_map"]))
 @settings(max_examples=examples(100))
-def test_a_stopped_wave_is_judged_by_the_cells_that_it_reached(
-    problem: Problem, cutting: bool, stop: str
-) -> None:
+def test_a_stopped_wave_is_judged_by_the_cells_that_it_reached(problem: Problem, cutting: bool, stop: str) -> None:
     planner = catalog.planner("wavefront")
     parameters = planner.tasks["propagate"].model_validate({"stop": stop, "corner_cutting": cutting})
     quality = planner.quality(problem, planner.plan(Job(problem, parameters)))
@@ -74,9 +72,7 @@ def test_a_search_is_judged_by_the_cells_that_it_came_to(problem: Problem) -> No
     covered = set(come_to) - set(problem.goals)
     assert quality.planned_cells == len(covered)
     assert quality.share_reaching_goal == (1.0 if covered else None)
-    arriving = [
-        cell for cell in covered if planner.path_from(problem, plan, (float(cell[0]), float(cell[1])))[1]
-    ]
+    arriving = [cell for cell in covered if planner.path_from(problem, plan, (float(cell[0]), float(cell[1])))[1]]
     assert len(arriving) == len(covered)
     assert quality.planned_cells <= quality.reachable_cells
 
@@ -97,6 +93,4 @@ def test_a_field_covers_every_cell_that_leads_to_a_goal(name: str, problem: Prob
     parameters = planner.tasks["relax"].model_validate(PARAMETERS[name])
     quality = planner.quality(problem, planner.plan(Job(problem, parameters)))
     assert quality.planned_cells == quality.reachable_cells
-    assert quality.reachable_cells == int(
-        off_goals(problem, planner.reachable(Job(problem, parameters))).sum()
-    )
+    assert quality.reachable_cells == int(off_goals(problem, planner.reachable(Job(problem, parameters))).sum())

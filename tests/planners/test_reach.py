@@ -74,11 +74,7 @@ CASES: dict[str, tuple[str, dict[str, Any], Callable[[Map, list[Cell]], Map]]] =
     "relaxation-4": ("relaxation", {"relax": {"neighbours": 4}}, by_steps),
     "relaxation-8": ("relaxation", {"relax": {"neighbours": 8}}, by_steps),
     "wavefront": ("wavefront", {"propagate": {"corner_cutting": True}}, by_waves(True)),
-    "wavefront-whole-map": (
-        "wavefront",
-        {"propagate": {"corner_cutting": True, "stop": "whole_map"}},
-        by_waves(True),
-    ),
+    "wavefront-whole-map": ("wavefront", {"propagate": {"corner_cutting": True, "stop": "whole_map"}}, by_waves(True)),
     "wavefront-adder": (
         "wavefront",
         {"propagate": {"corner_cutting": True, "style": "adder_comparator"}},
@@ -144,11 +140,7 @@ def test_a_start_is_refused_where_the_planner_s_reference_does_not_reach_it(
         return  # A goal that no other cell leads to is refused by itself.
     starts = [(int(row), int(column)) for row, column in np.argwhere(free)]
     # Breadth-first search answers "no solution"; every other planner is refused such a start.
-    wanted = (
-        set()
-        if case == "breadth_first"
-        else {index for index, cell in enumerate(starts) if not reached[cell]}
-    )
+    wanted = set() if case == "breadth_first" else {index for index, cell in enumerate(starts) if not reached[cell]}
     assert refused(case, free, goals, starts) == wanted
 
 
@@ -174,8 +166,6 @@ def test_drawn_starts_are_the_same_for_every_planner(case: str) -> None:
     """They are those with a path by sides, which every planner here takes: planners are compared on one problem."""
     free = np.array([[1, 1, 0], [1, 1, 0], [0, 0, 1]], bool)
     platform, workload, grid = on_map(case, free, [(0, 0)], [(0, 1)])
-    drawn = workload.problem.model_copy(
-        update={"starts": type(workload.problem).model_fields["starts"].default}
-    )
+    drawn = workload.problem.model_copy(update={"starts": type(workload.problem).model_fields["starts"].default})
     system = bind(platform, workload.model_copy(update={"problem": drawn}), grid=grid)
     assert system.problem.starts == ((0, 1), (1, 0), (1, 1))

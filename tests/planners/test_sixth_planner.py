@@ -72,10 +72,7 @@ def tree(tmp_path_factory: pytest.TempPathFactory) -> Path:
     for name in ("codesign", "platforms", "workloads", "tests", "docs"):
         shutil.copytree(ROOT / name, copy / name, ignore=shutil.ignore_patterns("__pycache__"))
     page = (ROOT / "docs" / "extending.md").read_text(encoding="utf-8")
-    files = {
-        name: text.replace("flood.planner", "codesign.planners.flood.plan")
-        for name, text in BLOCK.findall(page)
-    }
+    files = {name: text.replace("flood.planner", "codesign.planners.flood.plan") for name, text in BLOCK.findall(page)}
     room = copy / "codesign" / "planners" / "flood"
     room.mkdir()
     (room / "__init__.py").write_text('"""A flood from the goal."""\n')

@@ -73,9 +73,7 @@ def test_path_of_a_search_costs_the_same_on_another_fpga() -> None:
     assert (by_itself.value, by_itself.interval) == (whole_machine.value, whole_machine.interval)
     # The task by itself was not placed.
     assert by_itself.status is Status.ASSUMED
-    host, _ = drain(
-        style_of(BREADTH_FIRST_TASKS, "software").steps(Job(PROBLEM, parameters, plan=plan, position=AT))
-    )
+    host, _ = drain(style_of(BREADTH_FIRST_TASKS, "software").steps(Job(PROBLEM, parameters, plan=plan, position=AT)))
     assert cycles(host) == len(plan.path)
 
 
@@ -101,10 +99,7 @@ def test_tracking_costs_the_same_on_a_host(course: Course) -> None:
 @pytest.mark.parametrize("paths", list(Paths))
 def test_tracking_costs_the_same_in_the_fabric(course: Course, paths: Paths) -> None:
     parameters = PropagateParameters(course=course, steps=3, paths=paths)
-    array, alone = (
-        style_of(WAVEFRONT, "delay_line", "fpga"),
-        style_of(WAVEFRONT_TASKS, "sequential", "fpga"),
-    )
+    array, alone = (style_of(WAVEFRONT, "delay_line", "fpga"), style_of(WAVEFRONT_TASKS, "sequential", "fpga"))
     steps, plan = drain(array.work(Job(PROBLEM, parameters)))
     apart, (points, arrived) = drain(alone.steps(Job(PROBLEM, parameters, plan=plan, position=AT)))
     assert cycles(apart) == cycles(steps, "track")
@@ -135,9 +130,7 @@ def test_descent_costs_the_same_by_itself() -> None:
         assert [(step.phase, step.cycles.tolist()) for step in again] == [("search", [SEARCH_UNITS])]
 
 
-@pytest.mark.parametrize(
-    "method", ["gs", "sor", "am", "mam", "red_black", "jacobi", "half_sweep_am", "direct"]
-)
+@pytest.mark.parametrize("method", ["gs", "sor", "am", "mam", "red_black", "jacobi", "half_sweep_am", "direct"])
 def test_sweeps_go_on_from_an_old_potential(method: str) -> None:
     closed = FREE.copy()
     closed[START[0] + 2, START[1] + 2] = False

@@ -46,8 +46,7 @@ def test_a_new_record_is_seen_as_every_record_is(tmp_path_factory: pytest.TempPa
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("said", "instead"),
-    [(ROLE, ""), ("Subject.PATH", "Subject.POSE"), ('end="end"', 'end="end", counts=("cells",)')],
+    ("said", "instead"), [(ROLE, ""), ("Subject.PATH", "Subject.POSE"), ('end="end"', 'end="end", counts=("cells",)')]
 )
 def test_a_record_that_says_too_little_is_found(
     tmp_path_factory: pytest.TempPathFactory, said: str, instead: str

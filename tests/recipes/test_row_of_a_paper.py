@@ -55,18 +55,10 @@ def paper(tmp_path: Path) -> Paper:
 def test_reproductions_and_their_page_have_the_row_and_the_finding(paper: Paper) -> None:
     runs = PAPER.runs(True, lambda _line: None, PAPER.settings())
     (row,) = paper.rows(runs, {"Table 9"})
-    assert (row.quantity, row.published, row.modelled, row.note) == (
-        "nodes of the toy",
-        60,
-        64,
-        "a quick run",
-    )
+    assert (row.quantity, row.published, row.modelled, row.note) == ("nodes of the toy", 60, 64, "a quick run")
     assert row.source == "counted, 256 a side"
     first = next(paper.findings(runs))
-    assert (first.statement, first.figures) == (
-        "A toy has more nodes than the paper says.",
-        {"nodes": "64"},
-    )
+    assert (first.statement, first.figures) == ("A toy has more nodes than the paper says.", {"nodes": "64"})
     page = reproduction_html([Reproduction(paper.sheet.paper, (row,), (), (first,))])
     assert "nodes of the toy" in page
     assert first.statement in page

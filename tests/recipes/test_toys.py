@@ -254,10 +254,7 @@ TOYS = [
             ),
             "inputs/map_spec.py": (
                 ("    resolution: Length | None = Field(", STEP_KEY),
-                (
-                    "inflate=self.inflate, downsample",
-                    "mirrored=self.mirrored, ",
-                ),
+                ("inflate=self.inflate, downsample", "mirrored=self.mirrored, "),
             ),
         },
     ),
@@ -358,9 +355,7 @@ TOYS = [
         "from codesign.hardware.calibrate.host_costs import all_probes; print('toy_cell' in all_probes())",
         "True",
         edits={
-            "planners/breadth_first/styles/probes.py": (
-                ("    CELL_KERNEL: _", '    "toy_cell": _breadth_first,\n'),
-            )
+            "planners/breadth_first/styles/probes.py": (("    CELL_KERNEL: _", '    "toy_cell": _breadth_first,\n'),)
         },
     ),
     Toy(
@@ -400,11 +395,7 @@ TOYS = [
         "a part that is placed",
         "from codesign.hardware.rtl.place import DEVICES; print(DEVICES['LFE5U-45F'].options)",
         "45k",
-        edits={
-            "hardware/rtl/place.py": (
-                ('    "LFE5U-85F": _ecp5(', '    "LFE5U-45F": _ecp5("45k", "CABGA381"),\n'),
-            )
-        },
+        edits={"hardware/rtl/place.py": (('    "LFE5U-85F": _ecp5(', '    "LFE5U-45F": _ecp5("45k", "CABGA381"),\n'),)},
     ),
     Toy(
         "a CLI command",
@@ -415,10 +406,7 @@ TOYS = [
         edits={
             "cli/requests.py": (
                 ("COMMANDS = {", REQUEST),
-                (
-                    '    "map": Command(Map',
-                    '    "greet": Command(Greet, "greet:greet", "Greet somebody."),\n',
-                ),
+                ('    "map": Command(Map', '    "greet": Command(Greet, "greet:greet", "Greet somebody."),\n'),
             )
         },
         files={"cli/greet.py": GREETING},
@@ -453,10 +441,7 @@ TOYS = [
         "songs sung",
         edits={
             "system/results/mission.py": (
-                (
-                    "    contacts: int",
-                    '    songs: int = Field(default=0, title="songs sung", description="a toy")\n',
-                ),
+                ("    contacts: int", '    songs: int = Field(default=0, title="songs sung", description="a toy")\n'),
             ),
             "system/scenarios/drive/summary.py": (("        turns=log.turns,", "        songs=7,\n"),),
         },
@@ -513,10 +498,7 @@ TOYS = [
         "sunny",
         edits={
             "inputs/problem.py": (
-                (
-                    "    task: Task = Field(",
-                    '    weather: str = Field(default="sunny", description="a toy")\n',
-                ),
+                ("    task: Task = Field(", '    weather: str = Field(default="sunny", description="a toy")\n'),
             )
         },
     ),
@@ -543,10 +525,7 @@ TOYS = [
         edits={
             "study/search.py": (("", SEARCH),),
             "study/search_run.py": (
-                (
-                    "from codesign.study.search import",
-                    "from codesign.study.search import Backwards\n",
-                ),
+                ("from codesign.study.search import", "from codesign.study.search import Backwards\n"),
                 (
                     '    "bound": lambda',
                     '    "backwards": lambda problem, searching: Backwards(problem, searching.seed),\n',

@@ -27,9 +27,7 @@ def test_a_quantile_is_what_its_share_of_the_conditions_reaches(
     share = percent / 100
     sign = -1 if maximise else 1
     losses = [sign * value for value in values]
-    reached = [
-        loss for loss in losses if sum(other <= loss for other in losses) * 100 >= percent * len(losses)
-    ]
+    reached = [loss for loss in losses if sum(other <= loss for other in losses) * 100 >= percent * len(losses)]
     told = float(aggregated(Quantile(quantile=share), np.array(values), maximise))
     assert told == sign * min(reached)
 
@@ -45,9 +43,7 @@ def test_worst_best_mean_and_median_by_definition(values: list[float], maximise:
 
 def test_no_rounding_moves_a_quantile() -> None:
     values = np.arange(1.0, 11.0)
-    assert [float(aggregated(Quantile(quantile=q / 10), values, False)) for q in range(1, 10)] == list(
-        range(1, 10)
-    )
+    assert [float(aggregated(Quantile(quantile=q / 10), values, False)) for q in range(1, 10)] == list(range(1, 10))
 
 
 @pytest.mark.parametrize(

@@ -76,10 +76,7 @@ def test_figures_are_those_of_the_designs(drawn: tuple[Study, list[Plain]]) -> N
     certificate = certificate_of(study)
     for number, figure in enumerate(certificate.definition.figures):
         column = certificate.columns["figures"][number].tolist()
-        own = [
-            design.figure(FIGURES[figure.name]) if design.state == "done" else None
-            for design in study.designs
-        ]
+        own = [design.figure(FIGURES[figure.name]) if design.state == "done" else None for design in study.designs]
         assert [None if math.isnan(value) else value for value in column] == own
 
 

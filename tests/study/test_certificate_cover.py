@@ -120,18 +120,10 @@ def test_boxes_that_miss_a_design_or_meet_are_refused(seed: int) -> None:
 
 @pytest.mark.parametrize(
     "tamper",
-    [
-        tampering.row_gone,
-        tampering.row_twice,
-        tampering.row_outside,
-        tampering.box_moved,
-        tampering.space_changed,
-    ],
+    [tampering.row_gone, tampering.row_twice, tampering.row_outside, tampering.box_moved, tampering.space_changed],
     ids=lambda tamper: tamper.__name__,
 )
-def test_both_counts_refuse_the_same(
-    tamper: Callable[[bytes, Random], bytes], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_both_counts_refuse_the_same(tamper: Callable[[bytes, Random], bytes], monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(cover, "MAX_DENSE", 0)
     original = tampering.sample_file()
     assert check(unpacked(original)).missing == 3

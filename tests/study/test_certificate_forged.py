@@ -154,21 +154,13 @@ def assert_holds(certificate: Certificate, verdict: Verdict) -> None:
     sizes = [1] * rows + [math.prod(box) for box in (columns["high"] - columns["low"]).tolist()]
     for kind in (Claim.UNFIT, Claim.UNREACHED, Claim.FAILED, Claim.SAME):
         entries = [entry for entry, own in enumerate(claim) if own == kind and entry not in shown]
-        open_ = [
-            entry
-            for entry in entries
-            if entry >= rows or kind == Claim.FAILED or eligible(certificate, entry)
-        ]
+        open_ = [entry for entry in entries if entry >= rows or kind == Claim.FAILED or eligible(certificate, entry)]
         named = [each for each in verdict.trusted if each.what.split(":")[0] == WORDS[kind]]
         assert sum(each.designs for each in named) == sum(sizes[entry] for entry in entries)
         assert sum(each.eligible or 0 for each in named) == sum(sizes[entry] for entry in open_)
     bounds = sum(sizes[entry] for entry in range(rows, len(claim)) if claim[entry] in (1, 2))
-    assert [each.designs for each in verdict.trusted if each.what == "bounds of boxes"] == [bounds] * bool(
-        bounds
-    )
-    assert verdict.missing == sum(
-        size for size, own in zip(sizes, claim, strict=True) if own == Claim.MISSING
-    )
+    assert [each.designs for each in verdict.trusted if each.what == "bounds of boxes"] == [bounds] * bool(bounds)
+    assert verdict.missing == sum(size for size, own in zip(sizes, claim, strict=True) if own == Claim.MISSING)
 
 
 def follows(certificate: Certificate, row: int) -> bool:

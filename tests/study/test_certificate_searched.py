@@ -47,9 +47,7 @@ def every(platform: Platform, workload: Workload) -> Study:
 
 
 @pytest.fixture(scope="module")
-def store(
-    searched: None, platform: Platform, workload: Workload, tmp_path_factory: pytest.TempPathFactory
-) -> Path:
+def store(searched: None, platform: Platform, workload: Workload, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The store of a front that branch and bound proved."""
     file = tmp_path_factory.mktemp("stores") / "proved.sqlite"
     explore(platform, workload, workers=1, store=file, search="bound")
@@ -111,9 +109,7 @@ def test_designs_of_a_large_space_have_their_numbers_in_it(
 
 @pytest.mark.usefixtures("held_apart")
 @pytest.mark.parametrize("name", SEARCHED)
-def test_other_searches_certify_what_they_evaluated(
-    platform: Platform, workload: Workload, name: str
-) -> None:
+def test_other_searches_certify_what_they_evaluated(platform: Platform, workload: Workload, name: str) -> None:
     if name != "random":
         pytest.importorskip("optuna")
     study = explore(platform, workload, workers=1, search=name, seed=1, budget=Budget(points=30))
@@ -189,9 +185,7 @@ def tampered(certificate: Certificate, tamper: Callable[[dict[str, Any], int, in
     members = members_of(packed(certificate))
     columns = {name: array(members[f"{name}.npy"]) for name in certificate.columns}
     tamper(columns, int(np.flatnonzero(dominated)[0]), rows)
-    return unpacked(
-        digested(members | {f"{name}.npy": array_bytes(values) for name, values in columns.items()})
-    )
+    return unpacked(digested(members | {f"{name}.npy": array_bytes(values) for name, values in columns.items()}))
 
 
 def test_a_box_that_an_evaluated_design_betters_is_refused(every: Study, store: Path) -> None:
@@ -218,8 +212,7 @@ def test_conditions_and_needs_drop_the_boxes(store: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    "text",
-    ["{}", "[1]", '[[0,[0],[1],null,null,"fit"]]', '[[9,[],[],null,null,"fit"]]', '[["a",[],[],{},0,""]]'],
+    "text", ["{}", "[1]", '[[0,[0],[1],null,null,"fit"]]', '[[9,[],[],null,null,"fit"]]', '[["a",[],[],{},0,""]]']
 )
 def test_boxes_that_are_none_are_refused(store: Path, tmp_path: Path, text: str) -> None:
     import hashlib
@@ -248,18 +241,13 @@ def test_what_is_left_of_a_grid_fills_it() -> None:
             for _ in range(count):
                 low = np.array([random.integers(size) for size in shape])
                 high = np.array(
-                    [
-                        random.integers(begin, min(begin + 3, size)) + 1
-                        for begin, size in zip(low, shape, strict=True)
-                    ]
+                    [random.integers(begin, min(begin + 3, size)) + 1 for begin, size in zip(low, shape, strict=True)]
                 )
                 inside = tuple(map(slice, low, high))
                 if not taken[inside].any():
                     boxes.append((low, high))
                     taken[inside] = len(boxes)
-            first, last = (
-                np.array([box[end] for box in boxes], np.int64).reshape(-1, len(shape)) for end in (0, 1)
-            )
+            first, last = (np.array([box[end] for box in boxes], np.int64).reshape(-1, len(shape)) for end in (0, 1))
             grid = np.argwhere(np.ones(shape))
             assert (holders(first, last, grid) == taken.reshape(-1) - 1).all()
             for begin, end in rest_of(first, last, shape):

@@ -75,10 +75,7 @@ def workload_of(planner: str, axes: dict[str, Any], **more: Any) -> dict[str, An
 @st.composite
 def studies(draw: st.DrawFn) -> tuple[str, dict[str, Any], str | None]:
     """A platform, a workload as raw YAML with what is explored, and how it is searched."""
-    board, planner = (
-        draw(st.sampled_from([*BOARDS])),
-        draw(st.sampled_from([*PLANNERS, "harmonic", "harmonic"])),
-    )
+    board, planner = (draw(st.sampled_from([*BOARDS])), draw(st.sampled_from([*PLANNERS, "harmonic", "harmonic"])))
     mapping, own = PLANNERS[planner]
     on_host = planner == "harmonic" and draw(st.booleans())
     known = {**ALL, **BOARDS[board], **own}
@@ -86,8 +83,7 @@ def studies(draw: st.DrawFn) -> tuple[str, dict[str, Any], str | None]:
     # The order of the parts decides which one is met first.
     names = [*dict.fromkeys(["fabric.part", *names])] if draw(st.booleans()) else names
     axes: dict[str, Any] = {
-        name: draw(st.lists(st.sampled_from(known[name]), min_size=2, max_size=3, unique_by=str))
-        for name in names
+        name: draw(st.lists(st.sampled_from(known[name]), min_size=2, max_size=3, unique_by=str)) for name in names
     }
     conditions = {}
     if "workload.problem.map.seed" in axes and len(axes) > 1 and draw(st.booleans()):
@@ -100,24 +96,15 @@ def studies(draw: st.DrawFn) -> tuple[str, dict[str, Any], str | None]:
         axes = {
             "workload.variant": ["base", "on-host"],
             **{
-                name: {
-                    "values": values,
-                    "when": {"workload.variant": draw(st.sampled_from(["base", "on-host"]))},
-                }
+                name: {"values": values, "when": {"workload.variant": draw(st.sampled_from(["base", "on-host"]))}}
                 if name in depending
                 else values
                 for name, values in axes.items()
             },
         }
-    workload = workload_of(
-        planner, axes, conditions=conditions, **({"variants": variants} if variants else {})
-    )
+    workload = workload_of(planner, axes, conditions=conditions, **({"variants": variants} if variants else {}))
     several = len(axes) > 0 and any(len(values) > 1 for values in axes.values() if isinstance(values, list))
-    return (
-        board,
-        workload,
-        draw(st.sampled_from([None, None, *SEARCHES])) if several else None,
-    )
+    return (board, workload, draw(st.sampled_from([None, None, *SEARCHES])) if several else None)
 
 
 def explored(folder: Path, board: str, workload: dict[str, Any], search: str | None) -> Study:

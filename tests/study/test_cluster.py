@@ -190,11 +190,7 @@ def test_the_file_of_a_scheduler(two: Cluster) -> None:
     [("tcp://127.0.0.1:1", "Connection refused"), ("tcp://no-such-host.invalid:8786", "no-such-host")],
 )
 def test_a_cluster_that_is_not_there(
-    hwsw: Callable[..., Result],
-    specs: tuple[Path, Path],
-    monkeypatch: pytest.MonkeyPatch,
-    address: str,
-    words: str,
+    hwsw: Callable[..., Result], specs: tuple[Path, Path], monkeypatch: pytest.MonkeyPatch, address: str, words: str
 ) -> None:
     monkeypatch.setattr("codesign.study.cluster._SECONDS_TO_CONNECT", 1)
     result = hwsw("explore", *specs, "--cluster", address, "--store", "points.sqlite")
@@ -205,8 +201,7 @@ def test_a_cluster_that_is_not_there(
 
 
 @pytest.mark.parametrize(
-    ("content", "words"),
-    [(b"", "nothing came within 1 s"), (b"HTTP/1.0 400 Bad Request" * 4, "is no scheduler")],
+    ("content", "words"), [(b"", "nothing came within 1 s"), (b"HTTP/1.0 400 Bad Request" * 4, "is no scheduler")]
 )
 def test_what_listens_is_no_scheduler(content: bytes, words: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("codesign.study.cluster._SECONDS_TO_CONNECT", 1)
@@ -263,10 +258,7 @@ def test_a_worker_with_other_files_is_refused_before_any_work(two: Cluster, tmp_
     part = tmp_path / "parts" / "mine.yaml"
     evaluate = OfFiles(Fake(tmp_path / "log"), Space({"slices": [1]}, ""))
     evaluate.read = {part: "a digest"}
-    with (
-        ClusterExecutor(two.address) as executor,
-        pytest.raises(RunError, match="its files differ") as caught,
-    ):
+    with ClusterExecutor(two.address) as executor, pytest.raises(RunError, match="its files differ") as caught:
         list(executor.run(works_of({"slices": [1]}), evaluate))
     assert str(part) in str(caught.value)
     assert computed(tmp_path / "log") == []
@@ -410,9 +402,7 @@ def test_the_table_of_a_cluster_with_a_killed_worker_is_that_of_one_process(
 ) -> None:
     """With kernels: of the workers of a node one compiles at a time, each kernel once."""
     (tmp_path / "small.yaml").write_text(SMALL)
-    one = hwsw(
-        "explore", "virtex4-pci", "small.yaml", "--workers", 1, "--store", "1.sqlite", "--csv", "1.csv"
-    )
+    one = hwsw("explore", "virtex4-pci", "small.yaml", "--workers", 1, "--store", "1.sqlite", "--csv", "1.csv")
     assert one.exit_code == 0, one.output
     cache = tmp_path / "cache"
     with cluster(tmp_path, 0) as started:

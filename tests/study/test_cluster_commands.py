@@ -99,8 +99,7 @@ def certificates(folder: Path) -> Path:
     )
     file = folder / "dask.yaml"
     file.write_text(
-        "distributed:\n  comm:\n    require-encryption: true\n    tls:\n"
-        f"      ca-file: {certificate}\n{roles}"
+        f"distributed:\n  comm:\n    require-encryption: true\n    tls:\n      ca-file: {certificate}\n{roles}"
     )
     return file
 
@@ -112,30 +111,22 @@ def test_a_cluster_over_tls(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
         assert started.address.startswith("tls://127.0.0.1:")
         words = ("--cluster", started.address, "--store", str(tmp_path / "points.sqlite"))
         explore = command(tmp_path, "[1, 2]", *words)
-        done = subprocess.run(
-            explore, capture_output=True, check=False, text=True, env=encrypted, timeout=300
-        )
+        done = subprocess.run(explore, capture_output=True, check=False, text=True, env=encrypted, timeout=300)
         assert done.returncode == 0, done.stderr
         assert f"cluster {started.address}: 2 workers on 1 machine" in done.stderr
         assert "40 design points" in done.stdout
-        without = subprocess.run(
-            explore, capture_output=True, check=False, text=True, env=ENVIRONMENT, timeout=120
-        )
+        without = subprocess.run(explore, capture_output=True, check=False, text=True, env=ENVIRONMENT, timeout=120)
         assert without.returncode == 2
         assert "needs certificates" in without.stderr
         assert "distributed.comm.tls.ca-file" in without.stderr
         plain = started.address.replace("tls://", "tcp://")
         other = command(tmp_path, "[1, 2]", "--cluster", plain)
-        refused = subprocess.run(
-            other, capture_output=True, check=False, text=True, env=ENVIRONMENT, timeout=120
-        )
+        refused = subprocess.run(other, capture_output=True, check=False, text=True, env=ENVIRONMENT, timeout=120)
         assert refused.returncode == 1, refused.stderr
         assert f"no scheduler answers at {plain}" in refused.stderr
         for ran in (without, refused):
             assert "Traceback" not in ran.stderr
-        demanded = subprocess.run(
-            other, capture_output=True, check=False, text=True, env=encrypted, timeout=120
-        )
+        demanded = subprocess.run(other, capture_output=True, check=False, text=True, env=encrypted, timeout=120)
         assert demanded.returncode == 2, demanded.stderr
         assert "Traceback" not in demanded.stderr
         assert "is not encrypted, as dask's configuration requires" in demanded.stderr

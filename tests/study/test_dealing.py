@@ -56,9 +56,7 @@ def test_a_kin_that_is_taken_over_stays_where_it_went() -> None:
     assert [place(dealer.draw("A")) for _ in range(2)] == [0, 1]
     first = dealer.draw("B")
     assert isinstance(first, Together)
-    seats = Counter(
-        str(other.kin) for other in (dealer.draw("B") for _ in range(20)) if isinstance(other, Together)
-    )
+    seats = Counter(str(other.kin) for other in (dealer.draw("B") for _ in range(20)) if isinstance(other, Together))
     assert first.kin is not None
     assert seats == {str(first.kin): 20}
 
@@ -87,9 +85,7 @@ def test_every_work_is_dealt_once_whatever_the_seats_ask_for() -> None:
                 dealer.put_back([drawn], int(chance.integers(3)))
             else:
                 dealt.append(place(drawn))
-        while (
-            rest := next((each for seat in range(3) if (each := dealer.draw(seat)) is not None), None)
-        ) is not None:
+        while (rest := next((each for seat in range(3) if (each := dealer.draw(seat)) is not None), None)) is not None:
             dealt.append(place(rest))
         assert sorted(dealt) == list(range(200))
 

@@ -218,12 +218,7 @@ def linked(cells: list[tuple[str, str, float, int]], **changes: Any) -> Study:
 
 def test_designs_that_differ_in_what_neither_uses_count_once() -> None:
     made = linked(
-        [
-            ("host", "1 MHz", 1, 0),
-            ("host", "2 MHz", 1, 0),
-            ("fabric", "1 MHz", 2, 1),
-            ("fabric", "2 MHz", 2, 1),
-        ]
+        [("host", "1 MHz", 1, 0), ("host", "2 MHz", 1, 0), ("fabric", "1 MHz", 2, 1), ("fabric", "2 MHz", 2, 1)]
     )
     # The fabric's two are equal in every figure, but they use the link in which they differ.
     assert dict(made.same) == {0: (1,)}
@@ -236,12 +231,7 @@ def test_designs_that_differ_in_what_neither_uses_count_once() -> None:
 
 def test_designs_that_do_not_use_an_axis_but_differ_are_not_the_same() -> None:
     made = linked(
-        [
-            ("host", "1 MHz", 1, 0),
-            ("host", "2 MHz", 1.5, 0),
-            ("fabric", "1 MHz", 2, 1),
-            ("fabric", "2 MHz", 2, 1),
-        ]
+        [("host", "1 MHz", 1, 0), ("host", "2 MHz", 1.5, 0), ("fabric", "1 MHz", 2, 1), ("fabric", "2 MHz", 2, 1)]
     )
     assert dict(made.same) == {}
 
@@ -261,10 +251,7 @@ def platform() -> Platform:
 def workload() -> Workload:
     plain = exploring(codesign.load_workload("labyrinth"), AXES)
     assert plain.explore is not None
-    fields = plain.explore.model_dump() | {
-        "conditions": CONDITIONS,
-        "aggregate": {"share_reaching_goal": "mean"},
-    }
+    fields = plain.explore.model_dump() | {"conditions": CONDITIONS, "aggregate": {"share_reaching_goal": "mean"}}
     fields["objectives"] = ["first_plan_s", "share_reaching_goal"]
     return plain.model_copy(update={"explore": Exploration.model_validate(fields)})
 
@@ -369,9 +356,7 @@ def test_a_condition_is_named_in_any_spelling_and_by_number_only_where_that_is_n
         assert (found, type(found)) == (expected, type(expected))
 
 
-@given(
-    st.lists(st.one_of(st.integers(-9, 99), st.decimals(-1, 1, places=3).map(float)), min_size=1, unique=True)
-)
+@given(st.lists(st.one_of(st.integers(-9, 99), st.decimals(-1, 1, places=3).map(float)), min_size=1, unique=True))
 def test_every_number_of_a_condition_is_found_as_it_is_written(values: list[float]) -> None:
     world = Conditions({"a.b": tuple(values)}, {})
     for value in values:
@@ -382,9 +367,7 @@ def test_every_number_of_a_condition_is_found_as_it_is_written(values: list[floa
             world.listed("a.b", missing)
 
 
-def test_a_constraint_is_held_against_points_in_one_condition_only(
-    platform: Platform, workload: Workload
-) -> None:
+def test_a_constraint_is_held_against_points_in_one_condition_only(platform: Platform, workload: Workload) -> None:
     limits = (Constraint(figure=SHARE, at_least=0.85),)
     assert workload.explore is not None
     section = workload.explore.model_copy(update={"constraints": limits})

@@ -53,8 +53,7 @@ def priced(monkeypatch: pytest.MonkeyPatch) -> list[int]:
 
 
 @pytest.mark.parametrize(
-    ("name", "budget"),
-    [("bound", {}), ("bound", {"points": 9}), ("tpe", {"points": 9}), ("nsga2", {"seconds": 1e6})],
+    ("name", "budget"), [("bound", {}), ("bound", {"points": 9}), ("tpe", {"points": 9}), ("nsga2", {"seconds": 1e6})]
 )
 def test_the_front_of_a_small_space_is_that_of_all_points(
     platform: Platform, small: Workload, tmp_path: Path, priced: list[int], name: str, budget: dict[str, Any]

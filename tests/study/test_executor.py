@@ -58,10 +58,7 @@ _FAST = {("die", 3, 2), ("crash", 1, 2), ("kill", 3, 1)}
 @pytest.mark.parametrize(
     ("how", "cause", "limit", "workers"),
     [
-        pytest.param(
-            *(how, cause, limit, workers),
-            marks=[] if (how, limit, workers) in _FAST else pytest.mark.slow,
-        )
+        pytest.param(*(how, cause, limit, workers), marks=[] if (how, limit, workers) in _FAST else pytest.mark.slow)
         for how, cause in _DEATHS.items()
         for limit in (1, 3, 10)
         for workers in (1, 2)
@@ -112,12 +109,7 @@ def test_a_script_that_explores_as_it_is_imported_ends_with_the_remedy(tmp_path:
     script = tmp_path / "script.py"
     script.write_text(UNGUARDED)
     done = subprocess.run(
-        [sys.executable, str(script)],
-        capture_output=True,
-        text=True,
-        env=ENVIRONMENT,
-        timeout=120,
-        check=False,
+        [sys.executable, str(script)], capture_output=True, text=True, env=ENVIRONMENT, timeout=120, check=False
     )
     assert done.returncode == 1
     last = done.stderr[done.stderr.rindex("codesign.ground.errors.RunError") :]

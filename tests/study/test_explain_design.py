@@ -58,14 +58,7 @@ def synthetic(values: dict[tuple[int, int], tuple[float, int]]) -> Study:
 
 def test_neighbours_differ_in_one_axis_and_say_what_gains() -> None:
     study = synthetic(
-        {
-            (0, 0): (5, 50),
-            (0, 1): (4, 50),
-            (1, 0): (3, 60),
-            (2, 0): (1, 200),
-            (1, 1): (1, 10),
-            (2, 1): (9, 90),
-        }
+        {(0, 0): (5, 50), (0, 1): (4, 50), (1, 0): (3, 60), (2, 0): (1, 200), (1, 1): (1, 10), (2, 1): (9, 90)}
     )
     dominating, trading, out = neighbours_of(study, study.designs[0])
     assert (dominating.index, dominating.what, dominating.before, dominating.after) == (1, "a.y", 0, 1)
@@ -119,18 +112,13 @@ def test_the_parts_of_time_and_energy_add_up(stored: tuple[Study, Path]) -> None
     for point in study.points:
         if point.result is None or not point.feasible:
             continue
-        for why, figure in (
-            (why_time(point.result), "plan_time_worst_s"),
-            (why_energy(point.result), "energy_j"),
-        ):
+        for why, figure in ((why_time(point.result), "plan_time_worst_s"), (why_energy(point.result), "energy_j")):
             assert why is not None
             assert why.figure == figure
             assert math.fsum(each.amount for each in why.parts) == pytest.approx(why.value)
             assert why.value == pytest.approx(point.figure(FIGURES[figure]), rel=1e-6)
             assert sum(each.share for each in why.parts) == pytest.approx(1)
-            assert [each.amount for each in why.parts] == sorted(
-                (each.amount for each in why.parts), reverse=True
-            )
+            assert [each.amount for each in why.parts] == sorted((each.amount for each in why.parts), reverse=True)
             assert all(each.figures for each in why.parts if each.share > 0.001)
 
 

@@ -52,9 +52,7 @@ def a_study(figure: ResultFigure) -> Study:
 
 
 def test_a_figure_that_is_computed_reaches_the_workers(monkeypatch: pytest.MonkeyPatch) -> None:
-    figure = ResultFigure(
-        "double_time", "", "twice the time", value=lambda result: 2 * result.time.first_plan_s
-    )
+    figure = ResultFigure("double_time", "", "twice the time", value=lambda result: 2 * result.time.first_plan_s)
     monkeypatch.setitem(FIGURES, figure.name, figure)
     assert pickle.loads(pickle.dumps(figure)) is figure
 
@@ -71,9 +69,7 @@ def test_a_declared_figure_is_accepted_in_files(tmp_path: Path, declared: Result
 
 def test_a_figure_that_is_not_declared_is_refused_with_the_nearest_name(tmp_path: Path) -> None:
     (tmp_path / "w.yaml").write_text(f"{WORKLOAD}  objectives: [clearance_meen]\n", encoding="utf-8")
-    with pytest.raises(
-        SpecError, match=r"did you mean clearance_mean\? accepted: arrive, block_rams, clearance_"
-    ):
+    with pytest.raises(SpecError, match=r"did you mean clearance_mean\? accepted: arrive, block_rams, clearance_"):
         load_workload(tmp_path / "w.yaml")
 
 
@@ -108,9 +104,7 @@ def test_a_declared_figure_stands_in_the_schemas(declared: ResultFigure) -> None
 
 
 def test_a_figure_may_be_computed_from_others(monkeypatch: pytest.MonkeyPatch) -> None:
-    each = ResultFigure(
-        "cycles_a_sweep", "", "cycles over sweeps", value=lambda held: sum(held.cycles.values()) / 14
-    )
+    each = ResultFigure("cycles_a_sweep", "", "cycles over sweeps", value=lambda held: sum(held.cycles.values()) / 14)
     monkeypatch.setitem(FIGURES, each.name, each)
     assert a_result().figure(each) == sum(a_result().cycles.values()) / 14  # type: ignore[union-attr]
 
@@ -134,11 +128,7 @@ def resolved(schema: dict[str, Any], held: dict[str, Any]) -> list[dict[str, Any
 def test_a_figure_has_the_name_of_its_field(figure: ResultFigure) -> None:
     schema = Result.model_json_schema(mode="serialization")
     if figure.is_resource:
-        assert figure.name in {use.resource for use in a_result().resources} | {
-            "lut4",
-            "flip_flops",
-            "multipliers",
-        }
+        assert figure.name in {use.resource for use in a_result().resources} | {"lut4", "flip_flops", "multipliers"}
         return
     assert figure.path.rpartition(".")[2] == figure.name
     fields = at(schema, figure.path)
@@ -151,9 +141,7 @@ def test_a_figure_has_the_name_of_its_field(figure: ResultFigure) -> None:
 def test_every_figure_has_a_value_in_some_result() -> None:
     planned = a_result().model_copy(update={"task": a_task()})
     results = [planned, a_fleet_result(), a_mission_result()]
-    told = {
-        name for name, figure in FIGURES.items() if any(each.figure(figure) is not None for each in results)
-    }
+    told = {name for name, figure in FIGURES.items() if any(each.figure(figure) is not None for each in results)}
     assert set(FIGURES) - told <= {"lut4", "flip_flops", "multipliers"}
 
 

@@ -53,12 +53,7 @@ def test_a_front_of_everything() -> None:
 
 
 def test_equal_points_stand_together() -> None:
-    assert non_dominated([[1, 1], [1, 1], [2, 1], [2, 1]], [False, False]).tolist() == [
-        True,
-        True,
-        False,
-        False,
-    ]
+    assert non_dominated([[1, 1], [1, 1], [2, 1], [2, 1]], [False, False]).tolist() == [True, True, False, False]
 
 
 def test_a_missing_figure_is_off_the_front_and_pushes_nobody_off() -> None:

@@ -91,9 +91,7 @@ def test_tables_and_data_of_priced_points_are_those_of_full_results(stored: tupl
     assert (study.feasible, study.front, study.reasons) == (twin.feasible, twin.front, twin.reasons)
     assert 0 < len(study.feasible) < 12
     assert study_sentence(study) == study_sentence(twin)
-    for ours, theirs in zip(
-        study_tables(study, everything=True), study_tables(twin, everything=True), strict=True
-    ):
+    for ours, theirs in zip(study_tables(study, everything=True), study_tables(twin, everything=True), strict=True):
         assert render_text(ours, 200) == render_text(theirs, 200)
     assert render_csv(study_csv(study)) == render_csv(study_csv(twin))
     assert chart_data(study) == chart_data(twin)
@@ -101,9 +99,7 @@ def test_tables_and_data_of_priced_points_are_those_of_full_results(stored: tupl
         assert study.explain(index) == twin.explain(index)
 
 
-def test_tables_need_no_full_result_of_most_points(
-    stored: tuple[Study, Path], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_tables_need_no_full_result_of_most_points(stored: tuple[Study, Path], monkeypatch: pytest.MonkeyPatch) -> None:
     """Not one of a study that cannot be simulated: its verdicts are not assessed then, and all else is told."""
     alone = replace(priced(stored[0]), specs=None)
     titles = [table.title for table in study_tables(alone, everything=True)]

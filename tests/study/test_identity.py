@@ -26,9 +26,7 @@ from codesign.system import catalog
 from codesign.system.problem_map import grid_of
 
 
-def install(
-    folder: Path, group: str, *, version: str = "1", value: str = "made_up:ALL", source: str = ""
-) -> None:
+def install(folder: Path, group: str, *, version: str = "1", value: str = "made_up:ALL", source: str = "") -> None:
     """A distribution as pip leaves it, that registers in one group only."""
     (folder / "made_up").mkdir(exist_ok=True)
     (folder / "made_up" / "__init__.py").write_text(f"ALL = OTHERS = ()\n{source}")
@@ -65,9 +63,7 @@ def imported(module: str) -> set[str]:
         for inner in node.body
     ]
     names = [
-        node.module or ""
-        for node in ast.walk(tree)
-        if isinstance(node, ast.ImportFrom) and node not in typing_only
+        node.module or "" for node in ast.walk(tree) if isinstance(node, ast.ImportFrom) and node not in typing_only
     ]
     return {name.removeprefix("codesign.study.") for name in names if name.startswith("codesign.study.")}
 
@@ -110,11 +106,7 @@ def asked() -> Callable[[], Keys]:
         code_digest.cache_clear()
         package_digest.cache_clear()
         try:
-            return (
-                fingerprint(platform, labyrinth, grid),
-                Laboratory(question).key(candidate),
-                package_digest(),
-            )
+            return (fingerprint(platform, labyrinth, grid), Laboratory(question).key(candidate), package_digest())
         finally:
             code_digest.cache_clear()
             package_digest.cache_clear()
@@ -196,9 +188,7 @@ def test_a_plug_in_is_part_of_the_digest(tmp_path: Path, monkeypatch: pytest.Mon
     seen.append(digest())
     install(tmp_path, GROUP, version="2", value="made_up:OTHERS")
     seen.append(digest())
-    install(
-        tmp_path, GROUP, version="2", value="made_up:OTHERS", source="# mended, and the version forgotten\n"
-    )
+    install(tmp_path, GROUP, version="2", value="made_up:OTHERS", source="# mended, and the version forgotten\n")
     seen.append(digest())
     (tmp_path / "made_up" / "deep" / "helper.py").write_text("FIGURE = 2\n")
     seen.append(digest())
@@ -216,9 +206,7 @@ def test_the_source_of_a_plug_in_of_one_module_is_part_of_the_digest(
     assert digest() != before
 
 
-def test_in_a_namespace_package_only_the_plug_in_itself_counts(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_in_a_namespace_package_only_the_plug_in_itself_counts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.syspath_prepend(tmp_path)
     install(tmp_path, GROUP, value="made_up_space.ours:ALL")
     for name in ("ours", "theirs"):
@@ -231,9 +219,7 @@ def test_in_a_namespace_package_only_the_plug_in_itself_counts(
     assert digest() != before
 
 
-def test_a_plug_in_that_is_not_there_does_not_end_the_digest(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_plug_in_that_is_not_there_does_not_end_the_digest(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.syspath_prepend(tmp_path)
     without = digest()
     install(tmp_path, GROUP, value="made_up_nowhere.inside:ALL")
@@ -260,9 +246,7 @@ def test_a_map_that_changes_meanwhile_leaves_the_points_as_they_were_keyed(specs
     assert explore(platform, workload, workers=1).to_json() != before
 
 
-def test_a_part_that_changes_meanwhile_ends_the_run_and_keeps_nothing_of_it(
-    specs: Specs, tmp_path: Path
-) -> None:
+def test_a_part_that_changes_meanwhile_ends_the_run_and_keeps_nothing_of_it(specs: Specs, tmp_path: Path) -> None:
     put_map(specs)
     source = PARTS.shipped / "XC2V6000.yaml"
     folder = specs[0].parent / "parts"

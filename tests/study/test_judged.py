@@ -24,9 +24,7 @@ def test_arrays_equal_the_definitions(drawn: tuple[Study, list[Plain]]) -> None:
     for point, its in zip(study.points, points, strict=True):
         assert (point.state, point.feasible, point.unreached) == (its.state, its.feasible, its.unreached)
         assert (point.failure, list(point.reasons)) == (its.failure, its.reasons)
-        assert [point.figure(each) for each in FIGURES.values()] == [
-            its.figure(each) for each in FIGURES.values()
-        ]
+        assert [point.figure(each) for each in FIGURES.values()] == [its.figure(each) for each in FIGURES.values()]
     for design, each in zip(study.designs, plain.designs, strict=True):
         assert (design.state, design.feasible, design.ended) == (each.state, each.feasible, each.ended)
         assert [(out.reason, out.condition) for out in design.out] == each.out
@@ -77,14 +75,7 @@ def test_by_share_a_mission_counts_as_unreached_where_no_condition_that_fits_rea
     share = Share(share=constraint_of("first_plan_s < 2 s"))
     axes, conditions = {"relax.block": tuple(range(len(rows)))}, {"a.b": (0, 1)}
     study = Study(
-        "bench",
-        "maze",
-        axes,
-        (FIGURES["first_plan_s"],),
-        (),
-        outcomes_of(points),
-        conditions,
-        {"first_plan_s": share},
+        "bench", "maze", axes, (FIGURES["first_plan_s"],), (), outcomes_of(points), conditions, {"first_plan_s": share}
     )
     assert [design.ended is not None for design in study.designs] == [True, False, True, True, False]
     plain = PlainStudy(study, points).designs

@@ -103,9 +103,7 @@ def test_a_report_has_the_tables_of_the_search(platform: Platform, small: Worklo
     assert load_study(file).search is None
 
 
-def test_a_search_that_is_interrupted_is_reported(
-    platform: Platform, small: Workload, tmp_path: Path
-) -> None:
+def test_a_search_that_is_interrupted_is_reported(platform: Platform, small: Workload, tmp_path: Path) -> None:
     file = tmp_path / "points.sqlite"
 
     def strike(progress: Any) -> None:

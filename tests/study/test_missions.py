@@ -30,9 +30,7 @@ def driven(*, seconds: float = 60.0, reached: bool = True, slices: int = 10) -> 
     return result(slices=slices).model_copy(update={"mission": mission(seconds=seconds, reached=reached)})
 
 
-def study(
-    *outcomes: Result, objectives: tuple[ResultFigure, ...] = (F["mission_time_s"], F["slices"])
-) -> Study:
+def study(*outcomes: Result, objectives: tuple[ResultFigure, ...] = (F["mission_time_s"], F["slices"])) -> Study:
     axes = {"relax.iterations": tuple(range(len(outcomes)))}
     return Study("bench", "maze", axes, objectives, (), Outcomes.of(outcomes))
 
@@ -67,42 +65,18 @@ def test_a_mission_that_failed_early_gains_nothing_by_it() -> None:
     made = study(failed, driven(seconds=90.0))
     assert (made.feasible, made.unreached, made.front) == ((0, 1), (0,), (1,))
     # Nor where the objectives are figures that it does have, and has better.
-    by_slices = study(
-        driven(reached=False, slices=1),
-        driven(),
-        objectives=(F["slices"],),
-    )
+    by_slices = study(driven(reached=False, slices=1), driven(), objectives=(F["slices"],))
     assert by_slices.front == (1,)
 
 
 def test_tables_and_json_say_why_it_is_left_out() -> None:
-    made = study(
-        driven(reached=False),
-        driven(),
-        result(),
-        result(fits=False, slices=120),
-    )
+    made = study(driven(reached=False), driven(), result(), result(fits=False, slices=120))
     assert ("without their goals", "1") in study_counts(made)
     whys = [row[-1].text for row in study_table(made).rows]
-    assert whys == [
-        "goals not reached: no way for 30 s",
-        "",
-        "has no mission time",
-        "slices 120 against 100",
-    ]
+    assert whys == ["goals not reached: no way for 30 s", "", "has no mission time", "slices 120 against 100"]
     reasons = {(count.kind, count.name): count for count in made.reasons}
-    assert set(reasons) == {
-        ("resource", "slices"),
-        ("unreached", "no way for 30 s"),
-        ("no figure", "mission_time_s"),
-    }
-    assert (
-        reasons["no figure", "mission_time_s"].nearest,
-        reasons["unreached", "no way for 30 s"].designs,
-    ) == (
-        2,
-        1,
-    )
+    assert set(reasons) == {("resource", "slices"), ("unreached", "no way for 30 s"), ("no figure", "mission_time_s")}
+    assert (reasons["no figure", "mission_time_s"].nearest, reasons["unreached", "no way for 30 s"].designs) == (2, 1)
     text = render_text(reasons_table(made))
     assert "no way for 30 s" in text
     assert "mission time" in text
@@ -152,17 +126,9 @@ def test_bounds_on_missions_have_units() -> None:
 
 @pytest.mark.parametrize(
     ("figure", "expected"),
-    [
-        (F["slices"], 0.0),
-        (F["block_rams"], 0.0),
-        (F["multipliers"], 0.0),
-        (F["cycles"], None),
-        (F["power"], None),
-    ],
+    [(F["slices"], 0.0), (F["block_rams"], 0.0), (F["multipliers"], 0.0), (F["cycles"], None), (F["power"], None)],
 )
-def test_a_design_without_a_chip_takes_none_of_its_resources(
-    figure: ResultFigure, expected: float | None
-) -> None:
+def test_a_design_without_a_chip_takes_none_of_its_resources(figure: ResultFigure, expected: float | None) -> None:
     host = result().model_copy(update={"resources": (), "component": "host"})
     assert figure_of(host, figure) == expected
     assert figure_of(result(slices=7), F["slices"]) == 7
@@ -172,11 +138,7 @@ def test_a_design_without_a_chip_takes_none_of_its_resources(
 
 def test_host_and_fpga_share_a_front() -> None:
     host = result(seconds=5.0).model_copy(update={"resources": ()})
-    made = study(
-        host,
-        result(seconds=1.0),
-        objectives=(F["first_plan_s"], F["slices"]),
-    )
+    made = study(host, result(seconds=1.0), objectives=(F["first_plan_s"], F["slices"]))
     assert made.front == (0, 1)
     limited = with_constraints(host, (Constraint(figure=F["slices"], at_most=5),))
     assert limited.feasible

@@ -48,15 +48,8 @@ def test_a_design_without_a_part_has_a_share_of_nothing() -> None:
 
 
 def study(**changes: object) -> Study:
-    outcomes = Outcomes.of(
-        [result(seconds=seconds, slices=slices) for seconds, slices in [(1, 90), (2, 60), (3, 30)]]
-    )
-    fields = {
-        "axes": {"a.b": (0, 1, 2)},
-        "objectives": (TIME, SLICES),
-        "constraints": (),
-        "outcomes": outcomes,
-    }
+    outcomes = Outcomes.of([result(seconds=seconds, slices=slices) for seconds, slices in [(1, 90), (2, 60), (3, 30)]])
+    fields = {"axes": {"a.b": (0, 1, 2)}, "objectives": (TIME, SLICES), "constraints": (), "outcomes": outcomes}
     return Study("bench", "maze", **(fields | changes))  # type: ignore[arg-type]
 
 
@@ -80,9 +73,7 @@ def test_a_need_that_the_study_has_changes_nothing() -> None:
     once = study().needing(["first_plan < 3 s", "slices * first_plan < 150 s"])
     again = once.needing(["slices * first_plan < 150 s", "first_plan < 3 s", "first_plan < 3 s"])
     assert again.constraints == once.constraints
-    assert once.needing(["slices < 70", "first_plan < 3 s"]).constraints[2:] == (
-        constraint_of("slices < 70"),
-    )
+    assert once.needing(["slices < 70", "first_plan < 3 s"]).constraints[2:] == (constraint_of("slices < 70"),)
     with pytest.raises(SpecError, match="--need 'first_plan > 5 s': nothing"):
         once.needing(["first_plan < 3 s", "first_plan > 5 s"])
 

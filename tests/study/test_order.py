@@ -35,9 +35,7 @@ def test_a_run_of_turns_is_the_same_wherever_it_is_begun(
 
 
 @given(BOXES, st.integers(0, 3))
-def test_in_every_prefix_each_value_was_taken_as_often_as_its_share_asks(
-    boxes: list[list[int]], seed: int
-) -> None:
+def test_in_every_prefix_each_value_was_taken_as_often_as_its_share_asks(boxes: list[list[int]], seed: int) -> None:
     order = Order(boxes, seed)
     turns = order.indices(0, len(order))
     for number, values in enumerate(boxes):
@@ -115,9 +113,7 @@ def test_two_numbers_of_the_largest_space_multiply_without_loss() -> None:
 
 @settings(max_examples=30)
 @given(st.integers(1, 200), st.integers(0, 200), st.integers(0, 200), st.data())
-def test_how_many_turns_took_a_point_before_another(
-    size: int, step: int, shift: int, data: st.DataObject
-) -> None:
+def test_how_many_turns_took_a_point_before_another(size: int, step: int, shift: int, data: st.DataObject) -> None:
     lattice = Lattice(size, step % size, shift % size)
     turn, end = data.draw(st.integers(0, 300)), data.draw(st.integers(0, size))
     points = [(k * lattice.step + lattice.shift) % size for k in range(turn)]

@@ -47,9 +47,7 @@ class Cost:
 class Study:
     """Works that so many workers compute, on a clock of their own; and the time left that was said on the way."""
 
-    def __init__(
-        self, costs: Sequence[tuple[Work, Cost]], workers: int, budget: Budget | None = None
-    ) -> None:
+    def __init__(self, costs: Sequence[tuple[Work, Cost]], workers: int, budget: Budget | None = None) -> None:
         self.costs, self.workers, self.budget, self.now = costs, workers, budget, 0.0
         self.points = sum(len(work) for work, _ in costs)
         self.said: list[tuple[float, float | None]] = []

@@ -33,10 +33,7 @@ def study() -> Study:
     """Points that fit, that do not, and that are too fast."""
     workload = exploring(codesign.load_workload("labyrinth"), AXES, {}, ("energy_j < 0.5 mJ",))
     platform, workload = codesign.inputs.pin(
-        codesign.load_platform("virtex4-pci"),
-        workload,
-        {"workload.problem.arrive": 0, "relax.block": [36, 66]},
-        "",
+        codesign.load_platform("virtex4-pci"), workload, {"workload.problem.arrive": 0, "relax.block": [36, 66]}, ""
     )
     return codesign.explore(platform, workload, workers=1)
 
@@ -86,9 +83,7 @@ def test_axes_and_reasons_stand_once_in_a_dictionary(file: Path) -> None:
     assert schema.metadata[b"hwsw.workload"] == b"labyrinth"
 
 
-def test_groups_change_nothing(
-    study: Study, file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_groups_change_nothing(study: Study, file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     from pyarrow.parquet import ParquetFile, read_table
 
     monkeypatch.setattr(columns, "POINTS_A_GROUP", 7)
@@ -98,9 +93,7 @@ def test_groups_change_nothing(
     assert read_table(tmp_path / "groups.parquet").to_pylist() == read_table(file).to_pylist()
 
 
-def test_it_says_how_many_rows_are_written(
-    study: Study, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_it_says_how_many_rows_are_written(study: Study, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(columns, "POINTS_A_GROUP", 3)
     shown: list[Advance] = []
     study.to_parquet(tmp_path / "points.parquet", shown.append)
@@ -120,9 +113,7 @@ def test_a_study_put_together_by_hand_has_failures_and_gaps(tmp_path: Path) -> N
         assert reason == ("; ".join(f"{each.kind} {each.name}" for each in point.reasons) or point.failure)
 
 
-def test_the_file_is_there_whole_or_not_at_all(
-    study: Study, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_file_is_there_whole_or_not_at_all(study: Study, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = tmp_path / "study.parquet"
     path.write_bytes(b"what was there")
     monkeypatch.setattr(Study, "on_front", property(lambda self: np.zeros(0)[1]))
@@ -146,26 +137,9 @@ def test_the_command_writes_what_the_study_writes(hwsw: Any, tmp_path: Path) -> 
 
     store, written, again = (tmp_path / name for name in ("s.sqlite", "one.parquet", "two.parquet"))
     words = ("--axis", "relax.iterations=4,6", "--axis", "relax.schedule=[7,15]")
-    settings = (
-        "--set",
-        "workload.problem.arrive=0",
-        "--set",
-        "relax.block=[36,66]",
-        "--set",
-        "fabric.clock=100MHz",
-    )
+    settings = ("--set", "workload.problem.arrive=0", "--set", "relax.block=[36,66]", "--set", "fabric.clock=100MHz")
     explored = hwsw(
-        "explore",
-        "virtex4-pci",
-        "labyrinth",
-        *words,
-        *settings,
-        "--store",
-        store,
-        "--workers",
-        1,
-        "--parquet",
-        written,
+        "explore", "virtex4-pci", "labyrinth", *words, *settings, "--store", store, "--workers", 1, "--parquet", written
     )
     assert explored.exit_code == 0, explored.output
     assert f"parquet: {written}" in explored.output

@@ -66,9 +66,7 @@ def small(tmp_path_factory: pytest.TempPathFactory) -> Workload:
 def spaces(draw: st.DrawFn) -> tuple[dict[str, tuple[Any, ...]], dict[str, dict[str, tuple[Any, ...]]]]:
     """Some of the axes with some of their values; some of them exist for one variant only."""
     names = draw(st.lists(st.sampled_from(list(AXES)), min_size=1, max_size=5, unique=True))
-    axes = {
-        name: tuple(draw(st.lists(st.sampled_from(AXES[name]), min_size=1, unique_by=str))) for name in names
-    }
+    axes = {name: tuple(draw(st.lists(st.sampled_from(AXES[name]), min_size=1, unique_by=str))) for name in names}
     variants = axes.get("workload.variant", ())
     depending = draw(st.sets(st.sampled_from(names))) - {"workload.variant"} if variants else set()
     return axes, {name: {"workload.variant": (draw(st.sampled_from(variants)),)} for name in depending}
@@ -187,9 +185,7 @@ def test_the_shipped_studies_are_priced_but_for_named_reasons(name: str) -> None
 
 
 @pytest.mark.parametrize("place", ["price", "bind"])
-def test_an_assertion_ends_an_exploration(
-    small: Workload, monkeypatch: pytest.MonkeyPatch, place: str
-) -> None:
+def test_an_assertion_ends_an_exploration(small: Workload, monkeypatch: pytest.MonkeyPatch, place: str) -> None:
     """It is neither a failed point nor one that is simulated by itself and slower."""
 
     def broken(*_arguments: Any, **_options: Any) -> Any:
@@ -202,9 +198,7 @@ def test_an_assertion_ends_an_exploration(
         codesign.explore(platform, workload, workers=1)
 
 
-def test_a_fault_of_pricing_is_named_and_costs_no_result(
-    small: Workload, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_fault_of_pricing_is_named_and_costs_no_result(small: Workload, monkeypatch: pytest.MonkeyPatch) -> None:
     def broken(*arguments: Any) -> Any:
         price(*arguments)
         raise ZeroDivisionError("pricing broke")

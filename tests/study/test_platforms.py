@@ -92,14 +92,10 @@ def test_one_workload_on_three_boards_and_two_maps(file: Path) -> None:
 def test_a_platform_without_a_fabric_is_infeasible_where_a_task_is_placed_on_it(file: Path) -> None:
     study = over(file)
     on_pc = [point for point in study.points if point.axes["platform"] == "pc-epyc"]
-    assert [point.feasible for point in on_pc] == [
-        point.axes["workload.variant"] == "on-host" for point in on_pc
-    ]
+    assert [point.feasible for point in on_pc] == [point.axes["workload.variant"] == "on-host" for point in on_pc]
     (reason,) = study.reasons
     assert (reason.kind, reason.name, reason.designs) == ("mapping", "platform pc-epyc has no fabric", 4)
-    assert reason.levers[0].startswith(
-        "give it roles: {fabric: NAME}, a component of type fpga; or take arty-a7, "
-    )
+    assert reason.levers[0].startswith("give it roles: {fabric: NAME}, a component of type fpga; or take arty-a7, ")
     shown = render_text(reasons_table(study))
     assert "mapping   platform pc-epyc has no fabric" in shown
     # It takes no slices because it is not there: no design is better for that.
@@ -120,9 +116,7 @@ def test_tables_and_page_show_platform_and_part(file: Path) -> None:
 def test_a_value_that_one_platform_refuses_leaves_out_its_points_alone(file: Path) -> None:
     text = TEXT.replace("    fabric.clock: [50 MHz, 100 MHz]\n", "    link.baud: [9600, 115200]\n")
     study = over(written(file.parent, text))
-    by_platform = {
-        name: [p for p in study.points if p.axes["platform"] == name] for name in study.axes["platform"]
-    }
+    by_platform = {name: [p for p in study.points if p.axes["platform"] == name] for name in study.axes["platform"]}
     assert all(point.feasible for point in by_platform["arty-a7"])
     assert not any(point.feasible for point in by_platform["zynq"])
     names = {reason.name for point in by_platform["zynq"] if point.result for reason in point.result.reasons}
@@ -131,9 +125,7 @@ def test_a_value_that_one_platform_refuses_leaves_out_its_points_alone(file: Pat
 
 def test_a_value_that_no_platform_takes_is_a_fault_at_its_place(file: Path) -> None:
     written(file.parent, TEXT.replace("50 MHz, 100 MHz", "50 MHz, 3 parsecs"))
-    with pytest.raises(
-        SpecError, match=r"boards\.yaml:17:28: explore\.axes\.fabric\.clock\[1\]: '3 parsecs'"
-    ):
+    with pytest.raises(SpecError, match=r"boards\.yaml:17:28: explore\.axes\.fabric\.clock\[1\]: '3 parsecs'"):
         over(file)
 
 
@@ -162,9 +154,7 @@ def test_only_what_changed_is_computed_again(file: Path, tmp_path: Path) -> None
     assert (cached(written(tmp_path, two), store), cached(file, store)) == (0, 16)
     written(tmp_path, two.replace("[arty-a7, ", "[pc-epyc, arty-a7, "))
     assert cached(file, store) == 16
-    own.write_text(
-        own.read_text(encoding="utf-8").replace("value: 100 MHz", "value: 90 MHz", 1), encoding="utf-8"
-    )
+    own.write_text(own.read_text(encoding="utf-8").replace("value: 100 MHz", "value: 90 MHz", 1), encoding="utf-8")
     assert cached(file, store) == 16
 
 
@@ -232,9 +222,7 @@ def _refused(_point: Any) -> Any:
     raise InputError("not computed here")
 
 
-def test_the_command_takes_platforms_from_the_axis_or_from_set(
-    hwsw: Callable[..., Result], file: Path
-) -> None:
+def test_the_command_takes_platforms_from_the_axis_or_from_set(hwsw: Callable[..., Result], file: Path) -> None:
     without(file, "workload.variant")
     store = file.with_suffix(".sqlite")
     ran = hwsw("explore", file, "--store", store, "--json", "--workers", 1)
@@ -289,9 +277,7 @@ def test_values_that_name_no_platform(file: Path, value: str, fault: str) -> Non
     assert fault in str(error.value)
 
 
-def test_faults_of_platform_files_are_reported_at_their_places(
-    hwsw: Callable[..., Result], file: Path
-) -> None:
+def test_faults_of_platform_files_are_reported_at_their_places(hwsw: Callable[..., Result], file: Path) -> None:
     for name, clock in (("one", "1 parsec"), ("two", "100")):
         text = f"kind: platform\nname: {name}\ncomponents:\n  pc: {{type: processor, clock: {clock}}}\n"
         (file.parent / f"{name}.yaml").write_text(text, encoding="utf-8")
@@ -305,7 +291,5 @@ def test_faults_of_platform_files_are_reported_at_their_places(
 
 def test_a_role_and_the_name_that_fills_it_are_one_axis(file: Path) -> None:
     written(file.parent, TEXT.replace("    fabric.clock", "    fpga.clock: [10 MHz]\n    fabric.clock"))
-    with pytest.raises(
-        SpecError, match=r"fabric\.clock: sets the same thing as axis fpga\.clock\n  hint: keep one"
-    ):
+    with pytest.raises(SpecError, match=r"fabric\.clock: sets the same thing as axis fpga\.clock\n  hint: keep one"):
         over(file, codesign.load_platform("zynq"))

@@ -98,13 +98,7 @@ explore(platform, workload, workers=1, store=sys.argv[1], evaluate=Fake(Path(sys
 def test_after_a_crash_the_next_run_goes_on(platform: Platform, workload: Workload, tmp_path: Path) -> None:
     log, file = tmp_path / "log", tmp_path / "points.sqlite"
     places = [str(ROOT / "tests" / "support"), str(ROOT)]
-    command = [
-        sys.executable,
-        "-c",
-        f"import sys; sys.path[:0] = {places!r}\n{SCRIPT}",
-        str(file),
-        str(log),
-    ]
+    command = [sys.executable, "-c", f"import sys; sys.path[:0] = {places!r}\n{SCRIPT}", str(file), str(log)]
     assert subprocess.run(command, check=False, cwd=ROOT).returncode == 9
     finished = set(computed(log)) - {7}
     assert finished
@@ -132,9 +126,7 @@ def test_more_values_on_an_axis_cost_only_the_new_points(
     few, more = {"a.slices": [1, 2]}, {"a.slices": [3, 2, 1]}
     explore(platform, exploring(labyrinth, few), workers=1, store=file, evaluate=Fake())
     limits = (Constraint(figure=FIGURES["slices"], at_most=2),)
-    study = explore(
-        platform, exploring(labyrinth, more, constraints=limits), workers=1, store=file, evaluate=Fake(log)
-    )
+    study = explore(platform, exploring(labyrinth, more, constraints=limits), workers=1, store=file, evaluate=Fake(log))
     assert computed(log) == [0]
     assert study.feasible == (1, 2)
     assert load_study(file).to_json() == study.to_json()
@@ -153,15 +145,10 @@ def test_progress(platform: Platform, workload: Workload) -> None:
 
     told.clear()
     explore(platform, workload, workers=1, store=store, evaluate=Fake(), progress=told.append)
-    assert [(progress.done, progress.cached, progress.feasible) for progress in told] == [
-        (11, 11, 7),
-        (12, 11, 8),
-    ]
+    assert [(progress.done, progress.cached, progress.feasible) for progress in told] == [(11, 11, 7), (12, 11, 8)]
 
 
-def test_a_listener_that_stops_the_run_loses_nothing(
-    platform: Platform, workload: Workload, tmp_path: Path
-) -> None:
+def test_a_listener_that_stops_the_run_loses_nothing(platform: Platform, workload: Workload, tmp_path: Path) -> None:
     def stop(progress: Progress) -> None:
         if progress.done >= 6:
             raise KeyboardInterrupt
@@ -207,9 +194,7 @@ def test_without_a_worker(platform: Platform, workload: Workload) -> None:
         explore(platform, workload, workers=0)
 
 
-def test_where_no_point_can_be_built_the_fault_is_told_at_once(
-    platform: Platform, labyrinth: Workload
-) -> None:
+def test_where_no_point_can_be_built_the_fault_is_told_at_once(platform: Platform, labyrinth: Workload) -> None:
     too_many = exploring(labyrinth, {"relax.blocks": [[71, 1], [70, 1]]})
     with pytest.raises(SpecError, match="71 × 1 equal blocks do not part a map"):
         explore(platform, too_many, workers=1)
@@ -228,9 +213,7 @@ def latest(store: Store) -> tuple[str, bytes]:
     return study
 
 
-@pytest.mark.parametrize(
-    "change", [{"objectives": ["beauty"]}, {"constraints": [{"beauty": 1}]}, {"axes": 7}]
-)
+@pytest.mark.parametrize("change", [{"objectives": ["beauty"]}, {"constraints": [{"beauty": 1}]}, {"axes": 7}])
 def test_a_study_of_another_version(
     platform: Platform, workload: Workload, tmp_path: Path, change: dict[str, Any]
 ) -> None:

@@ -60,10 +60,7 @@ def told(designs: list[int], problem: Problem) -> tuple[Any, Any]:
     ("axes", "when"),
     [
         ({"a.x": list(range(30)), "a.y": ["p", "q", "r"], "a.z": [1]}, {}),
-        (
-            {"a.k": ["p", "q"], "a.x": list(range(9)), "a.y": [4, 2, 1]},
-            {"a.x": {"a.k": ["p"]}, "a.y": {"a.x": [3, 4]}},
-        ),
+        ({"a.k": ["p", "q"], "a.x": list(range(9)), "a.y": [4, 2, 1]}, {"a.x": {"a.k": ["p"]}, "a.y": {"a.x": [3, 4]}}),
         ({f"a.x{axis}": list(range(1000)) for axis in range(4)}, {}),
     ],
 )
@@ -106,9 +103,7 @@ def test_random_draws_each_design_once() -> None:
 @pytest.mark.parametrize("name", ["nsga2", "tpe"])
 def test_a_sampler_learns_from_figures_and_limits(name: str) -> None:
     """The best designs keep the limit; a sampler finds more of them than chance does."""
-    problem = Problem(
-        space_of({"a.x": list(range(100)), "a.y": list(range(100))}), ("f",), (False,), ("limit",)
-    )
+    problem = Problem(space_of({"a.x": list(range(100)), "a.y": list(range(100))}), ("f",), (False,), ("limit",))
     search, designs = search_of(Searching(sampler=name), problem), []
     while len(designs) < 300:
         asked = search.ask(50)
@@ -153,15 +148,7 @@ def test_bounds_are_below_every_design(platform: Platform, small: Workload) -> N
     workload = of(
         small,
         AXES,
-        (
-            "plan_time_worst_s",
-            "plan_time_mean_s",
-            "plan_time_95_s",
-            "first_plan_s",
-            "energy_j",
-            "power",
-            "cycles",
-        ),
+        ("plan_time_worst_s", "plan_time_mean_s", "plan_time_95_s", "first_plan_s", "energy_j", "power", "cycles"),
     )
     every = explore(platform, workload, workers=1)
     explored = Explored.of(platform, workload)
@@ -173,9 +160,7 @@ def test_bounds_are_below_every_design(platform: Platform, small: Workload) -> N
     for family in bounds.families():
         opened = bounds.open(family)
         assert opened is not None
-        ends = np.sort(
-            np.array([[random.integers(size, size=2) for size in family.sizes] for _ in range(60)]), axis=2
-        )
+        ends = np.sort(np.array([[random.integers(size, size=2) for size in family.sizes] for _ in range(60)]), axis=2)
         low, last = ends[:, :, 0], ends[:, :, 1]
         for own, bottom, top in zip(opened.costs(low, last), low, last, strict=True):
             for _ in range(5):
@@ -219,19 +204,13 @@ def test_conditional_axes(platform: Platform, small: Workload, name: str) -> Non
 
 def test_one_store_for_all_searches(platform: Platform, small: Workload, tmp_path: Path) -> None:
     workload, file = of(small, AXES), tmp_path / "points.sqlite"
-    first = explore(
-        platform, workload, workers=1, store=file, search="nsga2", seed=4, budget=Budget(points=60)
-    )
-    again = explore(
-        platform, workload, workers=1, store=file, search="nsga2", seed=4, budget=Budget(points=60)
-    )
+    first = explore(platform, workload, workers=1, store=file, search="nsga2", seed=4, budget=Budget(points=60))
+    again = explore(platform, workload, workers=1, store=file, search="nsga2", seed=4, budget=Budget(points=60))
     assert again == first == load_study(file)
     assert again.search is not None
     assert first.search is not None
     assert again.search.simulated == 0
-    assert [trace.designs for trace in again.search.traces] == [
-        trace.designs for trace in first.search.traces
-    ]
+    assert [trace.designs for trace in again.search.traces] == [trace.designs for trace in first.search.traces]
     proved = explore(platform, workload, workers=1, store=file, search="bound")
     assert proved.search is not None
     assert proved.search.simulated == 0
@@ -260,9 +239,7 @@ def test_a_space_that_is_too_large_to_hold(platform: Platform, small: Workload, 
     workload, file = of(small, axes), tmp_path / "points.sqlite"
     assert workload.explore is not None
     assert workload.explore.points > 10**9
-    study = explore(
-        platform, workload, workers=1, store=file, search="random", seed=1, budget=Budget(points=40)
-    )
+    study = explore(platform, workload, workers=1, store=file, search="random", seed=1, budget=Budget(points=40))
     assert len(study.designs) == 40 == len(study.feasible)
     assert load_study(file) == study
     design = study.designs[study.front[0]]
@@ -309,13 +286,7 @@ def test_nothing_is_feasible(platform: Platform, small: Workload) -> None:
     ],
 )
 def test_refusals(
-    platform: Platform,
-    small: Workload,
-    name: str,
-    seed: int,
-    budget: int | None,
-    axes: dict[str, Any],
-    what: str,
+    platform: Platform, small: Workload, name: str, seed: int, budget: int | None, axes: dict[str, Any], what: str
 ) -> None:
     limit = Budget(points=budget) if budget else None
     with pytest.raises(InputError) as refused:

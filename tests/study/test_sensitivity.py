@@ -105,9 +105,7 @@ def test_a_study_counts_feasible_designs_alone() -> None:
     assert effects["a.x", "slices"].main == 0
     assert effects["a.x", "first_plan_s"].paired == pytest.approx(2 / 3)
     assert not any(each.complete for each in effects.values())
-    assert study.sensitivity(TIME) == tuple(
-        each for (_, figure), each in effects.items() if figure == "first_plan_s"
-    )
+    assert study.sensitivity(TIME) == tuple(each for (_, figure), each in effects.items() if figure == "first_plan_s")
 
 
 def test_an_axis_moves_what_depends_on_it_too() -> None:

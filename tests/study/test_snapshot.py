@@ -209,11 +209,7 @@ def test_reading_holds_no_run_up_and_takes_none_of_its_locks(tmp_path: Path) -> 
                 assert len(second.find(["e" * 64])) == 1
             # In the process that writes: closing a file there drops its locks, unless care is taken.
             refused = subprocess.run(
-                [sys.executable, "-c", WRITER, str(file), "1"],
-                text=True,
-                capture_output=True,
-                check=False,
-                timeout=60,
+                [sys.executable, "-c", WRITER, str(file), "1"], text=True, capture_output=True, check=False, timeout=60
             )
             assert "in use by another run" in refused.stderr
         assert reader.find([*entries(3), "e" * 64]) == entries(3)
@@ -235,9 +231,7 @@ def test_a_study_can_be_loaded_from_within_its_own_exploration(tmp_path: Path) -
     assert all(done == seen for done, seen in counts)
 
 
-def test_nothing_stays_in_the_folder_for_temporary_files(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_nothing_stays_in_the_folder_for_temporary_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     file, temporary = tmp_path / "points.sqlite", tmp_path / "temporary"
     temporary.mkdir()
     monkeypatch.setattr("tempfile.tempdir", str(temporary))

@@ -106,9 +106,7 @@ def existing(axes: dict[str, list[Any]], when: dict[str, Any]) -> set[str]:
 
 
 @given(conditional())
-def test_a_space_has_exactly_the_points_that_exist(
-    axes_when: tuple[dict[str, list[Any]], dict[str, Any]],
-) -> None:
+def test_a_space_has_exactly_the_points_that_exist(axes_when: tuple[dict[str, list[Any]], dict[str, Any]]) -> None:
     axes, when = axes_when
     space = Space(axes, "", when=when)
     points = list(space.points())

@@ -66,11 +66,7 @@ def test_a_point_has_the_axes_that_exist_for_it(study: Study) -> None:
     assert len(study.designs) == 3 * 4 * 2 + 3 * 2
     levels = study.space.levels(np.arange(len(study.points)))
     for point in study.points:
-        own = (
-            {"relax.iterations", "fabric.clock"}
-            if point.axes["workload.variant"] == "base"
-            else {"relax.omega"}
-        )
+        own = {"relax.iterations", "fabric.clock"} if point.axes["workload.variant"] == "base" else {"relax.omega"}
         assert set(point.axes) == {"workload.variant", "pci.clock", *own}
         assert {axis for axis, column in levels.items() if column[point.index] >= 0} == set(point.axes)
         assert study.space.index(point.axes) == point.index
@@ -128,11 +124,7 @@ def test_a_point_without_a_derived_figure_says_why_and_is_on_no_front(study: Stu
     assert held.designs[lacking[0]].out[0].reason.words == f"spread above: {why}"
 
 
-FAR = {
-    "far": {"expression": "energy_j * 1e300 * 1e9", "unit": "pJ"},
-    "root": "sqrt(slices - 10)",
-    "half": "slices / 2",
-}
+FAR = {"far": {"expression": "energy_j * 1e300 * 1e9", "unit": "pJ"}, "root": "sqrt(slices - 10)", "half": "slices / 2"}
 
 
 def test_derived_columns_have_no_value_where_a_step_has_none() -> None:
@@ -163,17 +155,7 @@ def test_a_value_too_large_for_its_unit_is_none_in_columns_and_alone() -> None:
 
 @pytest.mark.parametrize(
     "name",
-    [
-        "index",
-        "state",
-        "on_front",
-        "why_not",
-        "seeds",
-        "energy_j_low",
-        "power_w",
-        "other_high",
-        "plan_time_worst_s",
-    ],
+    ["index", "state", "on_front", "why_not", "seeds", "energy_j_low", "power_w", "other_high", "plan_time_worst_s"],
 )
 def test_a_derived_figure_has_no_name_of_another_column(name: str) -> None:
     with pytest.raises((ValidationError, RefusalError), match=r"is a column of tables|is a figure"):
@@ -211,9 +193,7 @@ def test_a_study_cut_off_anywhere_estimates_the_mean_better_than_chance(trend: s
     chance = np.random.default_rng(1)
     for part in (10, 25, 60, 130, 200):
         own = abs(values[turns[:part]].mean() - values.mean())
-        errors = [
-            abs(values[chance.permutation(len(space))[:part]].mean() - values.mean()) for _ in range(200)
-        ]
+        errors = [abs(values[chance.permutation(len(space))[:part]].mean() - values.mean()) for _ in range(200)]
         assert own <= np.quantile(errors, 0.95), part
         first = abs(values[:part].mean() - values.mean())
         assert own <= max(first, np.quantile(errors, 0.5))

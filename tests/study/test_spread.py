@@ -38,9 +38,7 @@ SMALL: dict[str, Any] = {
     },
     "mapping": {"relax": {"component": "fpga", "block": [6, 9], "iterations": 4, "schedule": [15]}},
     "variants": {
-        "deep": {
-            "mapping": {"relax": {"component": "fpga", "block": [6, 9], "iterations": 4, "schedule": [31]}}
-        }
+        "deep": {"mapping": {"relax": {"component": "fpga", "block": [6, 9], "iterations": 4, "schedule": [31]}}}
     },
 }
 
@@ -97,9 +95,7 @@ def test_what_is_shared_is_computed_once_however_a_study_is_cut(tmp_path: Path) 
         assert len(done(study)) == len(done(kept)) == had
         assert simulated <= settings
         assert_spread(study)
-    whole = explore(
-        codesign.load_platform("virtex4-pci"), codesign.load_workload(tmp_path / "small.yaml"), workers=1
-    )
+    whole = explore(codesign.load_platform("virtex4-pci"), codesign.load_workload(tmp_path / "small.yaml"), workers=1)
     assert whole.simulations == settings
     for point in done(study).tolist():
         assert study.points[point].result == whole.points[point].result

@@ -153,9 +153,7 @@ def test_on_a_full_disk_what_was_finished_stays(kept: Kept, tmp_path: Path, most
         f"resource.setrlimit(resource.RLIMIT_FSIZE, ({most}, {most})); main()"
     )
     names = ("explore", "virtex2-pci", kept.file, "--store", store, "--workers", "1", "--csv", table)
-    ran = subprocess.run(
-        [sys.executable, "-c", text, *map(str, names)], capture_output=True, text=True, check=False
-    )
+    ran = subprocess.run([sys.executable, "-c", text, *map(str, names)], capture_output=True, text=True, check=False)
     assert ran.returncode == 1, ran.stderr
     assert "cannot be read or written: disk I/O error" in ran.stderr
     assert "run again: it goes on from there" in ran.stderr

@@ -241,18 +241,14 @@ def attempt(hwsw: Hwsw, explored: tuple[Path, Specs], folder: Path, data: st.Dat
 
 @fuzzed
 @given(st.data())
-def test_any_file_of_points(
-    hwsw: Hwsw, explored: tuple[Path, Specs], tmp_path: Path, data: st.DataObject
-) -> None:
+def test_any_file_of_points(hwsw: Hwsw, explored: tuple[Path, Specs], tmp_path: Path, data: st.DataObject) -> None:
     attempt(hwsw, explored, tmp_path, data)
 
 
 @pytest.mark.slow
 @settings(fuzzed, max_examples=examples(120))
 @given(st.data())
-def test_many_files_of_points(
-    hwsw: Hwsw, explored: tuple[Path, Specs], tmp_path: Path, data: st.DataObject
-) -> None:
+def test_many_files_of_points(hwsw: Hwsw, explored: tuple[Path, Specs], tmp_path: Path, data: st.DataObject) -> None:
     attempt(hwsw, explored, tmp_path, data)
 
 
@@ -295,10 +291,7 @@ def kept(specs: Specs, tmp_path: Path, evaluate: EvaluatePoint | None = None) ->
 @pytest.mark.parametrize(
     ("old", "new"),
     [
-        (
-            '"axes": {"relax.iterations": [1, 4]}',
-            '"axes": {"relax.iterations": ' + "[" * 9000 + "]" * 9000 + "}",
-        ),
+        ('"axes": {"relax.iterations": [1, 4]}', '"axes": {"relax.iterations": ' + "[" * 9000 + "]" * 9000 + "}"),
         ('"axes": {"relax.iterations": [1, 4]}', '"axes": {"a.b": [1e999]}'),
         ('"axes": {"relax.iterations": [1, 4]}', '"axes": [[1, 2]]'),
         (

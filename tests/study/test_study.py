@@ -76,9 +76,7 @@ def test_a_point_that_was_not_run_is_held_to_what_it_has() -> None:
 
 
 def test_a_figure_that_does_not_exist_satisfies_no_constraint() -> None:
-    out = with_constraints(
-        result(path=None), (Constraint(figure=FIGURES["path_length_ratio_mean"], at_most=1.2),)
-    )
+    out = with_constraints(result(path=None), (Constraint(figure=FIGURES["path_length_ratio_mean"], at_most=1.2),))
     assert [reason.name for reason in out.reasons] == ["path_length_ratio_mean at most: no such figure"]
 
 
@@ -108,10 +106,7 @@ def test_where_nothing_is_feasible_reasons_and_nearest_points_say_why() -> None:
 def test_a_limit_of_zero_is_far_away_rather_than_a_division_by_it() -> None:
     none_left = Reason(kind="resource", name="multipliers", demand=3, limit=0, gap=3, unit="")
     out = result(fits=False, slices=101).model_copy(update={"reasons": (none_left,)})
-    assert study(out, result(slices=900, fits=False)).nearest() == (
-        1,
-        0,
-    )
+    assert study(out, result(slices=900, fits=False)).nearest() == (1, 0)
 
 
 def test_counts_are_integers_in_json_wherever_they_stand() -> None:
@@ -131,12 +126,7 @@ def test_counts_are_integers_in_json_wherever_they_stand() -> None:
 
 
 def test_json_has_every_point_with_all_figures() -> None:
-    made = study(
-        result(seconds=0.5),
-        result(slices=110, fits=False),
-        "no way",
-        constraints=SHARE_AND_TIME,
-    )
+    made = study(result(seconds=0.5), result(slices=110, fits=False), "no way", constraints=SHARE_AND_TIME)
     made = replace(made, axes={"relax.block": ([36, 66], [12, 22], [6, 11])})
     text = json.loads(made.to_json())
     assert text["schema_version"] == 3

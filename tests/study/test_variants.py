@@ -77,9 +77,7 @@ def test_host_and_fpga_are_points_of_one_exploration(hwsw: Run, file: Path, tmp_
     # Each point is what a run of it gives.
     for point in (points[1], points[2]):
         settings = [f"{axis}={value}" for axis, value in point["axes"].items()]
-        run = hwsw(
-            "run", "virtex4-pci", file, "--json", *(part for each in settings for part in ("--set", each))
-        )
+        run = hwsw("run", "virtex4-pci", file, "--json", *(part for each in settings for part in ("--set", each)))
         alone = json.loads(run.stdout)
         assert {key: alone[key] for key in point["result"] if key != "provenance"} == {
             key: value for key, value in point["result"].items() if key != "provenance"
@@ -118,9 +116,7 @@ def test_a_setting_holds_in_variants_that_say_otherwise(hwsw: Run, file: Path, t
 
 def test_compare_takes_variants(hwsw: Run, file: Path) -> None:
     design = f"virtex4-pci:{file}"
-    told = json.loads(
-        hwsw("compare", design, "--on", file, "--set", "workload.variant=on-host", "--json").stdout
-    )
+    told = json.loads(hwsw("compare", design, "--on", file, "--set", "workload.variant=on-host", "--json").stdout)
     assert told[design]["planner"] == "relaxation"
     refused = hwsw("compare", "virtex4-pci:labyrinth", "--set", "workload.variant=on-host")
     assert (refused.exit_code, "none of the designs has this" in refused.stderr) == (2, True)
@@ -159,9 +155,7 @@ def test_a_change_in_one_variant_costs_only_its_own_points(file: Path, tmp_path:
     log.unlink()
     # Prose changes no point, and a variant that is not explored none at all.
     explored(
-        changed(
-            file, ("iterations: 32", "iterations: 33"), ("  on-host:", "  on-host:\n    description: PC")
-        ),
+        changed(file, ("iterations: 32", "iterations: 33"), ("  on-host:", "  on-host:\n    description: PC")),
         store,
         log,
     )
@@ -192,9 +186,7 @@ def test_only_the_variants_explored_are_digested(file: Path) -> None:
 
 
 def test_where_no_variant_can_be_built_the_first_says_so(file: Path) -> None:
-    workload = changed(
-        file, ("[base, on-host]", "[on-host]"), ("component: host, method", "component: fpga, method")
-    )
+    workload = changed(file, ("[base, on-host]", "[on-host]"), ("component: host, method", "component: fpga, method"))
     with pytest.raises(SpecError, match=r"variants\.on-host\.mapping\.relax"):
         explore(codesign.load_platform("virtex4-pci"), workload, workers=1)
 

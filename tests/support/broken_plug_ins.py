@@ -208,18 +208,10 @@ RULE_BREAKERS: list[tuple[str, str, PlugIn]] = [
         "no task",
         flows(lambda found: (*found, Flow("dream", "search", "x", 1))),
     ),
-    (
-        "flows_lead_from_the_map_to_the_answer",
-        "circle",
-        flows(lambda found: (*found, Flow("track", "search", "x", 1))),
-    ),
+    ("flows_lead_from_the_map_to_the_answer", "circle", flows(lambda found: (*found, Flow("track", "search", "x", 1)))),
     ("flows_lead_from_the_map_to_the_answer", "nothing flows from", flows(lambda found: found[1:])),
     ("flows_lead_from_the_map_to_the_answer", "exactly one", flows(lambda found: found[:2])),
-    (
-        "flows_lead_from_the_map_to_the_answer",
-        "never start",
-        flows(lambda found: (found[0], found[2])),
-    ),
+    ("flows_lead_from_the_map_to_the_answer", "never start", flows(lambda found: (found[0], found[2]))),
     (
         "flows_after_a_plan_differ_in_size_only",
         "other flows",
@@ -228,9 +220,7 @@ RULE_BREAKERS: list[tuple[str, str, PlugIn]] = [
     (
         "flows_after_a_plan_differ_in_size_only",
         "at most",
-        planner(
-            flows_after=lambda self, job: tuple(replace(flow, bits=10**6) for flow in PLANNER.flows(job))
-        ),
+        planner(flows_after=lambda self, job: tuple(replace(flow, bits=10**6) for flow in PLANNER.flows(job))),
     ),
     (
         "a_pose_goes_to_the_task_that_answers",
@@ -293,11 +283,7 @@ RULE_BREAKERS: list[tuple[str, str, PlugIn]] = [
         "'bf': ",
         work_longer(lambda job: not job.does("track"), "bf"),
     ),
-    (
-        "demand_names_resources_of_a_part",
-        "'rubber'",
-        demand(lambda found, _: replace(found, items=plus("rubber", 1))),
-    ),
+    ("demand_names_resources_of_a_part", "'rubber'", demand(lambda found, _: replace(found, items=plus("rubber", 1)))),
     (
         "demand_names_resources_of_a_part",
         "asks for -1",
@@ -331,9 +317,7 @@ RULE_BREAKERS: list[tuple[str, str, PlugIn]] = [
         "what_is_done_elsewhere_takes_nothing_of_the_part",
         "asks for more of more",
         demand(
-            lambda found, inside: replace(
-                found, items=plus("slices", 1 if "track" in (inside or ["track"]) else 2)
-            )
+            lambda found, inside: replace(found, items=plus("slices", 1 if "track" in (inside or ["track"]) else 2))
         ),
     ),
     ("clock_limit_and_power_have_units_and_sources", "'MHz'", styles(clock_limit=clock_in_mhz)),
@@ -350,16 +334,9 @@ RULE_BREAKERS: list[tuple[str, str, PlugIn]] = [
     (
         "going_on_from_the_own_answer_is_no_slower_and_as_good",
         "from its own answer",
-        work_longer(
-            lambda job: job.start is not None,
-            planner=altered(PLANNER, {"start_of": lambda self, plan: plan}),
-        ),
+        work_longer(lambda job: job.start is not None, planner=altered(PLANNER, {"start_of": lambda self, plan: plan})),
     ),
-    (
-        "a_lower_bound_can_be_made_and_taken",
-        "there is none",
-        planner(policies=("restart", "lower_bound")),
-    ),
+    ("a_lower_bound_can_be_made_and_taken", "there is none", planner(policies=("restart", "lower_bound"))),
     ("tasks_by_themselves_are_those_of_the_planner", "another path", tasks(steps=task_elsewhere)),
     (
         "tasks_by_themselves_are_those_of_the_planner",
@@ -382,11 +359,7 @@ RULE_BREAKERS: list[tuple[str, str, PlugIn]] = [
         "out of order",
         events(lambda model: replace(model, cycle=model.cycle[::-1].copy())),
     ),
-    (
-        "circuits_and_expectations_are_sound",
-        "no phases",
-        expected(lambda model: replace(model, cycles={"dream": 1})),
-    ),
+    ("circuits_and_expectations_are_sound", "no phases", expected(lambda model: replace(model, cycles={"dream": 1}))),
     (
         "circuits_report_what_the_model_expects",
         "differs from the model: cycle",

@@ -56,9 +56,7 @@ def stands_at_any_width(browser: Any, page: Path) -> None:
         for scheme in ("light", "dark"):
             with opened(browser, page, viewport={"width": width, "height": 900}, color_scheme=scheme) as tab:
                 assert tab.evaluate("document.documentElement.scrollWidth") <= width
-                light = (
-                    tab.evaluate("getComputedStyle(document.body).backgroundColor") == "rgb(251, 251, 250)"
-                )
+                light = tab.evaluate("getComputedStyle(document.body).backgroundColor") == "rgb(251, 251, 250)"
                 assert light == (scheme == "light")
                 tab.emulate_media(media="print")
                 assert tab.evaluate("getComputedStyle(document.body).color") == "rgb(0, 0, 0)"

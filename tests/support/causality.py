@@ -96,9 +96,7 @@ def _damaged(records: Sequence[Record]) -> bool:
 
 def _decider(records: Sequence[Record], places: dict[str, str]) -> str:
     """Where poses are sent for a decision."""
-    found = {
-        record.receiver for record in records if isinstance(record, MessageRecord) and record.name == "pose"
-    }
+    found = {record.receiver for record in records if isinstance(record, MessageRecord) and record.name == "pose"}
     return next(iter(found), places["load"])
 
 
@@ -155,9 +153,5 @@ def _check_motion(records: Sequence[Record], commands: Sequence[CommandRecord]) 
         if pose.time <= commands[0].time if commands else True:
             assert (pose.row, pose.column) == (poses[0].row, poses[0].column)
         place = pose.row, pose.column
-        near = {
-            cell_of((pose.row + down, pose.column + along))
-            for down in (-NEAR, NEAR)
-            for along in (-NEAR, NEAR)
-        }
+        near = {cell_of((pose.row + down, pose.column + along)) for down in (-NEAR, NEAR) for along in (-NEAR, NEAR)}
         assert near & allowed, f"at {pose.time} ps the robot is at {place}, where no command had sent it"

@@ -37,54 +37,38 @@ def an_fpga(environment: simpy.Environment, listeners: Sequence[Listener]) -> tu
     fpga = Fpga(environment, "unit", CLOCK, listeners)
 
     def steps() -> Generator[Step, None, None]:
-        yield Step(
-            "relax",
-            np.array([3, 4, 5]),
-            lambda begin, end, source: TaskRecord(begin, source, "relax", end, 12),
-        )
+        yield Step("relax", np.array([3, 4, 5]), lambda begin, end, source: TaskRecord(begin, source, "relax", end, 12))
 
     return fpga, [fpga.execute(steps())]
 
 
 def a_bus(environment: simpy.Environment, listeners: Sequence[Listener]) -> tuple[Component, list[Work]]:
     bus = Bus(environment, "unit", LAW, listeners=listeners)
-    return bus, [
-        bus.send("host", "fpga", name, bits) for name, bits in (("map", 1000), ("goals", 1), ("go", 33))
-    ]
+    return bus, [bus.send("host", "fpga", name, bits) for name, bits in (("map", 1000), ("goals", 1), ("go", 33))]
 
 
-def a_bus_in_bursts(
-    environment: simpy.Environment, listeners: Sequence[Listener]
-) -> tuple[Component, list[Work]]:
+def a_bus_in_bursts(environment: simpy.Environment, listeners: Sequence[Listener]) -> tuple[Component, list[Work]]:
     bus = Bus(environment, "unit", LAW, arbitration=Arbitration.BURST, listeners=listeners)
     return bus, [bus.send(sender, "pc", "map", bits) for sender, bits in (("host", 1000), ("fpga", 999))]
 
 
-def a_serial_line(
-    environment: simpy.Environment, listeners: Sequence[Listener]
-) -> tuple[Component, list[Work]]:
+def a_serial_line(environment: simpy.Environment, listeners: Sequence[Listener]) -> tuple[Component, list[Work]]:
     errors = LinkErrors(bit_error_rate=0.01, checksum_bits=8, retries=2, timeout=1_000, drop=0.1, seed=3)
     line = Serial(environment, "unit", SerialLaw(921_600), errors=errors, listeners=listeners)
     return line, [line.send("host", "fpga", "way", bits) for bits in (80, 8, 33, 160)]
 
 
-def an_urgent_task(
-    environment: simpy.Environment, listeners: Sequence[Listener]
-) -> tuple[Component, list[Work]]:
+def an_urgent_task(environment: simpy.Environment, listeners: Sequence[Listener]) -> tuple[Component, list[Work]]:
     processor = Processor(environment, "unit", CLOCK, {"update": 42_088}, listeners)
     return processor, [processor.execute("update", 100, priority=1), processor.execute("update", 7)]
 
 
-def a_processor(
-    environment: simpy.Environment, listeners: Sequence[Listener]
-) -> tuple[Component, list[Work]]:
+def a_processor(environment: simpy.Environment, listeners: Sequence[Listener]) -> tuple[Component, list[Work]]:
     processor = Processor(environment, "unit", CLOCK, {"update": 42_088}, listeners)
     return processor, [processor.execute("update", 100), processor.execute("update", 0, task="nothing")]
 
 
-def a_block_ram(
-    environment: simpy.Environment, listeners: Sequence[Listener]
-) -> tuple[Component, list[Work]]:
+def a_block_ram(environment: simpy.Environment, listeners: Sequence[Listener]) -> tuple[Component, list[Work]]:
     ram = BlockRam(environment, "unit", CLOCK, depth=1024, width=18, listeners=listeners)
 
     def use() -> Work:
@@ -103,17 +87,13 @@ def a_memory(environment: simpy.Environment, listeners: Sequence[Listener]) -> t
     return memory, [memory.read(5, sequential=True), memory.write(2, sequential=False)]
 
 
-def a_memory_on_show(
-    environment: simpy.Environment, listeners: Sequence[Listener]
-) -> tuple[Component, list[Work]]:
+def a_memory_on_show(environment: simpy.Environment, listeners: Sequence[Listener]) -> tuple[Component, list[Work]]:
     memory = ExternalMemory(environment, "unit", SRAM, listeners)
     VgaDisplay(environment, "screen", CLOCK, Scan(4, 2, 9, 3), memory=memory)
     return memory, [memory.read(5, sequential=True), memory.write(2, sequential=False)]
 
 
-def a_block_ram_on_show(
-    environment: simpy.Environment, listeners: Sequence[Listener]
-) -> tuple[Component, list[Work]]:
+def a_block_ram_on_show(environment: simpy.Environment, listeners: Sequence[Listener]) -> tuple[Component, list[Work]]:
     ram = BlockRam(environment, "unit", CLOCK, depth=64, width=1, listeners=listeners)
     VgaDisplay(environment, "screen", CLOCK, SCAN, memory=ram)
 

@@ -39,9 +39,7 @@ def run(*, link: int, **changes: Any) -> Result:
 
 
 MISFIT = result(slices=130, fits=False)
-TWICE = MISFIT.model_copy(
-    update={"reasons": (*MISFIT.reasons, MISFIT.reasons[0].model_copy(update={"gap": 99}))}
-)
+TWICE = MISFIT.model_copy(update={"reasons": (*MISFIT.reasons, MISFIT.reasons[0].model_copy(update={"gap": 99}))})
 TEMPLATES = [
     run(link=1),
     run(link=1, slices=60, share=0.5),
@@ -73,15 +71,10 @@ def studies(draw: st.DrawFn) -> tuple[Study, list[Plain]]:
     """A study, most of its points priced, and its points one by one."""
     sizes = draw(st.tuples(st.integers(1, 3), st.integers(1, 3), st.integers(1, 2)))
     names = "axi.clock", "relax.block", "workload.variant"
-    axes = {
-        name: tuple(f"{place} MHz" for place in range(size)) for name, size in zip(names, sizes, strict=True)
-    }
+    axes = {name: tuple(f"{place} MHz" for place in range(size)) for name, size in zip(names, sizes, strict=True)}
     conditions: dict[str, tuple[Any, ...]] = {}
     if draw(st.booleans()):
-        conditions = {
-            "a.b": tuple(range(draw(st.integers(1, 3)))),
-            "c.seed": (0, 1)[: draw(st.integers(1, 2))],
-        }
+        conditions = {"a.b": tuple(range(draw(st.integers(1, 3)))), "c.seed": (0, 1)[: draw(st.integers(1, 2))]}
     count = math.prod(sizes) * math.prod(map(len, conditions.values()))
     some = draw(st.lists(st.sampled_from(range(len(TEMPLATES))), min_size=1, max_size=4))
     points = [_point(draw, some) for _ in range(count)]
@@ -120,10 +113,7 @@ def outcomes_of(points: list[Plain]) -> Outcomes:
     outcomes = Outcomes.empty(len(points))
     for begin in (0, 1):
         batch = points[begin::2]
-        columns = {
-            name: np.array([point.prices.get(name, math.nan) for point in batch], np.float64)
-            for name in PRICED
-        }
+        columns = {name: np.array([point.prices.get(name, math.nan) for point in batch], np.float64) for name in PRICED}
         states = [State[point.state.upper()] for point in batch]
         which = [-1 if point.template is None else TEMPLATES.index(point.template) for point in batch]
         reason = [-1 if point.too_fast is None else TOO_FAST.index(point.too_fast) for point in batch]

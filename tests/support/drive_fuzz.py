@@ -42,20 +42,7 @@ WILD: tuple[Any, ...] = (
 """Values that few keys accept."""
 
 TIMES = ("0 s", "1 ps", "1 us", "1 ms", "100 ms", "1 s", "1 min", "1000 h", "3.6e18 ps")
-LENGTHS = (
-    "0 m",
-    "1e-300 m",
-    "1e-12 m",
-    "1 um",
-    "1 mm",
-    "5 cm",
-    "0.1 m",
-    "0.3 m",
-    "1 m",
-    "40 m",
-    "1 km",
-    "1e9 m",
-)
+LENGTHS = ("0 m", "1e-300 m", "1e-12 m", "1 um", "1 mm", "5 cm", "0.1 m", "0.3 m", "1 m", "40 m", "1 km", "1e9 m")
 SPEEDS = ("1e-300 m/s", "1e-12 m/s", "1 mm/s", "0.5 m/s", "1e6 m/s")
 ACCELERATIONS = ("1e-300 m/s^2", "1e-9 m/s^2", "0.5 m/s^2", "1e6 m/s^2")
 TURN_RATES = ("1e-300 rad/s", "1e-9 rad/s", "2 rad/s", "1e6 rad/s")
@@ -196,18 +183,11 @@ KEYS: dict[tuple[str, KeyPath], tuple[Any, ...]] = {
         [{"name": "log", "after": {"display": 128}, "kernel": "log_line"}],
         [{"name": "log", "after": {"command": 10**12}, "kernel": "log_line", "units": 10**12}],
     ),
-    ("drive", ("mapping", "display")): tuple(
-        {"component": name} for name in ("host", "screen", "fpga", "robot")
-    ),
+    ("drive", ("mapping", "display")): tuple({"component": name} for name in ("host", "screen", "fpga", "robot")),
     ("drive", ("scenario",)): ({"type": "plan_once"}, {"type": "fleet"}),
     ("drive", ("mapping", "relax", "block")): ([1, 1], [16, 16], [17, 1], [4096, 4096]),
     ("drive", ("mapping", "relax", "blocks")): ([1, 1], [2, 3], [16, 16], [17, 1]),
-    ("drive", ("mapping", "relax", "schedule")): (
-        [1],
-        [1023],
-        [15, 31],
-        {"first": 1, "step": 1, "last": 1023},
-    ),
+    ("drive", ("mapping", "relax", "schedule")): ([1], [1023], [15, 31], {"first": 1, "step": 1, "last": 1023}),
     ("drive", ("mapping", "relax", "iterations")): (1, 1_000_000),
     ("drive", ("mapping", "relax", "termination")): ("sound", "published"),
     ("drive", ("mapping", "relax", "method")): ("gs", "mam", "red_black", "half_sweep_am", "direct"),
@@ -220,10 +200,7 @@ KEYS: dict[tuple[str, KeyPath], tuple[Any, ...]] = {
     ("drive", ("mapping", "propagate", "course")): ("local", "complete"),
     ("drive", ("mapping", "propagate", "steps")): (1, 65_535),
     ("drive", ("mapping", "propagate", "corner_cutting")): (True, False),
-    ("drive", ("mapping", "propagate", "penalty")): (
-        {"distance": 65_535, "delay": 1},
-        {"distance": 1, "delay": 10**6},
-    ),
+    ("drive", ("mapping", "propagate", "penalty")): ({"distance": 65_535, "delay": 1}, {"distance": 1, "delay": 10**6}),
     ("drive", ("mapping", "propagate", "style")): ("adder_comparator", "delay_line", "tiled"),
     **{
         ("drive", ("mapping", task, key)): names

@@ -27,19 +27,12 @@ maps = st.tuples(st.integers(0, 2**32), st.sampled_from([0.0, 0.1, 0.3])).map(
 
 
 kinematics = st.sampled_from(
-    [
-        PointDrive(0.5),
-        OmnidirectionalDrive(0.5, 0.3),
-        OmnidirectionalDrive(1.5, 4.0),
-        DifferentialDrive(0.5, 0.4, 1.5),
-    ]
+    [PointDrive(0.5), OmnidirectionalDrive(0.5, 0.3), OmnidirectionalDrive(1.5, 4.0), DifferentialDrive(0.5, 0.4, 1.5)]
 )
 
 
 def a_robot(limits: Kinematics, position: tuple[float, float], resolution: float = 1.0) -> MobileRobot:
-    return MobileRobot(
-        simpy.Environment(), "robot", kinematics=limits, resolution=resolution, position=position
-    )
+    return MobileRobot(simpy.Environment(), "robot", kinematics=limits, resolution=resolution, position=position)
 
 
 OPEN = np.zeros((SIDE, SIDE), np.bool_)

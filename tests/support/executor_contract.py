@@ -24,9 +24,7 @@ def works_of(axes: dict[str, list[Any]], limit: int = 3) -> list[Work]:
     return [Alone(points[begin : begin + limit]) for begin in range(0, len(points), limit)]
 
 
-def evaluator(
-    axes: dict[str, list[Any]], log: Path | None = None, at: dict[int, str] | None = None
-) -> PointByPoint:
+def evaluator(axes: dict[str, list[Any]], log: Path | None = None, at: dict[int, str] | None = None) -> PointByPoint:
     return PointByPoint(Fake(log, at), Space(axes, ""))
 
 
@@ -65,10 +63,7 @@ class Contract:
         assert sorted(computed(tmp_path / "log")) == list(range(10))
         for point in points:
             assert entries[point.key].state is EntryState.DONE
-            assert (
-                Result.model_validate_json(entries[point.key].text).resources[0].demand
-                == point.axes["slices"]
-            )
+            assert Result.model_validate_json(entries[point.key].text).resources[0].demand == point.axes["slices"]
 
     def test_an_exception_is_the_failure_of_its_point_alone(self, executor: Executor) -> None:
         axes = {"do": ["nothing", "fail", "refuse", "all the same"]}

@@ -34,13 +34,7 @@ def result(
     }
     if not fits:
         gap = Reason(
-            kind="resource",
-            name="slices",
-            demand=slices,
-            limit=100,
-            gap=slices - 100,
-            unit="",
-            levers=("shrink",),
+            kind="resource", name="slices", demand=slices, limit=100, gap=slices - 100, unit="", levers=("shrink",)
         )
         return Result(**head, feasible=False, reasons=(gap,))
     quality = Quality(
@@ -85,12 +79,7 @@ def mission(*, seconds: float = 60.0, reached: bool = True, **changes: Any) -> M
         "waiting_s": 1.0,
         "known_share": 0.75,
         "energy": MissionEnergy(
-            fpga_j=1,
-            processors_j=2,
-            links_j=3,
-            memories_j=4,
-            robot_j=5 * seconds,
-            mission_energy_j=10 + 5 * seconds,
+            fpga_j=1, processors_j=2, links_j=3, memories_j=4, robot_j=5 * seconds, mission_energy_j=10 + 5 * seconds
         ),
         "account": {},
     }
@@ -115,9 +104,7 @@ class Fake:
                 file.write(f"{point.index} {os.getpid()}\n")
         match self.at.get(point.index, axes.get("do")):
             case "refuse":
-                raise InputError(
-                    "a block of 9 × 9 nodes on a map of 3 × 3 cells", "relax.block", "make it smaller"
-                )
+                raise InputError("a block of 9 × 9 nodes on a map of 3 × 3 cells", "relax.block", "make it smaller")
             case "fail":
                 raise ZeroDivisionError("no way")
             case "die":

@@ -31,9 +31,7 @@ def items(paper: str) -> dict[str, str]:
 
 def check_statements(reproduction: Reproduction, left_out: Collection[str] = ()) -> None:
     """Every statement of the run is on the page, and the reverse but for those that a quick run leaves out."""
-    assert {each.statement for each in reproduction.findings} == set(items(reproduction.paper)) - set(
-        left_out
-    )
+    assert {each.statement for each in reproduction.findings} == set(items(reproduction.paper)) - set(left_out)
 
 
 def check_figures(reproduction: Reproduction, beginnings: Collection[str] = ("",)) -> None:
@@ -63,9 +61,7 @@ def _faults(finding: Finding, page: dict[str, str], given: str) -> list[str]:
     for name, measured in finding.figures.items():
         if not re.search(rf"(?<![\d.,]){re.escape(measured)}(?!\d|[.,]\d)", text):
             faults.append(f"{name}: {measured} is not on the page")
-    measured_numbers = NUMBER.findall(
-        " ".join([*finding.figures, *finding.figures.values(), finding.statement])
-    )
+    measured_numbers = NUMBER.findall(" ".join([*finding.figures, *finding.figures.values(), finding.statement]))
     unknown = set(map(_plain, NUMBER.findall(text))) - set(map(_plain, [*measured_numbers, *given.split()]))
     return [*faults, *(f"{number} is not measured" for number in sorted(unknown))]
 

@@ -73,12 +73,7 @@ class Ground:
         board, robots = self.folder / "board.yaml", self.folder / "robots.yaml"
         board.write_text(PLATFORM.format(clock=clock, costs=costs, link=link), encoding="utf-8")
         text = WORKLOAD.format(
-            count=count,
-            arrangement=arrangement,
-            seed=seed,
-            scenario=scenario,
-            parameters=parameters,
-            display=display,
+            count=count, arrangement=arrangement, seed=seed, scenario=scenario, parameters=parameters, display=display
         )
         robots.write_text(text, encoding="utf-8")
         system = bind(load_platform(board), catalog.load_workload(robots))

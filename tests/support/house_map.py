@@ -40,9 +40,7 @@ FOLDER = Path(__file__).resolve().parents[2] / "workloads" / "maps"
 
 def pixels() -> NDArray[np.uint8]:
     """The greys of the image, uint8, SIDE × SIDE."""
-    rooms = maps.generate(
-        "rooms", rows=ROWS, columns=COLUMNS, room=ROOM, door=DOOR, seed=SEED, extra_doors=0.5
-    )
+    rooms = maps.generate("rooms", rows=ROWS, columns=COLUMNS, room=ROOM, door=DOOR, seed=SEED, extra_doors=0.5)
     floor = np.where(rooms.free, FREE, OCCUPIED).astype(np.uint8)
     stream = np.random.PCG64(SEED)
     for _ in range(CUPBOARDS):

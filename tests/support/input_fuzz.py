@@ -16,9 +16,7 @@ scalars = st.one_of(
     st.integers(-(10**20), 10**20),
     st.floats(allow_nan=False, allow_infinity=False),
     st.text(max_size=8),
-    st.sampled_from(
-        ["1 MHz", "fpga", "maze", "relax", "XC4VLX160-12", "x.yaml", "010", "1 us", "time", "sound"]
-    ),
+    st.sampled_from(["1 MHz", "fpga", "maze", "relax", "XC4VLX160-12", "x.yaml", "010", "1 us", "time", "sound"]),
 )
 
 
@@ -32,9 +30,7 @@ trees = st.recursive(
         st.dictionaries(
             st.one_of(
                 st.text(max_size=6),
-                st.sampled_from(
-                    ["type", "value", "source", "generate", "file", "first", "count", "figure", "at_most"]
-                ),
+                st.sampled_from(["type", "value", "source", "generate", "file", "first", "count", "figure", "at_most"]),
             ),
             inner,
             max_size=3,

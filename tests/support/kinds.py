@@ -76,10 +76,7 @@ def platform(declared: dict[str, Any], host: dict[str, Any] = HOST) -> Platform:
         {
             "kind": "platform",
             "name": "small-board",
-            "components": {
-                "fpga": {"type": "fpga", "part": "XC2V6000-4", "clock": "50 MHz"},
-                "host": host,
-            },
+            "components": {"fpga": {"type": "fpga", "part": "XC2V6000-4", "clock": "50 MHz"}, "host": host},
             "links": {"line": declared},
         }
     )

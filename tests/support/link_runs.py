@@ -28,9 +28,7 @@ def a_bus_in_bursts(environment: simpy.Environment, speed: int = 1, **options: A
 def a_serial_line(
     environment: simpy.Environment, speed: int = 1, frame: dict[str, Any] | None = None, **options: Any
 ) -> Link:
-    return Serial(
-        environment, "link", SerialLaw(30_000_000 * speed, **(frame or {})), fifo_depth=4, **options
-    )
+    return Serial(environment, "link", SerialLaw(30_000_000 * speed, **(frame or {})), fifo_depth=4, **options)
 
 
 def a_shared_serial_line(environment: simpy.Environment, speed: int = 1, **options: Any) -> Link:
@@ -111,9 +109,7 @@ def run(make: Make, asks: Sequence[Ask], until: int | None = None, **options: An
         process = environment.process(interrupted(index, ask))
         if ask.interrupt_at is not None:
             environment.process(interrupter(process, ask.interrupt_at))
-    while environment.peek() <= (float("inf") if until is None else until) and environment.peek() != float(
-        "inf"
-    ):
+    while environment.peek() <= (float("inf") if until is None else until) and environment.peek() != float("inf"):
         environment.step()
         assert type(environment.now) is int
         balance(seen.link)

@@ -52,12 +52,7 @@ PLATFORM: dict[str, Any] = {
     "name": "board",
     "components": {
         "fpga": {"type": "fpga", "part": "XC4VLX160-12", "clock": "100 MHz"},
-        "host": {
-            "type": "processor",
-            "clock": "1 GHz",
-            "costs": COSTS,
-            "power": {"busy": "3 W", "idle": "1 W"},
-        },
+        "host": {"type": "processor", "clock": "1 GHz", "costs": COSTS, "power": {"busy": "3 W", "idle": "1 W"}},
         "robot": {
             "type": "robot",
             "kinematics": {"type": "omnidirectional", "speed": "0.5 m/s", "acceleration": "0.5 m/s^2"},
@@ -275,11 +270,7 @@ class Ground:
             "kind": "workload",
             "name": placement,
             "planner": planner,
-            "problem": {
-                "map": {"file": drawn.name},
-                "goals": [list(goal) for goal in goals],
-                "starts": [list(start)],
-            },
+            "problem": {"map": {"file": drawn.name}, "goals": [list(goal) for goal in goals], "starts": [list(start)]},
             "scenario": {"type": "drive", "resolution": "0.1 m", "limit": "3 min"} | scenario,
             "mapping": merged(tasks, mapping or {}),
         }
@@ -291,9 +282,7 @@ class Ground:
         board, plan = self.files(placement, **settings)
         return codesign.load_platform(board), codesign.load_workload(plan)
 
-    def run(
-        self, placement: str = "breadth-first", *, granularity: str = "run_ahead", **settings: Any
-    ) -> Result:
+    def run(self, placement: str = "breadth-first", *, granularity: str = "run_ahead", **settings: Any) -> Result:
         """The result of a drive that fits."""
         result = simulate(*self.point(placement, **settings), granularity=granularity)
         assert result.feasible, result.reasons
@@ -309,9 +298,7 @@ class Ground:
         assert result.feasible, result.reasons
         return result, listener.records
 
-    def machine(
-        self, placement: str = "breadth-first", listeners: Sequence[Any] = (), **settings: Any
-    ) -> Machine:
+    def machine(self, placement: str = "breadth-first", listeners: Sequence[Any] = (), **settings: Any) -> Machine:
         """The machine of a drive, at time 0."""
         from codesign.components import Granularity
 

@@ -29,16 +29,7 @@ ROOT = Path(__file__).parents[2]
 KEPT = Path(__file__).with_suffix(".json")
 FOLDER = ROOT / "out" / "net"
 
-QUESTION = (
-    "advise",
-    "house",
-    "--goal",
-    "133,144",
-    "--rate",
-    "20Hz",
-    "--boards",
-    "arty-a7,virtex4-pci,nexys2",
-)
+QUESTION = ("advise", "house", "--goal", "133,144", "--rate", "20Hz", "--boards", "arty-a7,virtex4-pci,nexys2")
 
 
 def commands() -> Iterator[tuple[str, ...]]:
@@ -50,12 +41,7 @@ def commands() -> Iterator[tuple[str, ...]]:
         yield ("run", platform, workload, "--no-levers", "--verbose", *limit)
         for what in ("show", "stats", "timeline"):
             yield ("trace", what, f"{workload}.mcap")
-        for option, ending in (
-            ("--perfetto", "json"),
-            ("--vcd", "vcd"),
-            ("--poses", "csv"),
-            ("--html", "html"),
-        ):
+        for option, ending in (("--perfetto", "json"), ("--vcd", "vcd"), ("--poses", "csv"), ("--html", "html")):
             yield ("trace", "export", f"{workload}.mcap", option, f"{workload}-trace.{ending}")
         study = short_study(workload, Path())
         if study is not None:
@@ -64,15 +50,7 @@ def commands() -> Iterator[tuple[str, ...]]:
             yield ("explore", platform, str(study), *kept, *shown, "--json")
             yield ("report", f"{workload}.sqlite", "--verbose")
     yield ("run", PLATFORMS[MISSIONS[0]], MISSIONS[0], "--json")
-    yield (
-        "explore",
-        "virtex4-pci",
-        "labyrinth",
-        "--store",
-        "labyrinth-all.sqlite",
-        "--csv",
-        "labyrinth-all.csv",
-    )
+    yield ("explore", "virtex4-pci", "labyrinth", "--store", "labyrinth-all.sqlite", "--csv", "labyrinth-all.csv")
     yield ("compare", "--html", "compare.html", "--json")
     yield (*QUESTION, "--json")
     yield QUESTION
@@ -93,9 +71,7 @@ def cast() -> dict[str, str]:
         for arguments in commands():
             done = runner.invoke(main, arguments)
             name = " ".join(arguments)
-            (FOLDER / f"{len(digests):03}.txt").write_text(
-                f"{name}\n{done.exit_code}\n{done.stdout}", encoding="utf-8"
-            )
+            (FOLDER / f"{len(digests):03}.txt").write_text(f"{name}\n{done.exit_code}\n{done.stdout}", encoding="utf-8")
             said = PLACE.sub("cache", done.stdout)
             digests[name] = digest(f"{done.exit_code}\n{said}".encode())
             if done.exit_code not in (0, 3):

@@ -68,9 +68,7 @@ class Plain:
         return next((use.budget for use in uses if use.resource == limit.figure.name), None)
 
 
-def passed(
-    limit: Constraint, value: float | None, budget: int | None, feasible: bool, unreached: bool
-) -> list[Reason]:
+def passed(limit: Constraint, value: float | None, budget: int | None, feasible: bool, unreached: bool) -> list[Reason]:
     reasons = []
     for bound, end in limit.bounds.items():
         sign, name = 1 if bound in LOWER else -1, f"{limit.figure} {bound.replace('_', ' ')}"
@@ -187,9 +185,7 @@ class PlainStudy:
             if idle := design.idle(tasks):
                 axes = self.study.designs[design.index].axes
                 used = tuple(str(value) for name, value in axes.items() if name not in idle)
-                figures = tuple(
-                    point.figure(figure) for point in design.points for figure in FIGURES.values()
-                )
+                figures = tuple(point.figure(figure) for point in design.points for figure in FIGURES.values())
                 groups.setdefault((idle, used, figures), []).append(design.index)
         return {first: tuple(others) for first, *others in groups.values() if others}
 

@@ -70,9 +70,7 @@ def route(seconds: float) -> tuple[np.ndarray, list[tuple[float, tuple[float, fl
     return np.array(rows), goals
 
 
-def _hits(
-    x: float, y: float, angles: np.ndarray, boxes: list[tuple[float, float, float, float]]
-) -> np.ndarray:
+def _hits(x: float, y: float, angles: np.ndarray, boxes: list[tuple[float, float, float, float]]) -> np.ndarray:
     """Ranges from (x, y) to the walls of the hall and to boxes, by geometry and not by cells."""
     along, up = np.cos(angles), np.sin(angles)
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -182,15 +180,11 @@ class _Make:
         return self.stamped(time, *goal)
 
     def path(self, time: float, *ends: Any) -> Any:
-        return self.types["nav_msgs/msg/Path"](
-            self.header(time, "map"), [self.stamped(time, *end) for end in ends]
-        )
+        return self.types["nav_msgs/msg/Path"](self.header(time, "map"), [self.stamped(time, *end) for end in ends])
 
     def map(self, cells: np.ndarray) -> Any:
         header = self.header(0.0, "map")
-        info = self.types["nav_msgs/msg/MapMetaData"](
-            header.stamp, SIDE, COLUMNS, ROWS, self.pose(*ORIGIN, 0.0)
-        )
+        info = self.types["nav_msgs/msg/MapMetaData"](header.stamp, SIDE, COLUMNS, ROWS, self.pose(*ORIGIN, 0.0))
         return self.types["nav_msgs/msg/OccupancyGrid"](header, info, cells.ravel())
 
     def edge(self, time: float, parent: str, child: str, x: float, y: float, yaw: float) -> Any:

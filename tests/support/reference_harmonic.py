@@ -49,9 +49,7 @@ def relax_stage(arguments: Arguments, index: int, start: Field) -> Iterator[Visi
         iterations = []
         for top, left in corners:
             bottom, right = min(top + height, values.shape[0] - 1), min(left + width, values.shape[1] - 1)
-            count, changed, settled = _visit(
-                values, movable, (top, bottom, left, right), arguments.iterations
-            )
+            count, changed, settled = _visit(values, movable, (top, bottom, left, right), arguments.iterations)
             iterations.append(count)
             converged &= not changed if arguments.termination == "sound" else settled
         sweeps += 1
@@ -101,9 +99,7 @@ def _framed(values: NDArray[np.object_]) -> NDArray[np.object_]:
     return frame
 
 
-def exact_direction(
-    values: NDArray[Any], row: int, column: int, *, only_ascending: bool = False
-) -> tuple[int, int]:
+def exact_direction(values: NDArray[Any], row: int, column: int, *, only_ascending: bool = False) -> tuple[int, int]:
     """The triangle rule at one cell, in exact integers: the (row, column) components of the way up.
 
     Args:

@@ -43,6 +43,5 @@ def cast_reference(
             column += column_step if corner or to_row >= to_column else 0
     shape = (-1, 2)
     return RangeScan(
-        np.array(sorted(seen_free), np.int64).reshape(shape),
-        np.array(sorted(seen_blocked), np.int64).reshape(shape),
+        np.array(sorted(seen_free), np.int64).reshape(shape), np.array(sorted(seen_blocked), np.int64).reshape(shape)
     )

@@ -43,9 +43,7 @@ BUDGET = 33_792
 
 CLOCK = Clock(
     hz=150_000_000,
-    limit=Figure(
-        value=151e6, unit="Hz", status=Status.CALIBRATED, source="three clocks", low=140e6, high=165e6
-    ),
+    limit=Figure(value=151e6, unit="Hz", status=Status.CALIBRATED, source="three clocks", low=140e6, high=165e6),
 )
 POWER = Power(
     static=Figure(value=0.6, unit="W", status=Status.ASSUMED, source="datasheet", low=0.3, high=1.2),
@@ -130,12 +128,7 @@ def a_mission(**changes: Any) -> Mission:
         "waiting_s": 1.5,
         "known_share": 0.75,
         "energy": MissionEnergy(
-            fpga_j=50.0,
-            processors_j=200.0,
-            links_j=0.5,
-            memories_j=0.0,
-            robot_j=1749.5,
-            mission_energy_j=2000.0,
+            fpga_j=50.0, processors_j=200.0, links_j=0.5, memories_j=0.0, robot_j=1749.5, mission_energy_j=2000.0
         ),
         "account": {
             "host": Account(compute_s=2.0, transfer_s=0.0, wait_s=0.5, idle_s=98.0),
@@ -275,29 +268,8 @@ CALIBRATED, FITTED, HELD_OUT = Status.CALIBRATED, Use.FITTED, Use.HELD_OUT
 ROWS = (
     Row("Table 3", "slices of 4,608 nodes", 59_914, 59_914, 0.0, "", CALIBRATED, LAW, FITTED),
     Row("Table 3", "flip-flops of 4,608 nodes", 50_699, 50_699, 0.0, "", CALIBRATED, LAW, FITTED),
-    Row(
-        "Section 5.4",
-        "speed-up at 128 bits",
-        100,
-        97.4,
-        -0.026,
-        "",
-        CALIBRATED,
-        LAW,
-        HELD_OUT,
-        "flat software cost",
-    ),
-    Row(
-        "Section 5.4",
-        "clock of a 48×96 block",
-        150e6,
-        None,
-        None,
-        "Hz",
-        Status.ASSUMED,
-        "none found",
-        HELD_OUT,
-    ),
+    Row("Section 5.4", "speed-up at 128 bits", 100, 97.4, -0.026, "", CALIBRATED, LAW, HELD_OUT, "flat software cost"),
+    Row("Section 5.4", "clock of a 48×96 block", 150e6, None, None, "Hz", Status.ASSUMED, "none found", HELD_OUT),
 )
 
 

@@ -82,12 +82,8 @@ def a_fleet(robots: int = 64, updates: int = 100) -> list[Record]:
         places = begin + 2 * (middle - begin) * share[:, None]
         records.append(PositionsRecord(update * SECOND // 10, "fleet", update, places))
     end = (updates - 1) * SECOND // 10
-    records += [
-        MissionRecord(end, "fleet", "goal_reached", f"robot {number} has arrived") for number in range(3)
-    ]
-    records += [
-        TrajectoryRecord(end, f"robot_{number}", begin[:2], number < robots - 1) for number in range(robots)
-    ]
+    records += [MissionRecord(end, "fleet", "goal_reached", f"robot {number} has arrived") for number in range(3)]
+    records += [TrajectoryRecord(end, f"robot_{number}", begin[:2], number < robots - 1) for number in range(robots)]
     return records
 
 

@@ -16,17 +16,13 @@ def check_boxes(every: Any, trace: Any) -> None:
     covered[trace.designs] = True
     for box in trace.excluded:
         inside = np.ones(len(space), np.bool_)
-        for (axis, numbers), low, high in zip(
-            space.parts[box.part].axes.items(), box.low, box.high, strict=True
-        ):
+        for (axis, numbers), low, high in zip(space.parts[box.part].axes.items(), box.low, box.high, strict=True):
             inside &= np.isin(levels[axis], numbers[low:high])
         assert inside.sum() == box.designs
         covered |= inside
         feasible = np.flatnonzero(inside & every.judged.feasible)
         for name, bound in (box.bound or {}).items():
-            figure = next(
-                f for f in (*every.objectives, *(c.figure for c in every.constraints)) if f.name == name
-            )
+            figure = next(f for f in (*every.objectives, *(c.figure for c in every.constraints)) if f.name == name)
             assert (every.judged.figure(figure)[feasible] >= bound).all()
         if box.why == "dominated":
             assert box.by is not None

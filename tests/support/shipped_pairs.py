@@ -46,9 +46,7 @@ def short_study(workload: str, folder: Path) -> Path | None:
 
     None where there is nothing to explore.
     """
-    source: dict[str, Any] = yaml.safe_load(
-        (data_folder("workloads") / f"{workload}.yaml").read_text(encoding="utf-8")
-    )
+    source: dict[str, Any] = yaml.safe_load((data_folder("workloads") / f"{workload}.yaml").read_text(encoding="utf-8"))
     if "explore" not in source:
         return None
     axes = source["explore"]["axes"]

@@ -20,8 +20,6 @@ def put_map(specs: Specs, text: str = MAP, *, goals: str = "[[0, 0]]", starts: s
         "starts": starts,
         "relax": "{component: fpga, block: [2, 2], iterations: 4, schedule: [15]}",
     }
-    lines = [
-        f"  {key}: {new[key]}" if (key := line.strip().partition(":")[0]) in new else line for line in lines
-    ]
+    lines = [f"  {key}: {new[key]}" if (key := line.strip().partition(":")[0]) in new else line for line in lines]
     specs[1].write_text("\n".join([*lines, f"explore: {{axes: {AXES_TEXT}}}", ""]), encoding="utf-8")
     return file

@@ -39,11 +39,7 @@ def array_bytes(values: Any) -> bytes:
 
 def digested(members: Members) -> bytes:
     """The file of these members with every digest made anew: it is at one with itself."""
-    columns = {
-        name.removesuffix(".npy"): array(content)
-        for name, content in members.items()
-        if name.endswith(".npy")
-    }
+    columns = {name.removesuffix(".npy"): array(content) for name, content in members.items() if name.endswith(".npy")}
     digests = digests_of((members[DEFINITION], members[HEAD]), columns)
     return sealed({**members, DIGESTS: digests.model_dump_json().encode()})
 
@@ -251,9 +247,7 @@ def task_of_no_name(content: bytes, rng: Random) -> bytes:
 def claimed_front(content: bytes, rng: Random) -> bytes:
     """A design that is off the front is put on it."""
     members = members_of(content)
-    kind = rng.choice(
-        [Claim.DOMINATED, Claim.CONSTRAINT, Claim.LACKING, Claim.UNFIT, Claim.FAILED, Claim.MISSING]
-    )
+    kind = rng.choice([Claim.DOMINATED, Claim.CONSTRAINT, Claim.LACKING, Claim.UNFIT, Claim.FAILED, Claim.MISSING])
     row = rng.choice(_rows(members, kind))
     _put(members, "claim", row, Claim.FRONT)
     _put(members, "by", row, 0)
@@ -264,9 +258,7 @@ def taken_off_front(content: bytes, rng: Random) -> bytes:
     """A design of the front is said to be dominated, to break a constraint, to lack an objective, or missing."""
     members = members_of(content)
     row = rng.choice(_rows(members, Claim.FRONT))
-    kind = rng.choice(
-        [Claim.DOMINATED, Claim.CONSTRAINT, Claim.LACKING, Claim.SAME, Claim.FAILED, Claim.MISSING]
-    )
+    kind = rng.choice([Claim.DOMINATED, Claim.CONSTRAINT, Claim.LACKING, Claim.SAME, Claim.FAILED, Claim.MISSING])
     _put(members, "claim", row, kind)
     _put(members, "by", row, row if kind == Claim.SAME else 0)
     return digested(members)

@@ -9,13 +9,7 @@ from spec_texts import PLATFORM, TASKS, WORKLOAD, Decide
 
 from codesign.ground.errors import SpecError
 from codesign.ground.models import TaskParameters
-from codesign.inputs import (
-    Platform,
-    Workload,
-    cross_check,
-    load_platform,
-    load_workload,
-)
+from codesign.inputs import Platform, Workload, cross_check, load_platform, load_workload
 from codesign.inputs.workload import TaskModels
 from codesign.inputs.yaml_tree import parse_document
 

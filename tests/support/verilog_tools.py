@@ -73,7 +73,5 @@ def run_readme(folder: Path, *tools: str) -> None:
         if line.startswith(tools) and "PACKAGE" not in line and "DEVICE" not in line:
             tool, *words = shlex.split(line)
             command = [*OPEN_TOOLS[tool], *words]
-            done = subprocess.run(
-                command, cwd=folder, check=False, capture_output=True, text=True, timeout=900
-            )
+            done = subprocess.run(command, cwd=folder, check=False, capture_output=True, text=True, timeout=900)
             assert done.returncode == 0, (line, done.stdout[-2000:], done.stderr[-2000:])

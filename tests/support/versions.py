@@ -65,10 +65,7 @@ def project() -> dict[str, Any]:
 
 def requirements(table: dict[str, Any], extras: tuple[str, ...] = EXTRAS) -> list[str]:
     """What the package asks for, with these extras."""
-    return [
-        *table["dependencies"],
-        *(each for extra in extras for each in table["optional-dependencies"][extra]),
-    ]
+    return [*table["dependencies"], *(each for extra in extras for each in table["optional-dependencies"][extra])]
 
 
 def floor(requirement: str) -> str:
@@ -85,10 +82,7 @@ def floor(requirement: str) -> str:
 
 def pythons() -> dict[tuple[int, int], str]:
     """The interpreters of this machine, by version."""
-    folders = [
-        *map(Path, os.environ.get("PATH", "").split(os.pathsep)),
-        *Path.home().glob(".pyenv/versions/*/bin"),
-    ]
+    folders = [*map(Path, os.environ.get("PATH", "").split(os.pathsep)), *Path.home().glob(".pyenv/versions/*/bin")]
     names = {str(path) for folder in folders for path in folder.glob("python3.*") if path.name[9:].isdigit()}
     found: dict[tuple[int, int], str] = {}
     for name in sorted({sys.executable, *names}):
@@ -102,9 +96,7 @@ def pythons() -> dict[tuple[int, int], str]:
 
 def run(*command: object, cwd: Path = ROOT, answers: tuple[int, ...] = (0,)) -> None:
     print("$", *command, flush=True)
-    clean = {
-        name: value for name, value in os.environ.items() if not name.startswith(("PYTHON", "VIRTUAL_ENV"))
-    }
+    clean = {name: value for name, value in os.environ.items() if not name.startswith(("PYTHON", "VIRTUAL_ENV"))}
     code = subprocess.run([str(each) for each in command], cwd=cwd, env=clean, check=False).returncode
     if code not in answers:
         raise SystemExit(f"ended with {code}: {' '.join(map(str, command))}")

@@ -23,9 +23,7 @@ def test_a_walled_in_goal_is_told_and_not_praised(specs: Specs, goals: str) -> N
 def test_a_walled_in_goal_alone_is_a_pocket(specs: Specs) -> None:
     """The refusal of pockets comes first: it names the share, and a cell to move the goal to."""
     put_map(specs, WALLED_GOAL, starts="{count: 4}")
-    with pytest.raises(
-        SpecError, match=r"problem\.goals: a path leads to a goal from 1 of 22 free"
-    ) as caught:
+    with pytest.raises(SpecError, match=r"problem\.goals: a path leads to a goal from 1 of 22 free") as caught:
         codesign.simulate(codesign.load_platform(specs[0]), codesign.load_workload(specs[1]))
     assert "largest part is (1, 1)" in str(caught.value)
 

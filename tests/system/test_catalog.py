@@ -56,9 +56,7 @@ def with_broken(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
         ("harmonic", "codesign_elsewhere:PLUG_IN", "an entry point harmonic is registered already"),
     ],
 )
-def test_no_plug_in_takes_the_name_of_another(
-    monkeypatch: pytest.MonkeyPatch, name: str, value: str, why: str
-) -> None:
+def test_no_plug_in_takes_the_name_of_another(monkeypatch: pytest.MonkeyPatch, name: str, value: str, why: str) -> None:
     """Ours stay, whatever stands before them in the order of installation."""
     elsewhere = ModuleType("codesign_elsewhere")
     elsewhere.PLUG_IN = PlugIn(planner=catalog.planner("harmonic"))  # type: ignore[attr-defined]
@@ -98,10 +96,7 @@ def test_the_list_shows_what_is_broken() -> None:
 
 
 LIES: list[tuple[Any, str]] = [
-    (
-        [Flow("load", "serch", "map", 8)],
-        "names 'serch', which is no task: accepted are load, search, track, command",
-    ),
+    ([Flow("load", "serch", "map", 8)], "names 'serch', which is no task: accepted are load, search, track, command"),
     ([Flow("load", "sense", "map", 8)], "names 'sense', which is no task"),
     ([Flow("load", "search", "map", 0)], "has 0 bits: give an integer above 0"),
     ([Flow("load", "search", "map", -3)], "has -3 bits"),
@@ -118,12 +113,7 @@ LIES: list[tuple[Any, str]] = [
 @pytest.mark.parametrize(("told", "said"), LIES)
 @pytest.mark.parametrize("scenario", ["plan_once", "drive"])
 def test_flows_that_cannot_be_are_the_fault_of_the_plug_in(
-    hwsw: Callable[..., Result],
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    told: Any,
-    said: str,
-    scenario: str,
+    hwsw: Callable[..., Result], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, told: Any, said: str, scenario: str
 ) -> None:
     """Told when the workload is bound, before a trace is begun."""
     once = {"scenario": {"=": {"type": "plan_once"}}}

@@ -59,13 +59,9 @@ def check_boards(result: Result, records: list[Any], boards: tuple[str, ...]) ->
 
 @settings(max_examples=12, derandomize=True)
 @given(placement=st.sampled_from(sorted(PLACEMENTS)), spare=st.booleans(), drives=st.booleans())
-def test_every_declared_fpga_draws_its_static_power(
-    tmp_path: Path, placement: str, spare: bool, drives: bool
-) -> None:
+def test_every_declared_fpga_draws_its_static_power(tmp_path: Path, placement: str, spare: bool, drives: bool) -> None:
     scenario = {"limit": "1 s"} if drives else {"=": {"type": "plan_once"}}
-    point = Ground(tmp_path).point(
-        placement, platform=SECOND_BOARD if spare else (), workload={"scenario": scenario}
-    )
+    point = Ground(tmp_path).point(placement, platform=SECOND_BOARD if spare else (), workload={"scenario": scenario})
     listener = MemoryListener()
     result = simulate(*point, listeners=(listener,))
     assert result.feasible, result.reasons
@@ -75,9 +71,7 @@ def test_every_declared_fpga_draws_its_static_power(
 def test_moving_the_plan_to_the_host_keeps_the_static_power_of_the_fpga(tmp_path: Path) -> None:
     """At one length of the mission, the host saves dynamic energy of the FPGA alone."""
     ground = Ground(tmp_path)
-    fabric, host = (
-        ground.run(placement, limit="2 s") for placement in ("breadth-first", "breadth-first-host")
-    )
+    fabric, host = (ground.run(placement, limit="2 s") for placement in ("breadth-first", "breadth-first-host"))
     assert fabric.mission is not None
     assert host.mission is not None
     assert fabric.mission.mission_time_s == host.mission.mission_time_s == 2.0
@@ -98,10 +92,7 @@ def test_explorations_pay_for_the_idle_fpga(tmp_path: Path) -> None:
         workload={
             "variants": {
                 "host": {
-                    "mapping": {
-                        "search": {"component": "host", "style": "software"},
-                        "track": {"component": "host"},
-                    }
+                    "mapping": {"search": {"component": "host", "style": "software"}, "track": {"component": "host"}}
                 },
                 "fabric": {
                     "mapping": {
@@ -110,10 +101,7 @@ def test_explorations_pay_for_the_idle_fpga(tmp_path: Path) -> None:
                     }
                 },
             },
-            "explore": {
-                "axes": {"workload.variant": ["host", "fabric"]},
-                "objectives": ["energy_j", "first_plan_s"],
-            },
+            "explore": {"axes": {"workload.variant": ["host", "fabric"]}, "objectives": ["energy_j", "first_plan_s"]},
         },
     )
     study = codesign.explore(platform, workload)

@@ -106,9 +106,7 @@ def test_the_flood_adds_its_time_and_nothing_else(tmp_path: Path) -> None:
 @pytest.mark.parametrize("left_out", sorted(COSTS))
 def test_a_sender_without_a_cost_is_refused(tmp_path: Path, left_out: str) -> None:
     costs = {kernel: cost for kernel, cost in COSTS.items() if kernel != left_out}
-    with pytest.raises(
-        SpecError, match=f"host has no cost of kernel {left_out}, which fill pockets is counted in"
-    ):
+    with pytest.raises(SpecError, match=f"host has no cost of kernel {left_out}, which fill pockets is counted in"):
         ran(tmp_path, costs)
 
 

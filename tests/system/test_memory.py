@@ -75,9 +75,7 @@ def workload_file(folder: Path, planner: str, map_: str, side: int, mapping: str
     goal = (side - 1) // 2 // 2 * 2 if map_ == MAZE else 3
     starts = "[[4, 4]]" if planner == "breadth_first" else "{count: 4, seed: 1}"
     problem = f"{{map: {map_ % (side, side)}, goals: [[{goal}, {goal}]], starts: {starts}}}"
-    path.write_text(
-        f"kind: workload\nname: big\nplanner: {planner}\nproblem: {problem}\nmapping:\n  {mapping}\n"
-    )
+    path.write_text(f"kind: workload\nname: big\nplanner: {planner}\nproblem: {problem}\nmapping:\n  {mapping}\n")
     return path
 
 
@@ -92,11 +90,7 @@ def check_peak(*arguments: object) -> None:
 def measured(*arguments: object) -> tuple[int, int]:
     """Bytes that a run in a process of its own was estimated to take, and that it took."""
     done = subprocess.run(
-        [sys.executable, "-c", MEASURE, *map(str, arguments)],
-        capture_output=True,
-        text=True,
-        check=False,
-        timeout=170,
+        [sys.executable, "-c", MEASURE, *map(str, arguments)], capture_output=True, text=True, check=False, timeout=170
     )
     assert done.returncode == 0, done.stderr
     expected, peak = json.loads(done.stdout)
@@ -130,17 +124,10 @@ def test_the_estimate_of_what_is_shipped_is_near_the_measured_peak(platform: str
 
 
 def test_every_planner_of_ours_says_what_it_takes() -> None:
-    assert [
-        name for name, planner in catalog.planners().items() if type(planner).memory is Planner.memory
-    ] == []
+    assert [name for name, planner in catalog.planners().items() if type(planner).memory is Planner.memory] == []
 
 
-@given(
-    side=st.integers(8, 96),
-    bits=st.integers(1, 1000),
-    more=st.integers(1, 23),
-    block=st.sampled_from([8, 64]),
-)
+@given(side=st.integers(8, 96), bits=st.integers(1, 1000), more=st.integers(1, 23), block=st.sampled_from([8, 64]))
 def test_more_cells_and_more_bits_take_no_less(side: int, bits: int, more: int, block: int) -> None:
     import numpy as np
 
@@ -251,17 +238,11 @@ def test_an_exploration_of_what_fits_no_worker_is_refused_and_a_single_point_fai
 
 def test_a_run_that_no_memory_holds_is_refused_with_its_size(specs: Specs) -> None:
     text = specs[1].read_text(encoding="utf-8").partition("explore:")[0]
-    text = text.replace(
-        "generate: rooms, rows: 24, columns: 36, room: [11, 17], door: 2, seed: 3", "file: m.txt"
-    )
+    text = text.replace("generate: rooms, rows: 24, columns: 36, room: [11, 17], door: 2, seed: 3", "file: m.txt")
     text = text.replace("{first: 7, step: 8, last: 63}", "[1023]").replace("{count: 12, seed: 1}", "[[3, 3]]")
     text = text.replace("component: fpga", "component: host").replace("[12, 18]", "[64, 64]")
     specs[1].write_text(text, encoding="utf-8")
     (specs[1].parent / "m.txt").write_text("...\n...\n...\n", encoding="utf-8")
     big = OccupancyGrid(np.ones((4096, 4096), np.bool_))
-    with pytest.raises(
-        SpecError, match=r"the run would need about \d+\.\d GiB of memory .*, more than 4\.0 GiB"
-    ):
-        simulate(
-            codesign.load_platform(specs[0]), codesign.load_workload(specs[1]), grid=big, memory=4 * 2**30
-        )
+    with pytest.raises(SpecError, match=r"the run would need about \d+\.\d GiB of memory .*, more than 4\.0 GiB"):
+        simulate(codesign.load_platform(specs[0]), codesign.load_workload(specs[1]), grid=big, memory=4 * 2**30)

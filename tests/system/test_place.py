@@ -32,11 +32,7 @@ SPLITS = {
         f"relax: {{component: PROCESSOR, style: software, {RELAX}}}",
         "decide",
     ),
-    "breadth_first": (
-        "search: {component: fpga}",
-        "search: {component: PROCESSOR, style: software}",
-        "track",
-    ),
+    "breadth_first": ("search: {component: fpga}", "search: {component: PROCESSOR, style: software}", "track"),
     "wavefront": (
         "propagate: {component: fpga, style: tiled, tile: [8, 8]}",
         "propagate: {component: PROCESSOR, style: software}",
@@ -69,9 +65,7 @@ mapping:
 """
 
 
-def told(
-    hwsw: Run, folder: Path, chip: str, planner: str, *, planning: str, answering: str
-) -> dict[str, Any]:
+def told(hwsw: Run, folder: Path, chip: str, planner: str, *, planning: str, answering: str) -> dict[str, Any]:
     """The JSON of a run with the two tasks on ``fpga`` or ``processor``."""
     processor = CHIPS[chip][0]
     in_fabric, in_software, task = SPLITS[planner]
@@ -213,9 +207,7 @@ def test_a_cost_that_is_missing_is_named(
     )
     refused = hwsw("run", poor, file)
     assert refused.exit_code == 2
-    assert f"arm has no cost of kernel {kernel}, which {user} is counted in" in refused.output.replace(
-        "\n", " "
-    )
+    assert f"arm has no cost of kernel {kernel}, which {user} is counted in" in refused.output.replace("\n", " ")
     assert f"add {kernel}: TIME" in refused.output
 
 
@@ -232,9 +224,7 @@ def test_a_cost_that_only_the_method_needs_is_named_beforehand(hwsw: Run, tmp_pa
         refused = hwsw(command, poor, file)
         assert refused.exit_code == 2, refused.output
         said = refused.output.replace("\n", " ")
-        assert (
-            "arm has no cost of kernel relaxation_direct_cell, which style sequential is counted in" in said
-        )
+        assert "arm has no cost of kernel relaxation_direct_cell, which style sequential is counted in" in said
     write("jacobi")
     assert hwsw("check", poor, file).exit_code == 0
 

@@ -37,9 +37,7 @@ def test_each_workload_is_bound_on_each_platform_that_fills_its_roles(name: str)
         if not faults:
             bound += 1
             assert missing == set()
-            assert all(
-                places[task] == platform.filled[mapped.component] for task, mapped in workload.mapping.items()
-            )
+            assert all(places[task] == platform.filled[mapped.component] for task, mapped in workload.mapping.items())
     assert bound
 
 

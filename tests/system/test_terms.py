@@ -60,9 +60,7 @@ def test_the_terms_of_every_shipped_plan_add_up() -> None:
                 continue
             # No platform draws 200 W.
             bound = roundings(result) * (200.0 if figure == "energy_j" else 1.0)
-            assert priced(result, figure, values_of(result)) == pytest.approx(value, rel=1e-12, abs=bound), (
-                one
-            )
+            assert priced(result, figure, values_of(result)) == pytest.approx(value, rel=1e-12, abs=bound), one
             interval = result.interval(FIGURES[figure])
             assert interval is not None
             assert interval[0] - bound <= value <= interval[1] + bound
@@ -119,12 +117,7 @@ def test_a_plan_is_priced_anew_without_a_simulation(
 
 
 @pytest.mark.parametrize(
-    "one",
-    [
-        design("zynq", "breadth-first"),
-        design("virtex4-pci", "wavefront-tiles"),
-        design("pc-epyc", "floor-plan"),
-    ],
+    "one", [design("zynq", "breadth-first"), design("virtex4-pci", "wavefront-tiles"), design("pc-epyc", "floor-plan")]
 )
 def test_simulated_times_and_energies_lie_inside_the_intervals(one: Any) -> None:
     """Random values of all figures that a platform file declares."""
@@ -169,15 +162,11 @@ def test_tasks_apart_and_the_messages_between_them_are_terms(one: Any) -> None:
     assert result.time is not None
     assert result.energy is not None
     values, bound = values_of(result), 1e4 * PICOSECOND
-    assert priced(result, "first_plan_s", values) == pytest.approx(
-        result.time.first_plan_s, rel=1e-9, abs=bound
-    )
+    assert priced(result, "first_plan_s", values) == pytest.approx(result.time.first_plan_s, rel=1e-9, abs=bound)
     assert priced(result, "energy_j", values) == pytest.approx(result.energy.energy_j, rel=1e-6)
     assert result.terms is not None
     (plan,) = result.terms.times["first_plan_s"]
-    assert {"fpga", result.places["decide" if "decide" in result.places else "track"]} <= {
-        term.where for term in plan
-    }
+    assert {"fpga", result.places["decide" if "decide" in result.places else "track"]} <= {term.where for term in plan}
 
 
 ERRORS = "errors: {bit_error_rate: 1.0e-5, retries: 20, timeout: 1 us, seed: 3}"

@@ -99,9 +99,7 @@ def test_the_class_runs_what_the_call_runs() -> None:
     asked = Metafunc(("contract_rule", "contract_case"))
     contract.pytest_generate_tests(asked)
     cases = cases_of(PLUG_IN)
-    assert [rule for rule, _ in asked.pairs] == [
-        rule for case in cases for rule in RULES if rule.applies(case)
-    ]
+    assert [rule for rule, _ in asked.pairs] == [rule for case in cases for rule in RULES if rule.applies(case)]
     assert asked.ids[0] == f"{RULES[0].name}-breadth_first-0"
     for rule, each in asked.pairs:
         contract.test_contract(rule, each)

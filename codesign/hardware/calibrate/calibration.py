@@ -80,9 +80,7 @@ def fit_calibration(
     for row in rows:
         law = row.predicted
         if law.value and row.reported:
-            sample = Sample(
-                design=row.design, predicted=float(law.value), reported=row.reported, report=row.report
-            )
+            sample = Sample(design=row.design, predicted=float(law.value), reported=row.reported, report=row.report)
             if sample not in samples.setdefault(row.term, []):
                 samples[row.term].append(sample)
             low, high = (bound / law.value for bound in law.interval)
@@ -97,10 +95,7 @@ def fit_calibration(
     reasons = {term: fitted.explained for term, fitted in before.items()} | dict(explained)
     terms = _fitted(samples, widths, point, reasons)
     tools = dict.fromkeys([*(added_to.tools if added_to else ()), *(report.made_by for report, _ in reports)])
-    files = {
-        **(added_to.reports if added_to else {}),
-        **{each.file: each.digest for each, _ in reports},
-    }
+    files = {**(added_to.reports if added_to else {}), **{each.file: each.digest for each, _ in reports}}
     head = {
         "kind": "calibration",
         "name": name,
@@ -117,9 +112,7 @@ def fit_calibration(
     calibration = _checked(head, terms)
     contradiction = calibration.contradiction(point.part)
     if contradiction is not None:
-        raise InputError(
-            f"the calibration {contradiction}", None, "leave that report out, or correct the part file"
-        )
+        raise InputError(f"the calibration {contradiction}", None, "leave that report out, or correct the part file")
     return calibration
 
 
@@ -173,21 +166,13 @@ def _checked(head: Mapping[str, Any], terms: Mapping[str, FittedTerm]) -> Calibr
         return validate(CalibrationFile, document).with_document(document)
     except SpecError as error:
         fault = error.faults[0]
-        raise InputError(
-            f"{fault.key}: {fault.what}", None, "check that the reports are of this design"
-        ) from None
+        raise InputError(f"{fault.key}: {fault.what}", None, "check that the reports are of this design") from None
 
 
 def _tree(fitted: FittedTerm) -> dict[str, Any]:
     factor = fitted.factor
     low, high = factor.interval
-    figure = {
-        "value": factor.value,
-        "low": low,
-        "high": high,
-        "status": str(factor.status),
-        "source": factor.source,
-    }
+    figure = {"value": factor.value, "low": low, "high": high, "status": str(factor.status), "source": factor.source}
     held_out = {} if fitted.held_out is None else {"held_out": round(fitted.held_out, 6)}
     line = {"offset": fitted.offset, "margin": fitted.margin} if fitted.offset else {}
     reason = {"explained": fitted.explained} if fitted.explained else {}

@@ -148,9 +148,7 @@ def read_manifest(path: Path) -> dict[str, Any]:
     """
 
     def fault(what: str, line: int = 0) -> SpecError:
-        return SpecError(
-            [Fault(str(path), line, 1 if line else 0, "", what, "export the design again: hwsw rtl")]
-        )
+        return SpecError([Fault(str(path), line, 1 if line else 0, "", what, "export the design again: hwsw rtl")])
 
     try:
         with path.open("rb") as stream:
@@ -210,9 +208,7 @@ def check_design(report: Report, point: DesignPoint, expected: str | None) -> st
     by_manifest = expected == point.name and not report.top
     if by_manifest or (report.top and report.top == expected):
         return None
-    named = (
-        f"its top {clip(report.top, 40)} has no digest" if report.top else f"{report.tool} names no top in it"
-    )
+    named = f"its top {clip(report.top, 40)} has no digest" if report.top else f"{report.tool} names no top in it"
     return f"{report.file}: {named}; it is taken for {point.name}"
 
 

@@ -96,9 +96,7 @@ def errors_of(term: str, samples: Sequence[Sample]) -> Errors:
     return Errors(before, after, held_out)
 
 
-def fitted_term(
-    term: str, samples: Sequence[Sample], law: tuple[float, float], explained: str = ""
-) -> FittedTerm:
+def fitted_term(term: str, samples: Sequence[Sample], law: tuple[float, float], explained: str = "") -> FittedTerm:
     """The factor of a term, or its line, with an interval. ``law``: that of the law over its value, such as (0.9, 1.2).
 
     The interval never claims less than the law's own error, nor less than ``LEAST_MARGIN``. From several designs it is
@@ -125,11 +123,7 @@ def fitted_term(
     value = round(line.factor, digits)
     ends = (round(bound * line.factor, digits) for bound in (low, high))
     figure = Figure(
-        value,
-        "1",
-        Status.CALIBRATED,
-        how,
-        *(pick(end, value) for pick, end in zip((min, max), ends, strict=True)),
+        value, "1", Status.CALIBRATED, how, *(pick(end, value) for pick, end in zip((min, max), ends, strict=True))
     )
     return FittedTerm(
         factor=figure,
@@ -148,9 +142,7 @@ def _student(freedom: int) -> float:
 def _width(factor: float, samples: Sequence[Sample]) -> float:
     """Half of the 95 % interval of one more design, of the logarithm of its ratio."""
     means = [math.log(ratio / factor) for ratio in _ratios(samples).values()]
-    spread = max(
-        _scatter(means, 1), _scatter([_log_ratio(sample) - math.log(factor) for sample in samples], 1)
-    )
+    spread = max(_scatter(means, 1), _scatter([_log_ratio(sample) - math.log(factor) for sample in samples], 1))
     return max(math.log1p(LEAST_SPREAD), _student(len(means) - 1) * spread * math.sqrt(1 + 1 / len(means)))
 
 

@@ -106,16 +106,12 @@ def compare_reports(
     calibration = fit_calibration(reports, rows, added_to, name, explained or {})
     terms = {} if calibration is None else calibration.terms
     errors = {term: errors_of(term, fitted.samples) for term, fitted in terms.items()}
-    notes += [
-        _no_help(term, error) for term, error in errors.items() if (error.held_out or 0.0) > error.before
-    ]
+    notes += [_no_help(term, error) for term, error in errors.items() if (error.held_out or 0.0) > error.before]
     lines = tuple(itertools.chain.from_iterable(compared_lines(report, of) for report, of in reports))
     return Comparison(rows, lines, errors, calibration, tuple(dict.fromkeys(notes)))
 
 
-def _point_of(
-    path: Path, point: DesignPoint | None, points: dict[Path, DesignPoint]
-) -> tuple[DesignPoint, str | None]:
+def _point_of(path: Path, point: DesignPoint | None, points: dict[Path, DesignPoint]) -> tuple[DesignPoint, str | None]:
     """The design point of a report, and the top module that its name has to be; None where it has no circuit."""
     manifest = find_manifest(path)
     if point is not None:
@@ -171,9 +167,7 @@ def _clock(report: Report, wanted: str | None) -> ClockReading:
     """
     names = [reading.name for reading in report.clocks]
     if wanted is None and len(names) > 1:
-        raise InputError(
-            f"has {len(names)} clocks", report.file, f"--clock NAME, one of {', '.join(names[:12])}"
-        )
+        raise InputError(f"has {len(names)} clocks", report.file, f"--clock NAME, one of {', '.join(names[:12])}")
     found = [reading for reading in report.clocks if wanted in (None, reading.name)]
     if not found:
         raise InputError(f"has no clock {wanted!r}", report.file, choose_hint(wanted or "", names))

@@ -47,9 +47,7 @@ def measure_host(seconds: float = 2.0, show: Show = silent) -> dict[str, Figure]
     """
     number = not isinstance(seconds, bool) and isinstance(seconds, int | float)
     if not (number and math.isfinite(seconds) and 0.0 < seconds <= MOST_SECONDS):
-        raise InputError(
-            f"{seconds!r:.80} seconds", "seconds", f"give a number above 0, at most {MOST_SECONDS:g}"
-        )
+        raise InputError(f"{seconds!r:.80} seconds", "seconds", f"give a number above 0, at most {MOST_SECONDS:g}")
     machine, probes = describe_machine(), all_probes()
     makers = tracked(probes.items(), show, "kernels measured", len(probes))
     return {name: _measured(make(), seconds / len(probes), machine) for name, make in makers}
@@ -69,9 +67,7 @@ def describe_machine() -> str:
     info = Path("/proc/cpuinfo")
     if info.is_file():
         lines = info.read_text(encoding="utf-8", errors="replace").splitlines()
-        processor = next(
-            (line.split(":", 1)[1].strip() for line in lines if line.startswith("model name")), processor
-        )
+        processor = next((line.split(":", 1)[1].strip() for line in lines if line.startswith("model name")), processor)
     return f"{processor}, one core, Python {platform.python_version()}, numba {numba.__version__}"
 
 
@@ -102,9 +98,7 @@ def _occupancy() -> Probe:
         obstacles, risks = np.zeros(free.shape, np.int32), np.full(free.shape, len(covers), np.int32)
         return sum(
             int(
-                kernels.enter_scan(
-                    believed, obstacles, risks, seen, turn, y, x, limit, scans[turn], directions, covers
-                )
+                kernels.enter_scan(believed, obstacles, risks, seen, turn, y, x, limit, scans[turn], directions, covers)
             )
             for turn, (y, x) in enumerate(points)
         )

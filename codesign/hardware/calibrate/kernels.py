@@ -111,9 +111,7 @@ def enter_scan(
 
 
 @njit(cache=True, nogil=True)
-def _stamp(
-    covers: NDArray[np.int32], row: int, column: int, footprint: NDArray[np.int64], change: int
-) -> None:
+def _stamp(covers: NDArray[np.int32], row: int, column: int, footprint: NDArray[np.int64], change: int) -> None:
     if change == 0:
         return
     for index in range(footprint.shape[0]):
@@ -139,9 +137,7 @@ def authority_ahead(
     nearest, segment, share = np.inf, 0, 0.0
     for index in range(points.shape[0] - 1):
         down, along = points[index + 1, 0] - points[index, 0], points[index + 1, 1] - points[index, 1]
-        part = ((y - points[index, 0]) * down + (x - points[index, 1]) * along) / (
-            down * down + along * along
-        )
+        part = ((y - points[index, 0]) * down + (x - points[index, 1]) * along) / (down * down + along * along)
         part = min(max(part, 0.0), 1.0)
         off = (points[index, 0] + part * down - y) ** 2 + (points[index, 1] + part * along - x) ** 2
         if off <= nearest:
@@ -171,12 +167,7 @@ def follow(points: NDArray[np.float64], risks: NDArray[np.int32], lookahead: flo
 
 @njit(cache=True, nogil=True)
 def _free_along(
-    point: NDArray[np.float64],
-    down: float,
-    along: float,
-    length: float,
-    begin: float,
-    risks: NDArray[np.int32],
+    point: NDArray[np.float64], down: float, along: float, length: float, begin: float, risks: NDArray[np.int32]
 ) -> float:
     """The share of a segment, from ``begin``, at which it enters the first cell that is not free; 2 without one."""
     y, x = point[0] + begin * down, point[1] + begin * along

@@ -87,8 +87,7 @@ def _predicted(point: DesignPoint) -> dict[tuple[str, str], Figure]:
         key, figure = (item.name, item.resource), item.figure
         before = predicted.get(key)
         low, high = (
-            end + more
-            for end, more in zip(before.interval if before else (0, 0), figure.interval, strict=True)
+            end + more for end, more in zip(before.interval if before else (0, 0), figure.interval, strict=True)
         )
         value = item.amount + (before.value if before else 0)
         predicted[key] = Figure(value, "1", figure.status, figure.source, min(low, value), max(high, value))

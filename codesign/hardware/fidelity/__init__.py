@@ -58,10 +58,7 @@ def asked(seeds: Sequence[int]) -> list[Asked]:
 
 
 def measure(
-    seeds: Sequence[int],
-    backend: str = "cxxrtl",
-    jobs: int = 1,
-    progress: Callable[[Checked], None] = lambda _: None,
+    seeds: Sequence[int], backend: str = "cxxrtl", jobs: int = 1, progress: Callable[[Checked], None] = lambda _: None
 ) -> Fidelity:
     """Simulate the samples of these seeds, and compare all rows with the laws.
 

@@ -180,16 +180,9 @@ def lut_of_style(points: Sequence[Point], case: Case) -> Counted | None:
     rows = [
         point
         for point in _chosen(
-            points,
-            planner="velocity_obstacle",
-            style=case.style,
-            family="xc3se",
-            line=TOTAL,
-            quantity="lut4",
+            points, planner="velocity_obstacle", style=case.style, family="xc3se", line=TOTAL, quantity="lut4"
         )
-        if point.variables["WIDTH"] == 16
-        and not point.variables["PARALLEL"]
-        and not point.variables["CROSS_PRODUCT"]
+        if point.variables["WIDTH"] == 16 and not point.variables["PARALLEL"] and not point.variables["CROSS_PRODUCT"]
     ]
     if not rows:
         return None

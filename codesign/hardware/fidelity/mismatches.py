@@ -76,13 +76,7 @@ def spreads(points: Sequence[Point], *, by_family: bool) -> tuple[Spread, ...]:
     counted = [point for point in points if point.quantity != "clock"]
     groups = map_reduce(
         counted,
-        lambda point: (
-            point.planner,
-            point.style,
-            point.family if by_family else "",
-            point.line,
-            point.quantity,
-        ),
+        lambda point: (point.planner, point.style, point.family if by_family else "", point.line, point.quantity),
     )
     return tuple(spread(group, key[2]) for key, group in groups.items())
 
@@ -111,9 +105,7 @@ def mismatches(
 def _of_cycles(checked: Sequence[StyleChecked]) -> Iterator[Mismatch]:
     for each in checked:
         if not each.equal or each.deviation:
-            words = (
-                f"{sum(point.differences for point in each.verified)} differences, {each.deviation:.1%} mean"
-            )
+            words = f"{sum(point.differences for point in each.verified)} differences, {each.deviation:.1%} mean"
             yield Mismatch(f"cycles/{each.planner}/{each.style}", words)
 
 
@@ -134,8 +126,7 @@ def _of_clocks(points: Sequence[Point]) -> Iterator[Mismatch]:
         widest = max(width_of(point.predicted) for point in group)
         if outside:
             yield Mismatch(
-                f"clock/outside/{planner}/{style}/{part}",
-                f"{outside} of {len(group)} medians outside the interval",
+                f"clock/outside/{planner}/{style}/{part}", f"{outside} of {len(group)} medians outside the interval"
             )
         alone = sum(point.without is None for point in group)
         if alone:
@@ -162,9 +153,7 @@ def _never_measured(points: Sequence[Point]) -> Iterator[Mismatch]:
         if family not in placed:
             yield Mismatch(f"never placed/{family}", "no placement of any style")
     for planner in rooms():
-        synthesised = {
-            point.family for point in points if point.planner == planner and point.quantity != "clock"
-        }
+        synthesised = {point.family for point in points if point.planner == planner and point.quantity != "clock"}
         for family in families:
             if family not in synthesised:
                 yield Mismatch(f"never synthesised/{planner}/{family}", "no synthesis")

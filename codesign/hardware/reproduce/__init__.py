@@ -5,15 +5,7 @@ law was fitted to it. ``codesign.system.catalog.papers`` lists the papers.
 """
 
 from codesign.hardware.reproduce.plots import plot_svg, write_plots
-from codesign.planners.reproduction import (
-    Finding,
-    Plot,
-    Reproduction,
-    Row,
-    Series,
-    joined,
-    reproduction_schema,
-)
+from codesign.planners.reproduction import Finding, Plot, Reproduction, Row, Series, joined, reproduction_schema
 
 __all__ = [
     "Finding",

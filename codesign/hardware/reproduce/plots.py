@@ -25,9 +25,7 @@ def plot_svg(plot: Plot) -> str:
         FigureCanvasSVG(figure)
         axes = figure.add_subplot()
         for index, series in enumerate(plot.series):
-            axes.plot(
-                series.x, series.y, marker=MARKERS[index % len(MARKERS)], markersize=4, label=series.name
-            )
+            axes.plot(series.x, series.y, marker=MARKERS[index % len(MARKERS)], markersize=4, label=series.name)
         axes.set(xlabel=plot.x_label, ylabel=plot.y_label, xscale=plot.x_scale, yscale=plot.y_scale)
         for axis, scale in ((axes.xaxis, plot.x_scale), (axes.yaxis, plot.y_scale)):
             if scale == "log":
@@ -56,9 +54,7 @@ def write_plots(reproduction: Reproduction, folder: Path) -> tuple[Path, ...]:
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as fault:
-        raise InputError(
-            f"cannot write plots: {fault.strerror}", str(folder), "choose another folder"
-        ) from fault
+        raise InputError(f"cannot write plots: {fault.strerror}", str(folder), "choose another folder") from fault
     for plot in reproduction.figures:
         path = folder / f"{plot.name}.svg"
         write_atomically(path, plot_svg(plot).encode())

@@ -23,9 +23,7 @@ _CYCLE_DIGITS = 12
 @cache
 def template(name: str) -> Any:
     """A template of this package."""
-    environment = jinja2.Environment(
-        undefined=jinja2.StrictUndefined, keep_trailing_newline=True, autoescape=False
-    )
+    environment = jinja2.Environment(undefined=jinja2.StrictUndefined, keep_trailing_newline=True, autoescape=False)
     folder = files("codesign.hardware.rtl") / "templates"
     return environment.from_string((folder / f"{name}.jinja").read_text(encoding="utf-8"))
 
@@ -53,9 +51,7 @@ def _pins_text(circuit: Circuit, pins: Pins) -> str:
     """The changes of the further outputs for ``$readmemh``: cycle, value and the bits that count, joined by ``_``."""
     digits = _pin_digits(circuit)
     rows = zip(pins.cycle.tolist(), pins.value.tolist(), pins.known.tolist(), strict=True)
-    lines = (
-        f"{cycle:0{_CYCLE_DIGITS}x}_{value:0{digits}x}_{known:0{digits}x}\n" for cycle, value, known in rows
-    )
+    lines = (f"{cycle:0{_CYCLE_DIGITS}x}_{value:0{digits}x}_{known:0{digits}x}\n" for cycle, value, known in rows)
     return "".join(lines)
 
 

@@ -62,9 +62,7 @@ def icarus(
         return _run(circuit, command, folder, waves, watch, expected)
 
 
-def verilator(
-    circuit: Circuit, expected: Expected, waves: Waves | None = None, progress: Progress = silent
-) -> Run:
+def verilator(circuit: Circuit, expected: Expected, waves: Waves | None = None, progress: Progress = silent) -> Run:
     """Run a circuit in the program that Verilator makes of it; it is kept.
 
     Raises:

@@ -103,21 +103,15 @@ def verify_all(
         if progress is not None:
             progress(checked)
     in_order = [results[index] for index in range(len(asked))]
-    differing = next(
-        (i for i, checked in enumerate(in_order) if checked.verified and not checked.equal), None
-    )
+    differing = next((i for i, checked in enumerate(in_order) if checked.verified and not checked.equal), None)
     drawn = 0 if differing is None and cycles is not None else differing
     if waves is not None and drawn is not None:
         verify(asked[drawn].style, asked[drawn].job(), backend, waves, cycles=cycles)
     groups = map_reduce(in_order, lambda checked: (checked.planner, checked.style, checked.task))
-    return tuple(
-        StyleChecked(planner, style, task, tuple(points)) for (planner, style, task), points in groups.items()
-    )
+    return tuple(StyleChecked(planner, style, task, tuple(points)) for (planner, style, task), points in groups.items())
 
 
-def _checked(
-    asked: Sequence[Asked], backend: str, jobs: int, within: Progress
-) -> Iterator[tuple[int, Checked]]:
+def _checked(asked: Sequence[Asked], backend: str, jobs: int, within: Progress) -> Iterator[tuple[int, Checked]]:
     """Each point by its index, as it is done. The work is done by tools, so threads suffice."""
     if jobs == 1:
         for index, each in enumerate(asked):

@@ -106,6 +106,4 @@ def counts_of(cell: str) -> Counts:
     for pattern, counts in COUNTED:
         if pattern.fullmatch(cell):
             return counts
-    raise RunError(
-        f"Yosys mapped a part of the design to the cell {cell}, which is not counted", "hwsw synth"
-    )
+    raise RunError(f"Yosys mapped a part of the design to the cell {cell}, which is not counted", "hwsw synth")

@@ -80,9 +80,7 @@ def compared(
         raise InputError(f"no open tool synthesises for {part.family}, of {part.full_name}", "--family", hint)
     name = family or own
     if seeds and device_of(part.full_name)[0].family != name:
-        raise InputError(
-            f"{part.full_name} is placed with family {own}, not {name}", "--place", "leave --family out"
-        )
+        raise InputError(f"{part.full_name} is placed with family {own}, not {name}", "--place", "leave --family out")
     circuit = design.style.circuit(design.job)
     progress(0, 1 + len(seeds), f"runs, synthesis for {name}")
     synthesis = synthesise(circuit, name)
@@ -129,18 +127,12 @@ def _lines(synthesis: Synthesis, demand: Demand | None) -> list[LineCompared]:
 def _notes(design: Placed, family: str, own: str, synthesis: Synthesis) -> list[str]:
     notes = ["slices are a matter of packing, so they are not compared"]
     if family != own:
-        notes.append(
-            f"the laws speak of {design.part.full_name}, so they are not held against family {family}"
-        )
+        notes.append(f"the laws speak of {design.part.full_name}, so they are not held against family {family}")
     if family == "xc7":
-        notes.append(
-            "7 series: counts only, their open timing is not to be trusted; clocks come from reports"
-        )
+        notes.append("7 series: counts only, their open timing is not to be trusted; clocks come from reports")
         notes.append("LUT of six inputs are counted one for one, as the budget of the part counts them")
     elif family == "gowin" and synthesis.total.multipliers:
-        notes.append(
-            "a clock of a Gowin part holds no path through a multiplier: nextpnr has no delays of one"
-        )
+        notes.append("a clock of a Gowin part holds no path through a multiplier: nextpnr has no delays of one")
     elif design.part.name not in DEVICES:
         notes.append(f"no clock: {design.part.full_name} has no open place and route that is to be trusted")
     return notes

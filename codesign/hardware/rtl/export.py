@@ -75,9 +75,7 @@ def _open_flow(design: Placed, circuit: Circuit) -> tuple[dict[str, str], str]:
     return flow_files(circuit, FAMILIES[name]) | files, " ".join(placing)
 
 
-def _words(
-    design: Placed, origin: Origin, circuit: Circuit, expected: Expected, built: Building
-) -> dict[str, Any]:
+def _words(design: Placed, origin: Origin, circuit: Circuit, expected: Expected, built: Building) -> dict[str, Any]:
     """What the templates name."""
     top, part = top_name(circuit), design.part
     phases = circuit.phases
@@ -163,9 +161,7 @@ def _golden_text(circuit: Circuit, expected: Expected) -> str:
     rows = csv.writer(text, lineterminator="\n")
     rows.writerow(("cycle", "kind", "event", "value"))
     events = expected.events
-    for cycle, kind, value in zip(
-        events.cycle.tolist(), events.kind.tolist(), events.value.tolist(), strict=True
-    ):
+    for cycle, kind, value in zip(events.cycle.tolist(), events.kind.tolist(), events.value.tolist(), strict=True):
         rows.writerow((cycle, kind, circuit.kinds[kind], value))
     return text.getvalue()
 

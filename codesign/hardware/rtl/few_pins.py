@@ -52,10 +52,7 @@ def with_few_pins(document: dict[str, Any], top: str) -> tuple[int, int]:
     add("IBUF", {"I": clock}, "O", ports["clk"]["bits"][0])
     last = add("IBUF", {"I": serial}, "O", new())
     shifted = [
-        bit
-        for name, port in ports.items()
-        if port["direction"] == "input" and name != "clk"
-        for bit in port["bits"]
+        bit for name, port in ports.items() if port["direction"] == "input" and name != "clk" for bit in port["bits"]
     ]
     for bit in shifted:
         last = add("DFF", {"CLK": ports["clk"]["bits"][0], "D": last}, "Q", bit)
@@ -77,8 +74,6 @@ def with_few_pins(document: dict[str, Any], top: str) -> tuple[int, int]:
 
 if __name__ == "__main__":
     flat = json.loads(Path(sys.argv[1]).read_text(encoding="utf-8"))
-    whole = next(
-        name for name, each in flat["modules"].items() if "1" in str(each["attributes"].get("top", ""))
-    )
+    whole = next(name for name, each in flat["modules"].items() if "1" in str(each["attributes"].get("top", "")))
     print("{} LUT and {} flip-flops are added for the pins".format(*with_few_pins(flat, whole)))
     Path(sys.argv[1]).write_text(json.dumps(flat), encoding="utf-8")

@@ -15,17 +15,7 @@ from codesign.ground.files import scratch
 from codesign.hardware.rtl import tools
 from codesign.hardware.rtl.cache import digest_of, kept
 from codesign.hardware.rtl.design import bound_of, digest_of_circuit, sources_of, top_name, write_design
-from codesign.hardware.rtl.runs import (
-    HINT,
-    Progress,
-    Run,
-    Waves,
-    events_of,
-    phases_of,
-    pins_of,
-    silent,
-    stream_chunks,
-)
+from codesign.hardware.rtl.runs import HINT, Progress, Run, Waves, events_of, phases_of, pins_of, silent, stream_chunks
 from codesign.planners.circuits import Circuit, Expected
 
 _PINS_KIND = 16
@@ -37,9 +27,7 @@ _OPTIONS = ("-std=c++14", "-O1", "-w", "-DCXXRTL_NDEBUG")
 """-O1 compiles twice as fast as -O2, and runs nearly as fast. An index that is too large reads zero: no abort."""
 
 
-def cxxrtl(
-    circuit: Circuit, expected: Expected, waves: Waves | None = None, progress: Progress = silent
-) -> Run:
+def cxxrtl(circuit: Circuit, expected: Expected, waves: Waves | None = None, progress: Progress = silent) -> Run:
     """Run a circuit in the program that CXXRTL makes of it.
 
     Raises:
@@ -136,13 +124,9 @@ def _run(
     command = (str(program.absolute()), *map(str, bounds), *window)
     chunks = stream_chunks(circuit)
     finished = tools.run(command, place, seconds=_RUN_S, stdin=chunks, hint=HINT, watch=watch)
-    numbers = (
-        np.frombuffer(finished.stdout, np.uint64) if len(finished.stdout) % 8 == 0 else np.empty(0, np.uint64)
-    )
+    numbers = np.frombuffer(finished.stdout, np.uint64) if len(finished.stdout) % 8 == 0 else np.empty(0, np.uint64)
     if finished.code or len(numbers) < 18 or len(numbers) % 3:
-        raise RunError(
-            f"the simulation of {circuit.top} failed (exit code {finished.code}): {finished.complaints}"
-        )
+        raise RunError(f"the simulation of {circuit.top} failed (exit code {finished.code}): {finished.complaints}")
     counts = {phase: int(count) for phase, count in enumerate(numbers[-18:-2])}
     taken, ended = int(numbers[-2]), bool(numbers[-1])
     records = numbers[:-18].reshape(-1, 3)

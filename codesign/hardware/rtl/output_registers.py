@@ -101,9 +101,7 @@ def _merge(
 def top_of(document: dict[str, Any]) -> str:
     """The name of the top module."""
     return next(
-        str(name)
-        for name, each in document["modules"].items()
-        if "1" in str(each["attributes"].get("top", ""))
+        str(name) for name, each in document["modules"].items() if "1" in str(each["attributes"].get("top", ""))
     )
 
 

@@ -107,16 +107,12 @@ def device_of(part: str) -> tuple[Device, tuple[str, ...]]:
     """
     name, grade = name_and_grade(part)
     if name not in DEVICES:
-        hint = (
-            f"without a placement counts remain: leave out --place; placed are {', '.join(sorted(DEVICES))}"
-        )
+        hint = f"without a placement counts remain: leave out --place; placed are {', '.join(sorted(DEVICES))}"
         raise InputError(f"no open place and route is to be trusted for part {part}", "--place", hint)
     device = DEVICES[name]
     if grade not in device.grades:
         accepted = [f"{name}{each}" for each in device.grades]
-        raise InputError(
-            f"{name} is not placed in speed grade {grade}", "--place", choose_hint(part, accepted)
-        )
+        raise InputError(f"{name} is not placed in speed grade {grade}", "--place", choose_hint(part, accepted))
     return device, device.grades[grade]
 
 
@@ -167,9 +163,7 @@ def place(circuit: Circuit, part: str, seed: int = 1) -> Placement:
     require(device.tool)
     check_fit(synthesise(circuit, device.family).total, part)
     options = options_of(device, grade, seed)
-    digest = digest_of(
-        _LAYOUT, synthesis_digest(circuit, FAMILIES[device.family]), version_of(device.tool), *options
-    )
+    digest = digest_of(_LAYOUT, synthesis_digest(circuit, FAMILIES[device.family]), version_of(device.tool), *options)
     with kept("placement", digest, lambda folder: _place(circuit, device, options, folder)) as folder:
         result: dict[str, Any] = json.loads((folder / "placement.json").read_text(encoding="utf-8"))
     return Placement(

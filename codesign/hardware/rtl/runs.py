@@ -65,9 +65,7 @@ def events_of(records: NDArray[np.uint64]) -> Events:
     return Events(records[:, 0].astype(np.int64), records[:, 1].astype(np.uint8), records[:, 2].copy())
 
 
-def pins_of(
-    circuit: Circuit, changes: NDArray[np.uint64], end: int, known: NDArray[np.uint64] | None = None
-) -> Pins:
+def pins_of(circuit: Circuit, changes: NDArray[np.uint64], end: int, known: NDArray[np.uint64] | None = None) -> Pins:
     """Pins from rows of (cycle, anything, value) as uint64; ``known``: the bits that are 0 or 1, by default all."""
     every = np.uint64((1 << sum(circuit.pins.values())) - 1)
     known = np.full(len(changes), every) if known is None else known

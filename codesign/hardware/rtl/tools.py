@@ -165,9 +165,7 @@ def checked(
     return finished
 
 
-_RUN_YOSYS = (
-    "import sys; from pyosys import libyosys as ys; ys.run_pass('script ' + sys.argv[1], ys.Design())"
-)
+_RUN_YOSYS = "import sys; from pyosys import libyosys as ys; ys.run_pass('script ' + sys.argv[1], ys.Design())"
 
 
 def yosys(script: str, cwd: Path, what: str, *, seconds: float, hint: str = "try a smaller design") -> str:

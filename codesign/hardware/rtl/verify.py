@@ -137,9 +137,7 @@ def _of_run(circuit: Circuit, expected: Expected, run: Run) -> Iterator[Differen
     if not run.ended:
         yield Difference(-1, f"the circuit does not end within {counted(bound_of(expected), 'cycle')}")
     if not expected.contention:
-        for phase in dict.fromkeys(
-            (*circuit.phases, *expected.cycles, *(each for each in run.cycles if each))
-        ):
+        for phase in dict.fromkeys((*circuit.phases, *expected.cycles, *(each for each in run.cycles if each))):
             model, seen = expected.cycles.get(phase, 0), run.cycles.get(phase, 0)
             if model != seen:
                 yield Difference(

@@ -24,10 +24,7 @@ def write_view(vcd: Path, circuit: Circuit) -> list[Path]:
     Raises:
         RunError: a file cannot be written.
     """
-    names = {
-        "phase": dict(enumerate((NOTHING, *circuit.phases))),
-        "event_kind": dict(enumerate(circuit.kinds)),
-    }
+    names = {"phase": dict(enumerate((NOTHING, *circuit.phases))), "event_kind": dict(enumerate(circuit.kinds))}
     files = {name: vcd.with_suffix(f".{name}.txt") for name in names}
     for name, path in files.items():
         write_atomically(path, translation(names[name].items(), _FOUR_BITS).encode())

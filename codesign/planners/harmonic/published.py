@@ -43,13 +43,7 @@ CLUSTER_ROWS, CLUSTER_COLUMNS = CLUSTER.rows, CLUSTER.columns
 
 CONTROL_SLICES, ADDRESS_SLICES, DECISION_SLICES_A_BIT, DECISION_SLICES, SLICES_OF_XC2V6000 = (
     int(NUMBERS.figures[name])
-    for name in (
-        "control_slices",
-        "address_slices",
-        "decision_slices_a_bit",
-        "decision_slices",
-        "slices_of_xc2v6000",
-    )
+    for name in ("control_slices", "address_slices", "decision_slices_a_bit", "decision_slices", "slices_of_xc2v6000")
 )
 WHOLE_DESIGN_ROWS, WHOLE_DESIGN_COLUMNS, WHOLE_DESIGN_PRECISION, WHOLE_DESIGN_BLOCKS = (
     int(NUMBERS.figures[f"design_{name}"]) for name in ("rows", "columns", "precision", "blocks")

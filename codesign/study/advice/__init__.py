@@ -21,15 +21,7 @@ from pathlib import Path
 
 from codesign.ground.errors import RunError
 from codesign.ground.files import cache_folder, kept_folder
-from codesign.study.advice.answer import (
-    Advice,
-    BoardAdvice,
-    Design,
-    advice_schema,
-    cheaper_than,
-    judged,
-    met_alone,
-)
+from codesign.study.advice.answer import Advice, BoardAdvice, Design, advice_schema, cheaper_than, judged, met_alone
 from codesign.study.advice.boards import Board, boards_of
 from codesign.study.advice.cache import kept_trials
 from codesign.study.advice.candidates import Candidate
@@ -93,12 +85,7 @@ def advise(
         next_certainty = _of_next(laboratory, best, cheaper_than(winner, advice))
     return Advice(
         verdict=verdict(
-            advice,
-            needs,
-            met_alone(boards, findings, needs),
-            certainty,
-            next_certainty,
-            complete=not findings.left,
+            advice, needs, met_alone(boards, findings, needs), certainty, next_certainty, complete=not findings.left
         ),
         certainty=certainty,
         next_certainty=next_certainty,
@@ -111,9 +98,7 @@ def advise(
         recommended=None if winner is None else winner.board,
         boards=tuple(advice),
         not_searched=_left(findings),
-        remarks=tuple(
-            text for text in (*question.grid.remarks, *laboratory.failures[:1], remark, unkept) if text
-        ),
+        remarks=tuple(text for text in (*question.grid.remarks, *laboratory.failures[:1], remark, unkept) if text),
         simulated=findings.simulated,
         kept=findings.kept,
         command=command,
@@ -139,9 +124,7 @@ def _confirmed(laboratory: Laboratory, candidate: Candidate, design: Design | No
     return certainty_of(result, candidate.board, laboratory.question.needs)
 
 
-def _of_next(
-    laboratory: Laboratory, best: Mapping[str, Candidate], cheaper: Sequence[BoardAdvice]
-) -> Certainty | None:
+def _of_next(laboratory: Laboratory, best: Mapping[str, Candidate], cheaper: Sequence[BoardAdvice]) -> Certainty | None:
     """How sure it is that the next cheaper board does not suffice; None where that is no matter of its figures."""
     if not cheaper or {short.need for short in cheaper[0].shortfalls} != {"rate"}:
         return None

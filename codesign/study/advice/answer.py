@@ -29,9 +29,7 @@ class Design(ResultModel):
     mapping: dict[str, dict[str, Any]] = Field(description="the mapping of its workload")
     settings: dict[str, str] = Field(description="axes of the platform that are set, such as fpga.clock")
     trial: Trial = Field(description="what it comes to")
-    rate_hz: float | None = Field(
-        description="plans a second: 1 / the time of a plan; None where it was not run"
-    )
+    rate_hz: float | None = Field(description="plans a second: 1 / the time of a plan; None where it was not run")
     mean_power_w: float | None = Field(
         description="mean power of the components of the board at the rate that is asked for, W"
     )
@@ -53,9 +51,7 @@ class BoardAdvice(ResultModel):
     fastest: Design | None = Field(
         description="its fastest design whose plans serve, whatever the other needs; None where none serves"
     )
-    margin: float | None = Field(
-        description="rate over the rate that is asked for; None where it was not run"
-    )
+    margin: float | None = Field(description="rate over the rate that is asked for; None where it was not run")
     shortfalls: tuple[Shortfall, ...] = Field(description="the needs that its best design does not meet")
     perhaps: str = Field(
         description="of a board that does not suffice: why a design on it may, inside the intervals; empty: none does"
@@ -95,15 +91,10 @@ class Advice(ResultModel):
 
 def advice_schema() -> dict[str, Any]:
     """The JSON Schema (draft 2020-12) of what ``hwsw advise --json`` prints."""
-    return {
-        "$schema": "https://json-schema.org/draft/2020-12/schema",
-        **Advice.model_json_schema(mode="serialization"),
-    }
+    return {"$schema": "https://json-schema.org/draft/2020-12/schema", **Advice.model_json_schema(mode="serialization")}
 
 
-def judged(
-    boards: Sequence[Board], findings: Findings, needs: Needs
-) -> tuple[list[BoardAdvice], dict[str, Candidate]]:
+def judged(boards: Sequence[Board], findings: Findings, needs: Needs) -> tuple[list[BoardAdvice], dict[str, Candidate]]:
     """What every board comes to, best first, and the candidate of its best design by its name."""
     advice, best = [], {}
     left = {candidate.board.name for candidate in findings.left}
@@ -179,17 +170,13 @@ _SIMPLE: tuple[Where, ...] = ("host", "fabric", "split")
 """Software is the simplest design; then a circuit; then a circuit whose tasks are on two components."""
 
 
-def _of_board(
-    board: Board, chosen: Tried | None, tried: Sequence[Tried], needs: Needs, why: str
-) -> BoardAdvice:
+def _of_board(board: Board, chosen: Tried | None, tried: Sequence[Tried], needs: Needs, why: str) -> BoardAdvice:
     """``why`` the board has no design, where it has none."""
     serving = [each for each in tried if each[1].time_s is not None and not each[1].shortfalls]
     fastest = min(serving, key=lambda each: each[1].time_s or 0.0, default=None)
     ordered = sorted(tried, key=lambda each: _order(each, board, needs))
     design = None if chosen is None else _design(chosen, board, needs)
-    short = (
-        (Shortfall(need="refused", name=why),) if chosen is None else shortfalls_of(chosen[1], board, needs)
-    )
+    short = (Shortfall(need="refused", name=why),) if chosen is None else shortfalls_of(chosen[1], board, needs)
     return BoardAdvice(
         board=board.name,
         price_usd=board.price_usd,
@@ -199,9 +186,7 @@ def _of_board(
         fastest=None if fastest is None else _design(fastest, board, needs),
         margin=None if design is None or design.rate_hz is None else design.rate_hz / needs.rate_hz,
         shortfalls=short,
-        perhaps=""
-        if not short
-        else next(filter(None, (may_suffice(each[1], board, needs) for each in ordered)), ""),
+        perhaps="" if not short else next(filter(None, (may_suffice(each[1], board, needs) for each in ordered)), ""),
         designs=len(tried),
     )
 
@@ -224,9 +209,7 @@ def _design(tried: Tried, board: Board, needs: Needs) -> Design:
     )
 
 
-def _binding(
-    trial: Trial, short: Sequence[Shortfall], board: Board, needs: Needs
-) -> tuple[str, float | None]:
+def _binding(trial: Trial, short: Sequence[Shortfall], board: Board, needs: Needs) -> tuple[str, float | None]:
     """The limit that is passed by most; where none is, the one that is nearest."""
     if short:
         worst = max(short, key=lambda shortfall: shortfall.ratio)

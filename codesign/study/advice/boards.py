@@ -52,11 +52,7 @@ class Board:
         board = self.platform.board
         if board is None:
             return []
-        return (
-            [board]
-            if board.beside is None
-            else [board, *Board(board.beside, load_platform(board.beside))._sold]
-        )
+        return [board] if board.beside is None else [board, *Board(board.beside, load_platform(board.beside))._sold]
 
     @cached_property
     def input_idle_w(self) -> tuple[float, float, float] | None:
@@ -79,9 +75,7 @@ class Board:
     @property
     def idle_interval_w(self) -> tuple[float, float]:
         """The least and the greatest of it inside the intervals of the figures, W."""
-        return sum(figure.interval[0] for figure in self._idle), sum(
-            figure.interval[1] for figure in self._idle
-        )
+        return sum(figure.interval[0] for figure in self._idle), sum(figure.interval[1] for figure in self._idle)
 
     @property
     def _idle(self) -> list[Figure]:

@@ -96,12 +96,7 @@ def _on_component(
 
 
 def _candidate(
-    board: Board,
-    planner: Planner,
-    style: Architecture,
-    name: str,
-    placement: _Placement,
-    design: Mapping[str, Any],
+    board: Board, planner: Planner, style: Architecture, name: str, placement: _Placement, design: Mapping[str, Any]
 ) -> Candidate:
     planning: dict[str, Any] = {"component": name, "style": style.style}
     if placement.memory is not None:

@@ -25,9 +25,7 @@ class Certainty(ResultModel):
     power_low_w: float | None = Field(
         description="a lower bound of the mean power at the input of the board inside all intervals, W"
     )
-    power_high_w: float | None = Field(
-        description="an upper bound of it, W; None without a power of the whole board"
-    )
+    power_high_w: float | None = Field(description="an upper bound of it, W; None without a power of the whole board")
     rate: Verdict = Field(description="the time of a plan against the period that is asked for")
     fit: Fit = Field(description="the design against its part")
     text: str = Field(description="the same in words")

@@ -41,9 +41,7 @@ class Needs(ResultModel):
     rate_hz: float = Field(description="plans a second, Hz")
     power_w: float | None = Field(default=None, description="most mean power at that rate, W")
     price_usd: float | None = Field(default=None, description="most that the board may cost, USD")
-    clearance_m: float | None = Field(
-        default=None, description="obstacles of the map are inflated by this radius, m"
-    )
+    clearance_m: float | None = Field(default=None, description="obstacles of the map are inflated by this radius, m")
 
     @property
     def period_s(self) -> float:
@@ -66,9 +64,7 @@ class Question:
     problem: Problem
 
 
-def parse_needs(
-    rate: str, power: str | None = None, price: str | None = None, clearance: str | None = None
-) -> Needs:
+def parse_needs(rate: str, power: str | None = None, price: str | None = None, clearance: str | None = None) -> Needs:
     """The needs as a user writes them: ``10 Hz``, ``5 W``, ``200 USD``, ``0.3 m``.
 
     Raises:

@@ -62,9 +62,7 @@ def search(
     """
     question = laboratory.question
     findings = Findings({board.name: [] for board in boards})
-    numbered = [
-        (rank, chain) for board in boards for rank, chain in enumerate(chains_of(board, question.problem))
-    ]
+    numbered = [(rank, chain) for board in boards for rank, chain in enumerate(chains_of(board, question.problem))]
     # Round the boards, so that a small budget reaches each of them.
     chains = [chain for _, chain in sorted(numbered, key=lambda each: each[0])]
     waiting = _Waiting(store)

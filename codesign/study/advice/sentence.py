@@ -33,9 +33,7 @@ def verdict(
         nothing = _nothing(boards, needs, alone)
         if complete:
             return nothing
-        return (
-            f"No answer yet, as the budget was spent: of what was searched, {nothing[0].lower()}{nothing[1:]}"
-        )
+        return f"No answer yet, as the budget was spent: of what was searched, {nothing[0].lower()}{nothing[1:]}"
     time = best.design.trial.time_s
     assert time is not None, "a design that suffices was run"
     text = (
@@ -108,9 +106,7 @@ def cost_text(board: BoardAdvice) -> str:
     return f"price not known, {format_power(board.idle_w if power is None else power)}"
 
 
-def _cheaper(
-    best: BoardAdvice, boards: Sequence[BoardAdvice], needs: Needs, next_certainty: Certainty | None
-) -> str:
+def _cheaper(best: BoardAdvice, boards: Sequence[BoardAdvice], needs: Needs, next_certainty: Certainty | None) -> str:
     cheaper = cheaper_than(best, boards)
     what = "cheaper" if best.price_usd is not None else "of less power of its components"
     if not cheaper:

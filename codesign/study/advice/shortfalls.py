@@ -59,9 +59,7 @@ def shortfalls_of(trial: Trial, board: Board, needs: Needs) -> tuple[Shortfall, 
     """Every need that a design does not meet."""
     short = list(trial.shortfalls)
     if trial.time_s is not None and trial.time_s > needs.period_s:
-        short.append(
-            Shortfall(need="rate", name="time of a plan", demand=trial.time_s, limit=needs.period_s, unit="s")
-        )
+        short.append(Shortfall(need="rate", name="time of a plan", demand=trial.time_s, limit=needs.period_s, unit="s"))
     if needs.power_w is not None:
         power, parts = input_power(trial, board, needs), mean_power(trial, board, needs) or board.idle_w
         lowest = parts if power is None else power

@@ -85,8 +85,7 @@ class Trial(ResultModel):
     """What a design comes to, whatever is asked of it. Figures that only a run gives are None where it was not run."""
 
     clock_hz: int | None = Field(
-        default=None,
-        description="the clock that the fabric was lowered to, as the design is too slow for its own",
+        default=None, description="the clock that the fabric was lowered to, as the design is too slow for its own"
     )
     time_s: float | None = Field(default=None, description="time of a plan, the worst over the starts, s")
     time_low_s: float | None = Field(
@@ -99,8 +98,7 @@ class Trial(ResultModel):
         default=False, description="whether it fits, its clock too, at every value inside the intervals"
     )
     may_fit: str = Field(
-        default="",
-        description="of a design that does not fit: the limit that it keeps at some values inside intervals",
+        default="", description="of a design that does not fit: the limit that it keeps at some values inside intervals"
     )
     mean_time_s: float | None = Field(default=None, description="the same, mean, s")
     energy_j: float | None = Field(default=None, description="energy of a plan, J")

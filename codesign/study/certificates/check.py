@@ -95,10 +95,7 @@ class _Entries:
         ends |= {Claim.UNFIT: head.reasons, Claim.FRONT: 1, Claim.MISSING: 1}
         table = np.array([ends[claim] for claim in Claim] + [0] * (256 - len(Claim)))
         self._refuse((self._by < 0) | (self._by >= table[self._claim]), "names nothing that there is")
-        used = [
-            *(each.figure for each in definition.objectives),
-            *(each.figure for each in definition.constraints),
-        ]
+        used = [*(each.figure for each in definition.objectives), *(each.figure for each in definition.constraints)]
         tasks = len(self._held.head.tasks)
         self._refuse((self._task < 0) | (self._task >= tasks), "has a task that there is not")
         sound = all(0 <= number < len(definition.figures) for number in used)
@@ -210,10 +207,7 @@ class _Entries:
         claim, head, definition = self._claim, self._held.head, self._held.definition
         rows, computed = np.arange(len(claim)) < head.rows, ~np.isin(claim, (Claim.FAILED, Claim.MISSING))
         bounded = np.isin(claim, (Claim.DOMINATED, Claim.CONSTRAINT))
-        for what, which in (
-            ("figures, tasks and budgets", rows & computed),
-            ("bounds of boxes", ~rows & bounded),
-        ):
+        for what, which in (("figures, tasks and budgets", rows & computed), ("bounds of boxes", ~rows & bounded)):
             if which.any():
                 yield Trust(what, int(sizes[which].sum()))
         eligible = ~np.isnan(self._costs).any(axis=0)

@@ -75,9 +75,7 @@ def _count_apart(design: Int, part: Int, low: Int, high: Int, shapes: Shapes, en
         last = np.concatenate([places + 1, high[part == own]])
         require(_apart(first, last), "two of its entries hold the same design")
         size = sum((last - first).prod(axis=1).tolist())
-        require(
-            size == math.prod(shape), f"{math.prod(shape) - size:,} designs of part {own} are in no entry"
-        )
+        require(size == math.prod(shape), f"{math.prod(shape) - size:,} designs of part {own} are in no entry")
 
 
 def _apart(low: Int, high: Int) -> bool:
@@ -97,9 +95,7 @@ def _apart(low: Int, high: Int) -> bool:
             return False
         cuts = [own[len(own) // 2] for own in begins]
         larger = [
-            max((low[:, axis] < cut).sum(), (high[:, axis] > cut).sum())
-            if len(begins[axis]) > 1
-            else len(low) + 1
+            max((low[:, axis] < cut).sum(), (high[:, axis] > cut).sum()) if len(begins[axis]) > 1 else len(low) + 1
             for axis, cut in enumerate(cuts)
         ]
         axis = int(np.argmin(larger))

@@ -53,11 +53,7 @@ def write_certificate(certificate: Certificate, path: Path) -> None:
 def packed(certificate: Certificate) -> bytes:
     """The bytes of the file."""
     definition, head = certificate.texts
-    members = {
-        DEFINITION: definition,
-        HEAD: head,
-        DIGESTS: certificate.digests.model_dump_json().encode(),
-    }
+    members = {DEFINITION: definition, HEAD: head, DIGESTS: certificate.digests.model_dump_json().encode()}
     for name, (kind, shape) in layout(certificate.definition, certificate.head).items():
         values = np.ascontiguousarray(certificate.columns[name], kind)
         members[f"{name}.npy"] = _npy_header(kind, shape) + values.tobytes()

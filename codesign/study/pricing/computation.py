@@ -98,15 +98,7 @@ def _adapter(name: str) -> TypeAdapter[Any]:
 
 
 _NO_TIMES = dict.fromkeys(
-    (
-        "plan_time_mean_s",
-        "plan_time_95_s",
-        "plan_time_worst_s",
-        "map_mean_s",
-        "planning_mean_s",
-        "answer_mean_s",
-    ),
-    0.0,
+    ("plan_time_mean_s", "plan_time_95_s", "plan_time_worst_s", "map_mean_s", "planning_mean_s", "answer_mean_s"), 0.0
 )
 
 
@@ -200,9 +192,7 @@ class _Recorder:
         return content
         yield
 
-    def plan(
-        self, steps: Generator[Step, None, Any], ledger: Ledger | None = None
-    ) -> Generator[Any, Any, Any]:
+    def plan(self, steps: Generator[Step, None, Any], ledger: Ledger | None = None) -> Generator[Any, Any, Any]:
         """Process generator: the steps of the planner's style on its component."""
         del ledger
         return (yield from self._run(self.system.component, steps, self.system.architecture.kernel))
@@ -261,9 +251,7 @@ class _Recorder:
                 return output
             yield from self._exchange(exchange)
 
-    def _on_processor(
-        self, name: str, steps: Generator[Step, None, Any], kernel: str
-    ) -> Generator[Any, Any, Any]:
+    def _on_processor(self, name: str, steps: Generator[Step, None, Any], kernel: str) -> Generator[Any, Any, Any]:
         while True:
             try:
                 step = next(steps)

@@ -68,9 +68,7 @@ class Clocks:
         """The first edge at or after a time, ps. A quotient of floats finds it, exact edges correct it."""
         quotient = np.ceil(time * (self.hz / PICOSECONDS_PER_SECOND))
         if quotient.max(initial=0.0) > _EXACT:
-            return self._one_by_one(
-                lambda until, hertz: cycles_by(until - 1, hertz) + 1 if until else 0, time
-            )
+            return self._one_by_one(lambda until, hertz: cycles_by(until - 1, hertz) + 1 if until else 0, time)
         cycle = quotient.astype(np.int64)
         cycle = cycle - ((cycle > 0) & (self.edge(np.maximum(cycle - 1, 0)) >= time))
         return np.asarray(cycle + (self.edge(cycle) < time), np.int64)
@@ -136,9 +134,7 @@ class Specs:
 
     def column(self, name: str, key: str) -> Times:
         """The whole numbers of a figure of a component or link, one entry a machine."""
-        return np.array([int(each.figure(key).value) for each in self.models[name]], np.int64)[
-            self.which[name]
-        ]
+        return np.array([int(each.figure(key).value) for each in self.models[name]], np.int64)[self.which[name]]
 
     def measure(self, name: str, key: str) -> Column:
         """A figure of a component or link, one entry a machine."""

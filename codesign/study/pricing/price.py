@@ -25,15 +25,7 @@ from codesign.system.results.task import times_of
 from codesign.system.scenarios.requests import mean_of_requests
 from codesign.system.terms import TIMES, plan_terms
 
-PRICED = (
-    "plan_time_worst_s",
-    "plan_time_mean_s",
-    "plan_time_95_s",
-    "first_plan_s",
-    "cycles",
-    "power",
-    "energy_j",
-)
+PRICED = ("plan_time_worst_s", "plan_time_mean_s", "plan_time_95_s", "first_plan_s", "cycles", "power", "energy_j")
 """The figures that prices move, by name. All others are those of the template."""
 
 assert FIGURES.keys() >= set(PRICED)
@@ -155,9 +147,7 @@ def _fitted(
             board = boards[system.component]
             fields["part"] = board.parts[board.kind[specs.which[system.component][first]]].full_name
         templates.append(
-            Result.model_construct(
-                **fields, feasible=not reasons, reasons=reasons, resources=resources, bounds=bounds
-            )
+            Result.model_construct(**fields, feasible=not reasons, reasons=reasons, resources=resources, bounds=bounds)
         )
     return tuple(templates), which.reshape(-1)
 

@@ -43,8 +43,7 @@ class Moved(ResultModel):
         default=None, description="whether the whole design is feasible then; None: it was not tried"
     )
     goes: bool | None = Field(
-        default=None,
-        description="of a lever: whether the reason goes that it is a lever for; None: it was not tried",
+        default=None, description="of a lever: whether the reason goes that it is a lever for; None: it was not tried"
     )
     out: tuple[str, ...] = Field(default=(), description="what then keeps the design out, in words")
     figures: dict[str, float | None] = Field(default={}, description="the objectives, by name")
@@ -78,9 +77,7 @@ class Sure(ResultModel):
         default=None, description="whether the best design by it is the best at every value"
     )
     best: int | None = Field(default=None, description="index of the best design by it")
-    rival: int | None = Field(
-        default=None, description="index of the design that decides against the best one"
-    )
+    rival: int | None = Field(default=None, description="index of the design that decides against the best one")
 
 
 class AxisEffect(ResultModel):
@@ -88,16 +85,10 @@ class AxisEffect(ResultModel):
 
     axis: str = Field(description="name of the axis")
     figure: str = Field(description="name of the declared figure")
-    main: float | None = Field(
-        description="share of the variance that the axis moves by itself; None: no spread"
-    )
-    total: float | None = Field(
-        description="share of the variance that is left where all other axes are known"
-    )
+    main: float | None = Field(description="share of the variance that the axis moves by itself; None: no spread")
+    total: float | None = Field(description="share of the variance that is left where all other axes are known")
     complete: bool = Field(description="whether every combination of the axes is feasible and has the figure")
-    paired: float = Field(
-        description="share of the designs with a feasible partner that differs in this axis alone"
-    )
+    paired: float = Field(description="share of the designs with a feasible partner that differs in this axis alone")
 
 
 class Words(ResultModel):
@@ -115,8 +106,7 @@ class Explanation(ResultModel):
     index: int | None = Field(default=None, description="of the design in its study; None of a run")
     axes: dict[str, Any] = Field(default={}, description="its decisions, or what was set")
     condition: str = Field(
-        default="",
-        description="the condition in which time and energy are explained, of a study with conditions",
+        default="", description="the condition in which time and energy are explained, of a study with conditions"
     )
     feasible: bool = Field(description="whether the design is feasible")
     on_front: bool | None = Field(

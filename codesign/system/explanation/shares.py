@@ -100,12 +100,7 @@ def why_energy(result: Result) -> Why | None:
 
 def _by_kind(energy: object) -> list[tuple[str, str, float]]:
     held = vars(energy)
-    kinds = {
-        "fpga_j": "FPGAs",
-        "processors_j": "processors",
-        "links_j": "links",
-        "memories_j": "memories",
-    }
+    kinds = {"fpga_j": "FPGAs", "processors_j": "processors", "links_j": "links", "memories_j": "memories"}
     return [(words, "working and waiting", held[name]) for name, words in kinds.items()]
 
 
@@ -133,13 +128,7 @@ def _why(figure: str, shares: Iterable[Share], note: str = "") -> Why:
     whole = math.fsum(amounts.values())
     ordered = sorted(amounts.items(), key=lambda item: (-item[1], item[0]))
     parts = tuple(
-        Amount(
-            where=key[0],
-            what=key[1],
-            amount=amount,
-            share=amount / whole if whole else 0.0,
-            figures=figures[key],
-        )
+        Amount(where=key[0], what=key[1], amount=amount, share=amount / whole if whole else 0.0, figures=figures[key])
         for key, amount in ordered
         if amount
     )

@@ -53,13 +53,10 @@ class FleetFigures(ResultModel):
         title="FPGAs", description="one for each robot, all alike: the platform file declares one of them"
     )
     ended: str = Field(description="why the run ended")
-    completed: bool = Field(
-        description="whether all robots stand at their targets and no two touched on the way"
-    )
+    completed: bool = Field(description="whether all robots stand at their targets and no two touched on the way")
     updates: int = Field(description="updates of all velocities that were done")
     span_s: float = Field(
-        title="time of all updates",
-        description="from the begin of the first update to the end of the last, s",
+        title="time of all updates", description="from the begin of the first update to the end of the last, s"
     )
     robots_s: float = Field(
         title="time that passed for the robots",
@@ -73,9 +70,7 @@ class FleetFigures(ResultModel):
     )
     time_step_s: float = Field(description="time step of the planner, s")
     decide: Spread | None = Field(description="from the begin of an update until the last robot has decided")
-    period: Spread | None = Field(
-        description="from the begin of an update to its end, where the next one begins"
-    )
+    period: Spread | None = Field(description="from the begin of an update to its end, where the next one begins")
     updates_a_second: float = Field(description="that were done")
     reachable_a_second: float = Field(
         title="updates a second that FPGAs and line allow, at most",
@@ -90,9 +85,7 @@ class FleetFigures(ResultModel):
         title="updates longer than the time step",
         description="that took longer to decide than the time step; in real time they act late",
     )
-    frames: Frames | None = Field(
-        description="messages of coordinates to the display; None where there is none"
-    )
+    frames: Frames | None = Field(description="messages of coordinates to the display; None where there is none")
     fpga_busy_s: float = Field(
         title="busy time of all FPGAs together", description="the sum over the FPGAs of all robots, s"
     )

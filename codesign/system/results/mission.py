@@ -36,9 +36,7 @@ class LinkUse(ResultModel):
     )
     late: int = Field(description="messages that came later than the line takes, as its errors declare")
     bits: int = Field(description="bits delivered, without framing and checksums")
-    utilisation: float = Field(
-        title="busy", description="share of the time in which something was on the wire"
-    )
+    utilisation: float = Field(title="busy", description="share of the time in which something was on the wire")
     queued_s: float = Field(description="time that messages waited, all together")
 
 
@@ -67,9 +65,7 @@ class LatencyShare(ResultModel):
 class Bottleneck(ResultModel):
     """What sets the pace: the lever that was found to help most, or else where the time was seen to go."""
 
-    name: str = Field(
-        description="what the best lever moves, or the component or link that the time was spent at"
-    )
+    name: str = Field(description="what the best lever moves, or the component or link that the time was spent at")
     kind: Spent | Literal["drive", "lever"] = Field(
         description="what it spends the time on; drive: the robot's own motion; lever: it was found by running levers"
     )
@@ -183,8 +179,7 @@ class Mission(ResultModel):
     )
     driving_s: float = Field(title="time driving", description="time in which the robot moved")
     waiting_s: float = Field(
-        title="time standing for an answer",
-        description="time in which it stood and a plan or an answer was under way",
+        title="time standing for an answer", description="time in which it stood and a plan or an answer was under way"
     )
     known_share: float = Field(title="cells known at the end", description=described("known_share"))
     energy: MissionEnergy = Field(description="energy of the mission")

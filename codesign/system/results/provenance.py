@@ -20,20 +20,16 @@ class Provenance(ResultModel):
         default=None, description="SHA-256 of the workload: of all that can change a result"
     )
     calibration_digests: dict[str, str] = Field(
-        default={},
-        description="SHA-256 of the calibration of each FPGA that names one, as PLATFORM.COMPONENT",
+        default={}, description="SHA-256 of the calibration of each FPGA that names one, as PLATFORM.COMPONENT"
     )
     map_digest: str | None = Field(
-        default=None,
-        description="SHA-256 of the cells of the map; null without one, or where an axis moves it",
+        default=None, description="SHA-256 of the cells of the map; null without one, or where an axis moves it"
     )
     seeds: dict[str, int] = Field(
-        default={},
-        description="each seed of the workload by the path of its key, but those that an axis moves",
+        default={}, description="each seed of the workload by the path of its key, but those that an axis moves"
     )
     date: str | None = Field(
-        default=None,
-        description="the day on which it was written, UTC, or that of SOURCE_DATE_EPOCH; else null",
+        default=None, description="the day on which it was written, UTC, or that of SOURCE_DATE_EPOCH; else null"
     )
 
     def stamped(self) -> Provenance:

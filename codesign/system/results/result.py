@@ -115,9 +115,7 @@ class StageUse(ResultModel):
 class Times(ResultModel):
     """When things were done for the first start, from the start of the run."""
 
-    map_loaded_s: float = Field(
-        title="map loaded", description="when the map stood in the component that plans, s"
-    )
+    map_loaded_s: float = Field(title="map loaded", description="when the map stood in the component that plans, s")
     planned_s: float = Field(title="plan ready", description="when the plan stood, s")
     first_plan_s: float = Field(title="first decision received", description=described("first_plan_s"))
 
@@ -164,8 +162,7 @@ class DisplayUse(ResultModel):
 
     frames: int = Field(description="frames drawn to their end")
     starved_words: int = Field(
-        title="words that came too late",
-        description="words that came too late to be drawn, as the memory is too slow",
+        title="words that came too late", description="words that came too late to be drawn, as the memory is too slow"
     )
     port_share: float = Field(
         title="share of the memory's cycles",
@@ -183,16 +180,12 @@ class Result(InNotebooks, ResultModel):
     style: str = Field(description="architecture style of the planning task")
     component: str = Field(description="the component that plans")
     places: dict[str, str] = Field(default={}, description="component of each task")
-    roles: dict[str, str] = Field(
-        default={}, description="component or link of the platform that fills each role"
-    )
+    roles: dict[str, str] = Field(default={}, description="component or link of the platform that fills each role")
     external_memory: str | None = Field(
         default=None, description="the memory beside the FPGA that holds what does not fit in block RAM"
     )
     part: str | None = Field(description="part and speed grade of that component; None for a processor")
-    parameters: dict[str, dict[str, Any]] = Field(
-        description="parameters of each task, as the style runs with them"
-    )
+    parameters: dict[str, dict[str, Any]] = Field(description="parameters of each task, as the style runs with them")
     notes: tuple[str, ...] = Field(
         default=(),
         description="where the design does other work than its parameters let one expect, or its clock is not sure:"
@@ -235,17 +228,14 @@ class Result(InNotebooks, ResultModel):
     )
     precision: int | None = Field(default=None, description=described("precision"))
     energy: Energy | None = Field(
-        default=None,
-        description="energy a plan, mean over the starts; of a drive or a fleet, of the whole run",
+        default=None, description="energy a plan, mean over the starts; of a drive or a fleet, of the whole run"
     )
     utilisation: dict[str, float] | None = Field(
         default=None,
         description="busy share of each component and link, for the first start; of a fleet's FPGAs that of the first"
         " robot's board",
     )
-    links: dict[str, LinkUse] | None = Field(
-        default=None, description="messages of each link, for the first start"
-    )
+    links: dict[str, LinkUse] | None = Field(default=None, description="messages of each link, for the first start")
     displays: dict[str, DisplayUse] | None = Field(default=None, description="reads of each display")
     quality: Quality | RobotsQuality | None = Field(
         default=None,
@@ -255,13 +245,11 @@ class Result(InNotebooks, ResultModel):
     mission: Mission | None = Field(default=None, description="figures of a drive")
     fleet: FleetFigures | None = Field(default=None, description="figures of a fleet")
     terms: Terms | None = Field(
-        default=None,
-        description="what the time and the energy of a plan are made of, and the figures they rest on",
+        default=None, description="what the time and the energy of a plan are made of, and the figures they rest on"
     )
     details: dict[str, float | str] = Field(default={}, description="figures that only this planner has")
     provenance: Provenance | None = Field(
-        default=None,
-        description="version, digests, seeds; None of a point of an exploration, where the study has it",
+        default=None, description="version, digests, seeds; None of a point of an exploration, where the study has it"
     )
 
     def __repr__(self) -> str:
@@ -319,9 +307,7 @@ class Result(InNotebooks, ResultModel):
         figure = figure_of(figure)
         if isinstance(figure, DerivedFigure):
             return derived_interval(
-                figure,
-                lambda name: self.figure(FIGURES[name]),
-                lambda name: self.interval(FIGURES[name]),
+                figure, lambda name: self.figure(FIGURES[name]), lambda name: self.interval(FIGURES[name])
             )
         if figure.name == "power" and self.power is not None:
             ends = (self.power.static.interval, self.power.dynamic.interval)

@@ -34,15 +34,9 @@ class TaskFigures(ResultModel):
         description="share of the free cells of the whole map with a path to a goal across the sides of cells",
     )
     changed_cells: int | None = Field(default=None, description="cells that change, of task replan")
-    plan_time_mean_s: float = Field(
-        title="request to answer, mean", description=described("plan_time_mean_s")
-    )
-    plan_time_95_s: float = Field(
-        title="request to answer, 95th percentile", description=described("plan_time_95_s")
-    )
-    plan_time_worst_s: float = Field(
-        title="request to answer, worst", description=described("plan_time_worst_s")
-    )
+    plan_time_mean_s: float = Field(title="request to answer, mean", description=described("plan_time_mean_s"))
+    plan_time_95_s: float = Field(title="request to answer, 95th percentile", description=described("plan_time_95_s"))
+    plan_time_worst_s: float = Field(title="request to answer, worst", description=described("plan_time_worst_s"))
     map_mean_s: float = Field(
         title="until the map is there, mean",
         description="the part of it until the map, or its change, stands in the component that plans, mean, s",
@@ -51,12 +45,11 @@ class TaskFigures(ResultModel):
         title="planning, mean", description="the part of it from there until the plan stands, mean, s"
     )
     answer_mean_s: float = Field(
-        title="answering, mean",
-        description="the part of it from there until the answer is received, mean, s",
+        title="answering, mean", description="the part of it from there until the answer is received, mean, s"
     )
-    arrive: Annotated[
-        float | None, Field(title="share of the starts that arrive", description=described("arrive"))
-    ] = None
+    arrive: Annotated[float | None, Field(title="share of the starts that arrive", description=described("arrive"))] = (
+        None
+    )
 
 
 def reach_text(shares: Sequence[float]) -> str:

@@ -45,13 +45,9 @@ class Draw(Monomial):
     """A part of what a component or a link draws, W."""
 
     where: Annotated[str, Field(description="the component or link")] = ""
-    when: Annotated[
-        When, Field(description="at all times, only while it works, or only while it does not")
-    ] = "always"
+    when: Annotated[When, Field(description="at all times, only while it works, or only while it does not")] = "always"
     watts: Annotated[float, Field(description="at the values of the inputs, W")] = 0.0
-    beside: Annotated[
-        str, Field(description="the component that it works and waits with; by default itself")
-    ] = ""
+    beside: Annotated[str, Field(description="the component that it works and waits with; by default itself")] = ""
 
     def during(self, term: Term) -> bool:
         """Whether it is drawn in a part of the time."""
@@ -67,9 +63,7 @@ class Terms(ResultModel):
         description="the terms of each time by the name of its figure, in the order of the chain. Of several lists, as"
         " of several starts, the greatest sum is the figure"
     )
-    draws: tuple[Draw, ...] = Field(
-        description="what is drawn, which with the terms of the time gives the energy"
-    )
+    draws: tuple[Draw, ...] = Field(description="what is drawn, which with the terms of the time gives the energy")
     open: dict[str, str] = Field(default={}, description="by figure: why it is no sum of terms")
 
     def plans(self, figure: str) -> tuple[tuple[Monomial, ...], ...]:
@@ -109,9 +103,7 @@ def priced(figure: ResultFigure) -> bool:
     """Whether a figure rests on figures with intervals: the times and the energy of a plan, power, what they make."""
     if isinstance(figure, DerivedFigure):
         return any(priced(FIGURES[name]) for name in figure.names)
-    return (
-        figure.within in {"time", "task", "energy"} and figure.unit in {"s", "J"}
-    ) or figure.name == "power"
+    return (figure.within in {"time", "task", "energy"} and figure.unit in {"s", "J"}) or figure.name == "power"
 
 
 def is_edges(name: str) -> bool:
@@ -121,9 +113,7 @@ def is_edges(name: str) -> bool:
 
 def _drawn(plan: Plan, draws: Sequence[Draw]) -> tuple[Monomial, ...]:
     """The energy of a plan, with one monomial for each product of inputs."""
-    of_plan = tuple(
-        (tuple(term.powers.items()), term.divide, term.by, term.where, term.works) for term in plan
-    )
+    of_plan = tuple((tuple(term.powers.items()), term.divide, term.by, term.where, term.works) for term in plan)
     of_draws = tuple((tuple(draw.powers.items()), draw.where, draw.when, draw.beside) for draw in draws)
     pairs, products = _products(of_plan, of_draws)
     sums: list[Any] = [0.0] * len(products)

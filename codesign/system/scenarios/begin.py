@@ -47,9 +47,7 @@ class Beginning:
     choices: tuple[str, ...]
 
 
-def beginning(
-    board: str, planner_name: str, map_file: Path | None, goal: Place | None, folder: Path
-) -> Beginning:
+def beginning(board: str, planner_name: str, map_file: Path | None, goal: Place | None, folder: Path) -> Beginning:
     """A platform and a workload for ``folder``: the first style and parameters of the planner that fit the board.
 
     ``map_file``: None: the map of the shipped workload ``labyrinth``.
@@ -85,9 +83,7 @@ def beginning(
         PLATFORM_FILE: renamed("platforms", board, Path(PLATFORM_FILE).stem),
         WORKLOAD_FILE: _workload_text(planner, problem, mapping),
     }
-    placed = (
-        f"planning: {mapping['style']} on {mapping['component']}, the first style and parameters that fit"
-    )
+    placed = f"planning: {mapping['style']} on {mapping['component']}, the first style and parameters that fit"
     placed += f"; {why}" if why else ""
     return Beginning(texts, (goal_text, placed))
 

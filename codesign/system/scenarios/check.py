@@ -55,9 +55,7 @@ def check_files(
         raise InputError("settings go into a platform and a workload", "--set", "name one of each")
     pairs = list(itertools.product(workloads, platforms))
     notes: dict[str, None] = {}
-    checks = [
-        _faults_of_pair(platform, workload, settings or {}, memory, notes) for workload, platform in pairs
-    ]
+    checks = [_faults_of_pair(platform, workload, settings or {}, memory, notes) for workload, platform in pairs]
     if not pairs:
         checks += [iter(platform_faults(platform)) for platform in platforms]
         checks += [_faults_of_workload(workload, notes) for workload in workloads]
@@ -70,11 +68,7 @@ def check_files(
 
 
 def _faults_of_pair(
-    platform: Platform,
-    workload: Workload,
-    settings: Mapping[str, Any],
-    memory: int | None,
-    notes: dict[str, None],
+    platform: Platform, workload: Workload, settings: Mapping[str, Any], memory: int | None, notes: dict[str, None]
 ) -> Iterator[Fault]:
     """Each fault that keeps the workload, or a variant of it, from being simulated on the platform.
 

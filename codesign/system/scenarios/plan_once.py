@@ -42,11 +42,7 @@ class PlanOnceScenario(Scenario):
     type = "plan_once"
 
     def run(
-        self,
-        machine: Machine,
-        boards: Mapping[str, Power],
-        memo: Memo | None,
-        _progress: ProgressOfMission | None,
+        self, machine: Machine, boards: Mapping[str, Power], memo: Memo | None, _progress: ProgressOfMission | None
     ) -> dict[str, Any]:
         """The figures of the task, of the first start's plan, and of the quality for all starts."""
         system, problem = machine.system, machine.system.problem
@@ -89,9 +85,7 @@ def _terms(machine: Machine, first: Ledger, requests: Sequence[Ledger], boards: 
         for name in system.platform.of(MemoryComponent)
         if machine.planning_component.busy
     }
-    return open_terms(machine, (first, *requests)) or plan_terms(
-        system, system, first, requests, boards, shares=shares
-    )
+    return open_terms(machine, (first, *requests)) or plan_terms(system, system, first, requests, boards, shares=shares)
 
 
 def _tell_answer(machine: Machine, answer: Answer) -> None:
@@ -129,9 +123,5 @@ def task_figures(system: System, arrivals: Arrivals | None, times: Mapping[str, 
 def _map_text(spec: ProblemSpec, problem: Problem) -> str:
     """The map in words, such as ``maze of 72 × 132 cells, goal (3, 128)``."""
     what = spec.map.file if isinstance(spec.map, FileMap) else spec.map.generate
-    goals = (
-        f"goal {problem.named(problem.goals[0])}"
-        if len(problem.goals) == 1
-        else f"{len(problem.goals)} goals"
-    )
+    goals = f"goal {problem.named(problem.goals[0])}" if len(problem.goals) == 1 else f"{len(problem.goals)} goals"
     return f"{what} of {problem.rows} × {problem.columns} cells, {goals}"

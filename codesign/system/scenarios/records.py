@@ -11,9 +11,7 @@ from codesign.ground.records import FieldRecord, MapRecord
 from codesign.system.build import Machine
 
 
-def tell_map(
-    machine: Machine, free: NDArray[np.bool_], resolution: float | None, radius: float = 0.0
-) -> None:
+def tell_map(machine: Machine, free: NDArray[np.bool_], resolution: float | None, radius: float = 0.0) -> None:
     """Record the map ``free`` with the goals of the problem for listeners. ``radius``: of the robots, cells."""
     if machine.listening:
         problem = machine.system.problem

@@ -59,10 +59,7 @@ class Requests:
     def joules(self) -> dict[str, float]:
         """The energy a request, mean over all."""
         # fsum rounds once, so that no sum depends on the order of the starts.
-        return {
-            part: mean_of_requests([request.joules[part] for request in self.all])
-            for part in self.first.joules
-        }
+        return {part: mean_of_requests([request.joules[part] for request in self.all]) for part in self.first.joules}
 
 
 def mean_of_requests(values: Sequence[Any]) -> Any:

@@ -133,9 +133,7 @@ def simulate_system(
             "granularity",
             choose_hint(granularity, list(components.Granularity)),
         )
-    prepared = ready(
-        system, listeners, components.Granularity(granularity), memory=memory, keeping=keeping, tell=tell
-    )
+    prepared = ready(system, listeners, components.Granularity(granularity), memory=memory, keeping=keeping, tell=tell)
     head, machine = head_fields(system) | prepared.held.fields, prepared.machine
     if machine is None:
         return Result(**head, feasible=False, reasons=prepared.held.reasons)

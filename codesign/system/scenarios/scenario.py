@@ -19,12 +19,7 @@ class Scenario(ScenarioRules, ABC):
 
     @abstractmethod
     def run(
-        self,
-        machine: Machine,
-        boards: Mapping[str, Power],
-        memo: Memo | None,
-        progress: ProgressOfMission | None,
-        /,
+        self, machine: Machine, boards: Mapping[str, Power], memo: Memo | None, progress: ProgressOfMission | None, /
     ) -> dict[str, Any]:
         """Run a machine that is at time 0 to the end of the scenario.
 

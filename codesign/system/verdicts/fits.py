@@ -24,12 +24,8 @@ class Fit(ResultModel):
     decides: str = Field(
         default="", description="the resource, the bound or clock that it depends on, or that is short"
     )
-    demand: tuple[float, float] | None = Field(
-        default=None, description="what it takes of that: least and most"
-    )
-    limit: tuple[float, float] | None = Field(
-        default=None, description="what it may take of that: least and most"
-    )
+    demand: tuple[float, float] | None = Field(default=None, description="what it takes of that: least and most")
+    limit: tuple[float, float] | None = Field(default=None, description="what it may take of that: least and most")
     figure: Figure | None = Field(default=None, description="the figure with the interval")
     flips_at: float | None = Field(
         default=None,
@@ -51,9 +47,7 @@ def fit_verdict(result: Result) -> Fit:
     return min(fits, key=lambda each: order.index(each.fits), default=Fit(fits="yes"))
 
 
-def limit_verdicts(
-    resources: Sequence[ResourceUse], bounds: Sequence[BoundUse], clock: Clock | None
-) -> Iterator[Fit]:
+def limit_verdicts(resources: Sequence[ResourceUse], bounds: Sequence[BoundUse], clock: Clock | None) -> Iterator[Fit]:
     """Whether each limit of a design is kept at every value inside the intervals."""
     for use in resources:
         budget = Figure(use.budget, "1", Status.PUBLISHED, "the part")

@@ -113,9 +113,7 @@ def _plans(result: Result, figure: str) -> tuple[Sum, ...]:
     assert result.terms is not None, "asked of a result with terms"
     if figure != "power":
         return result.terms.plans(figure)
-    of_design = (
-        draw for draw in result.terms.draws if draw.where == result.component and draw.when != "waiting"
-    )
+    of_design = (draw for draw in result.terms.draws if draw.where == result.component and draw.when != "waiting")
     return (tuple(of_design),) if result.power is not None else ()
 
 
@@ -197,10 +195,7 @@ class Margin(Difference):
 
         With several sums on a side it is a bound: one of theirs must exceed each of ours everywhere by itself.
         """
-        excess = [
-            min(_greatest((*one, *_negated(other)), self.inputs) for other in self.theirs)
-            for one in self.ours
-        ]
+        excess = [min(_greatest((*one, *_negated(other)), self.inputs) for other in self.theirs) for one in self.ours]
         worst = max(excess)
         several = len(self.ours) > 1 or len(self.theirs) > 1
         return Bound(-worst.value, worst.exact and not several)
@@ -301,11 +296,7 @@ def _groups(plan: Sum, values: Mapping[str, float]) -> list[Sum]:
 
 
 def _greatest_at_corners(group: Sum, values: Mapping[str, float], inputs: Mapping[str, Input]) -> Bound:
-    names = [
-        name
-        for name in dict.fromkeys(chain.from_iterable(each.inputs for each in group))
-        if name not in values
-    ]
+    names = [name for name in dict.fromkeys(chain.from_iterable(each.inputs for each in group)) if name not in values]
     candidates = [_candidates(group, name, inputs[name]) for name in names]
     corners = math.prod(len(each or ()) for each in candidates)
     if any(each is None for each in candidates) or corners > MOST_CORNERS:

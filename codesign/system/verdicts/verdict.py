@@ -64,29 +64,20 @@ class Verdict(ResultModel):
     )
     least: float | None = Field(default=None, description="the least margin, or a lower bound of it")
     most: float | None = Field(default=None, description="the greatest margin, or an upper bound of it")
-    decides: Decider | None = Field(
-        default=None, description="the figure that decides, where it depends on one"
-    )
+    decides: Decider | None = Field(default=None, description="the figure that decides, where it depends on one")
     reason: str = Field(default="", description="why it is not assessed, or what it depends on besides")
     winner: int | None = Field(default=None, description="of a comparison: the position of the best design")
     rival: int | None = Field(default=None, description="the position of the design that decides against it")
     fit: Fit | None = Field(
-        default=None,
-        description="of a comparison: whether the best design fits its part at every value",
+        default=None, description="of a comparison: whether the best design fits its part at every value"
     )
     equals: tuple[int, ...] = Field(
-        default=(),
-        description="positions of designs that equal the best one at every value; they are no rivals",
+        default=(), description="positions of designs that equal the best one at every value; they are no rivals"
     )
 
 
 def need_verdict(
-    result: Result,
-    figure: ResultFigure | str,
-    limit: float,
-    *,
-    at_least: bool = False,
-    strict: bool = False,
+    result: Result, figure: ResultFigure | str, limit: float, *, at_least: bool = False, strict: bool = False
 ) -> Verdict:
     """Whether a figure of a result is at most ``limit`` (in its unit), or ``at_least`` it.
 
@@ -104,9 +95,7 @@ def need_verdict(
     ends = ends_of(result, declared) if isinstance(declared, DerivedFigure) else None
     if not priced(declared) and (ends is None or ends[0] == ends[1]):
         state: State = "proved" if holds else "refuted"
-        verdict = Verdict(
-            state=state, figure=declared.name, holds=holds, margin=margin, least=margin, most=margin
-        )
+        verdict = Verdict(state=state, figure=declared.name, holds=holds, margin=margin, least=margin, most=margin)
         return _with_demand(verdict, result, declared, limit, at_least=at_least)
     inputs = Inputs()
     sides = (limit, result) if at_least else (result, limit)
@@ -114,9 +103,7 @@ def need_verdict(
     return verdict.model_copy(update={"holds": holds})
 
 
-def _difference(
-    inputs: Inputs, figure: ResultFigure, ours: Result | float, theirs: Result | float
-) -> Difference:
+def _difference(inputs: Inputs, figure: ResultFigure, ours: Result | float, theirs: Result | float) -> Difference:
     """How much a figure of the second exceeds that of the first; a number stands for a limit."""
     if isinstance(figure, DerivedFigure):
         own, its = (Side.of(each, figure, inputs) for each in (ours, theirs))
@@ -147,9 +134,7 @@ def constraint_verdict(result: Result, constraint: Constraint) -> Verdict:
     return min(verdicts, key=lambda verdict: (verdict.holds is not False, order.index(verdict.state)))
 
 
-def _with_demand(
-    verdict: Verdict, result: Result, figure: ResultFigure, limit: float, *, at_least: bool
-) -> Verdict:
+def _with_demand(verdict: Verdict, result: Result, figure: ResultFigure, limit: float, *, at_least: bool) -> Verdict:
     """The verdict about a resource over the interval of its demand; of another figure, as it is."""
     items = [item for use in result.resources if use.resource == figure.name for item in use.items]
     least, most = (sum(item.figure.interval[end] for item in items) for end in (0, 1))
@@ -162,10 +147,7 @@ def _with_demand(
     item = max(items, key=lambda item: item.figure.interval[1] - item.figure.interval[0])
     margin = verdict.margin or 0.0
     decider = Decider(
-        name=item.name,
-        platform="",
-        figure=item.figure,
-        flips_at=item.figure.value + (-margin if at_least else margin),
+        name=item.name, platform="", figure=item.figure, flips_at=item.figure.value + (-margin if at_least else margin)
     )
     return verdict.model_copy(update={"state": "depends", "decides": decider})
 
@@ -214,8 +196,7 @@ class _Contest:
         """The bounds of the margin over each that follow from the intervals of the two alone; NaN: none do."""
         assessed = self._rivals.assessed(lambda result: _unassessed_run(result, self._figure))
         low, high = (
-            np.where(assessed & assessed[self._winner], end, np.nan)
-            for end in self._rivals.ends(self._figure)
+            np.where(assessed & assessed[self._winner], end, np.nan) for end in self._rivals.ends(self._figure)
         )
         if self._figure.maximise:
             low, high = -high, -low
@@ -230,12 +211,7 @@ class _Contest:
             if priced(self._figure) and not self._rivals.at_hand(number) and self._margins[0][number] > 0:
                 least, most = (float(ends[number]) for ends in self._margins)
                 verdict = Verdict(
-                    state="proved",
-                    figure=self._figure.name,
-                    holds=True,
-                    margin=margin,
-                    least=least,
-                    most=most,
+                    state="proved", figure=self._figure.name, holds=True, margin=margin, least=least, most=most
                 )
             else:
                 verdict = _against(held(self._winner), held(number), self._figure, margin)
@@ -299,9 +275,7 @@ def _against(winner: Result, other: Result, figure: ResultFigure, margin: float)
     if reason:
         return Verdict(state="not assessed", figure=figure.name, holds=True, margin=margin, reason=reason)
     if not priced(figure):
-        return Verdict(
-            state="proved", figure=figure.name, holds=True, margin=margin, least=margin, most=margin
-        )
+        return Verdict(state="proved", figure=figure.name, holds=True, margin=margin, least=margin, most=margin)
     inputs = Inputs()
     sides = (other, winner) if figure.maximise else (winner, other)
     return _judged(figure, _difference(inputs, figure, *sides), inputs)

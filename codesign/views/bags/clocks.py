@@ -33,12 +33,7 @@ def common_clock(pairs: Sequence[tuple[float, float]], begin: int) -> float:
 
 
 def checked_clock(
-    rows: Sequence[tuple[float, ...]],
-    begin: int,
-    shift: float,
-    where: str,
-    name: str,
-    remark: Callable[[str], None],
+    rows: Sequence[tuple[float, ...]], begin: int, shift: float, where: str, name: str, remark: Callable[[str], None]
 ) -> NDArray[np.float64]:
     """The rows (time, stamp, ...) as (time by the clock of the bag since ``begin``, ...), in order of time.
 

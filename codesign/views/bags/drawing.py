@@ -113,9 +113,7 @@ class _Drawer:
         self._topics = recording.topics
         self._where = printable(str(recording.path), None)
         self._free, occupied = trinary(self._map.cells)
-        self._trinary = replace(
-            self._map, cells=np.where(self._free, 0, np.where(occupied, 100, -1)).astype(np.int8)
-        )
+        self._trinary = replace(self._map, cells=np.where(self._free, 0, np.where(occupied, 100, -1)).astype(np.int8))
         self._remarks = list(recording.remarks)
         self._base = self._base_frame()
 
@@ -131,9 +129,7 @@ class _Drawer:
             step = abs(scans.step)
             reach = Measured(scans.span[1], f"range_max of {source}")
             rays = Measured(float(max(1, round(2 * math.pi / step))), f"angle_increment of {source}")
-            view = Measured(
-                min(2 * math.pi, step * scans.ranges.shape[1]), f"rays times angle_increment of {source}"
-            )
+            view = Measured(min(2 * math.pi, step * scans.ranges.shape[1]), f"rays times angle_increment of {source}")
         speed, turn_rate = self._speeds()
         return BagFacts(
             self._bag, self._trinary, begin, start, start_source, given, goal_source, self._obstacles(begin),
@@ -146,9 +142,7 @@ class _Drawer:
         if named is not None:
             if named not in frames:
                 listed = ", ".join(sorted(frames)[:20]) or "none"
-                raise InputError(
-                    f"no transform leads to frame {named!r}", self._where, f"frames of the bag: {listed}"
-                )
+                raise InputError(f"no transform leads to frame {named!r}", self._where, f"frames of the bag: {listed}")
             if not self._placed(named):
                 hint = f"record {self._topics['tf']} or {self._topics['odom']}, or name a frame that moves"
                 raise InputError(f"no transform of the bag moves frame {named!r}", self._where, hint)
@@ -191,9 +185,7 @@ class _Drawer:
             if not goals or math.dist(goals[-1].place, each.last) > self._choices.near:
                 goals.append(RecordedGoal(each.time, each.frame_id, each.last))
         if goals:
-            self._remark(
-                f"the bag has no {topics['goal']}: the last points of {topics['plan']} are the goals"
-            )
+            self._remark(f"the bag has no {topics['goal']}: the last points of {topics['plan']} are the goals")
             return goals, f"last points of {topics['plan']}"
         times = self._times()
         if self._base is None or not len(times):
@@ -274,23 +266,15 @@ class _Drawer:
             side = self._map.frame.resolution
             size = f"{columns * side:g} × {rows * side:g} m"
             hint = "record the map that the robot drove on; --map-topic names another"
-            raise InputError(
-                f"{what} at ({x:.3f}, {y:.3f}) m lies outside of the map of {size}", self._where, hint
-            )
+            raise InputError(f"{what} at ({x:.3f}, {y:.3f}) m lies outside of the map of {size}", self._where, hint)
         if self._free[row, column]:
             return row, column
         near = nearest_free(self._free, (row, column))
-        away = (
-            math.inf
-            if near is None
-            else math.hypot(near[0] - row, near[1] - column) * self._map.frame.resolution
-        )
+        away = math.inf if near is None else math.hypot(near[0] - row, near[1] - column) * self._map.frame.resolution
         if near is None or away > max(_NEAREST_FREE_M, 1.5 * self._map.frame.resolution):
             hint = "its map shows no free cell near: check that map and transforms belong together"
             raise InputError(f"{what} at ({x:.3f}, {y:.3f}) m lies on no free cell", self._where, hint)
-        self._remark(
-            f"{what} at ({x:.3f}, {y:.3f}) m lies on no free cell: cell {near}, {away:.2f} m away, is taken"
-        )
+        self._remark(f"{what} at ({x:.3f}, {y:.3f}) m lies on no free cell: cell {near}, {away:.2f} m away, is taken")
         return int(near[0]), int(near[1])
 
     def _given(self, goals: list[RecordedGoal]) -> Iterator[Given]:
@@ -309,9 +293,7 @@ class _Drawer:
             at = times[near & (times >= goal.time) & (times < end)]
             replaced = not len(at) and index + 1 < len(goals) and len(track) > 0
             if replaced:
-                self._remark(
-                    f"goal {index + 1} was replaced before the robot came near it: the tour leaves it out"
-                )
+                self._remark(f"goal {index + 1} was replaced before the robot came near it: the tour leaves it out")
             yield Given(
                 goal.time, (x, y), self._cell(x, y, f"goal {index + 1}"), answers[0] if answers else None,
                 len(plans), float(at[0]) if len(at) else None, not replaced,
@@ -332,13 +314,10 @@ class _Drawer:
         topics, scans = self._topics, self._bag.scans
         if len(self._bag.commands) > 2:
             value = float(np.median(np.diff(self._bag.commands)))
-            return Measured(
-                value, f"median step of {len(self._bag.commands):,} messages of {topics['command']}"
-            )
+            return Measured(value, f"median step of {len(self._bag.commands):,} messages of {topics['command']}")
         if scans is not None and scans.period > 0:
             return Measured(
-                scans.period,
-                f"median step of {topics['scan']}: a turn of the control loop begins with a scan",
+                scans.period, f"median step of {topics['scan']}: a turn of the control loop begins with a scan"
             )
         if len(self._bag.speeds) > 2:
             value = float(np.median(np.diff(self._bag.speeds[:, 0])))

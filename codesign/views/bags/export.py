@@ -36,16 +36,7 @@ from codesign.ground.records import (
 )
 from codesign.ground.units import PICOSECONDS_PER_SECOND
 from codesign.views.bags.folder import BagFolder
-from codesign.views.bags.messages import (
-    FREE,
-    INFORMATION,
-    OCCUPIED,
-    UNKNOWN,
-    WARNING,
-    Floor,
-    Messages,
-    wrapped,
-)
+from codesign.views.bags.messages import FREE, INFORMATION, OCCUPIED, UNKNOWN, WARNING, Floor, Messages, wrapped
 
 BAG_KINDS = kinds_about(
     Subject.MAP, Subject.ROBOT, Subject.GOALS, Subject.POSE, Subject.FLEET, Subject.PATH, Subject.CHANGE,
@@ -181,9 +172,7 @@ class BagListener:
     def _event(self, record: MissionRecord) -> None:
         level = WARNING if record.event in _ALARMS else INFORMATION
         text = printable(f"{record.event.replace('_', ' ')}: {record.text}", 4000)
-        self._write(
-            "/rosout", record.time, self._make.log(record.time, level, printable(record.source), text)
-        )
+        self._write("/rosout", record.time, self._make.log(record.time, level, printable(record.source), text))
 
     def _write(self, topic: str, time: int, message: object, latched: bool = False) -> None:
         self._bag.write(topic, self._make.nanoseconds(time), message, latched)
@@ -267,9 +256,7 @@ class BagListener:
         yaw = floor.yaw(record.heading)
         last, robot.last = robot.last, (record.time, x, y, yaw)
         since = 0 if last is None else record.time - last[0]
-        turning = (
-            0.0 if last is None or not since else wrapped(yaw - last[3]) / since * PICOSECONDS_PER_SECOND
-        )
+        turning = 0.0 if last is None or not since else wrapped(yaw - last[3]) / since * PICOSECONDS_PER_SECOND
         self._move(record.time, robot, (record.speed, turning))
         if self._robot is not None and len(self._directions):
             self._scan(record, self._robot, yaw, since / PICOSECONDS_PER_SECOND)

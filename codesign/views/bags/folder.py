@@ -60,9 +60,7 @@ class BagFolder(WholeOrAbsent):
             part.mkdir()
             # The library names the file of messages after the folder.
             self._part = part / self._target.name
-            self._writer = library.Writer(
-                self._part, version=VERSION, storage_plugin=library.StoragePlugin.MCAP
-            )
+            self._writer = library.Writer(self._part, version=VERSION, storage_plugin=library.StoragePlugin.MCAP)
             # The chunks of the file, which every reader of MCAP unpacks.
             self._writer.set_compression(library.CompressionMode.STORAGE, library.CompressionFormat.ZSTD)
             self._writer.open()
@@ -74,9 +72,7 @@ class BagFolder(WholeOrAbsent):
             connection = self._open.get(topic)
             if connection is None:
                 qos = [_qos(latched)]
-                connection = self._writer.add_connection(
-                    topic, kind, typestore=typestore(), offered_qos_profiles=qos
-                )
+                connection = self._writer.add_connection(topic, kind, typestore=typestore(), offered_qos_profiles=qos)
                 self._open[topic] = connection
             self._writer.write(connection, time, typestore().serialize_cdr(message, kind))
 

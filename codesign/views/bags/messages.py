@@ -93,11 +93,7 @@ class Messages:
         )
 
     def odometry(
-        self,
-        time: int,
-        frames: tuple[str, str],
-        place: tuple[float, float, float],
-        speeds: tuple[float, float],
+        self, time: int, frames: tuple[str, str], place: tuple[float, float, float], speeds: tuple[float, float]
     ) -> Any:
         """``frames``: of the pose and of the robot. ``place``: x, y, yaw. ``speeds``: m/s ahead, rad/s to the left."""
         types = self.types
@@ -113,9 +109,7 @@ class Messages:
         """An OccupancyGrid of ``cells``, rows × columns with the highest row first, as records have them."""
         rows, columns = cells.shape
         x, y, yaw = frame.origin
-        info = self.types.map_meta_data(
-            self.stamp(time), frame.resolution, columns, rows, self.pose(x, y, yaw)
-        )
+        info = self.types.map_meta_data(self.stamp(time), frame.resolution, columns, rows, self.pose(x, y, yaw))
         return self.types.occupancy_grid(self.header(time), info, np.ascontiguousarray(cells[::-1]).ravel())
 
     def path(self, time: int, points: list[tuple[float, float]]) -> Any:

@@ -78,9 +78,7 @@ class Drawn:
     left_out: int = 0
 
 
-def draw_obstacles(
-    plan: RecordedMap, scans: Scans, sensor: Poses, robot: Poses, begin: float, rule: Rule
-) -> Drawn:
+def draw_obstacles(plan: RecordedMap, scans: Scans, sensor: Poses, robot: Poses, begin: float, rule: Rule) -> Drawn:
     """The obstacles from ``begin`` (s) on. ``sensor``, ``robot``: poses in the frame of the map, one a scan."""
     open_cells = _away_from_obstacles(plan, rule.margin)
     seen, scan_of = _hits(plan, scans, sensor, open_cells)
@@ -162,11 +160,7 @@ def cells_of(plan: RecordedMap, x: Floats, y: Floats) -> tuple[NDArray[np.int64]
     along = up * math.cos(yaw) - right * math.sin(yaw)
     most = 2.0**40
     column = np.floor(np.clip(across / plan.frame.resolution + 1e-9, -most, most)).astype(np.int64)
-    row = (
-        plan.frame.rows
-        - 1
-        - np.floor(np.clip(along / plan.frame.resolution + 1e-9, -most, most)).astype(np.int64)
-    )
+    row = plan.frame.rows - 1 - np.floor(np.clip(along / plan.frame.resolution + 1e-9, -most, most)).astype(np.int64)
     return row, column
 
 
@@ -212,9 +206,7 @@ def _middles(plan: RecordedMap, rows: NDArray[np.int64], columns: NDArray[np.int
     return x, below + right * math.sin(yaw) + up * math.cos(yaw)
 
 
-def _spans(
-    hits: NDArray[np.int32], opened: NDArray[np.bool_], rule: Rule
-) -> dict[tuple[int, int | None], list[int]]:
+def _spans(hits: NDArray[np.int32], opened: NDArray[np.bool_], rule: Rule) -> dict[tuple[int, int | None], list[int]]:
     """The cells (their numbers) of each span of slots, counted from the begin; None: to the end."""
     closed: list[tuple[tuple[int, int | None], int]] = []
     count = hits.shape[1]
@@ -225,9 +217,7 @@ def _spans(
 
     def close(which: NDArray[np.int64], slot: int | None) -> None:
         for cell in which.tolist():
-            last = (
-                slot if stay is None else min(len(hits) if slot is None else slot, int(latest[cell]) + stay)
-            )
+            last = slot if stay is None else min(len(hits) if slot is None else slot, int(latest[cell]) + stay)
             if total[cell] >= rule.least and (last is None or last > began[cell]):
                 closed.append(((int(began[cell]), last), cell))
 

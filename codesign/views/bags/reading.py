@@ -129,9 +129,7 @@ class _Gatherer:
         self._out.length = max(0.0, float(reader.duration) * 1e-9)
         scans = sum(each.msgcount for each in chosen if each.topic == self._topics["scan"])
         self._every = 0 if scans else 1
-        with _guarded(
-            self._out.path, lambda: f"is damaged at message {self._done + 1:,}{self._under_way}", _REINDEX
-        ):
+        with _guarded(self._out.path, lambda: f"is damaged at message {self._done + 1:,}{self._under_way}", _REINDEX):
             self._take_all(reader.messages(connections=chosen), count, scans)
         return self._finished()
 
@@ -162,9 +160,7 @@ class _Gatherer:
         self._out.namespace = chosen.namespace
         if chosen.names["map"] not in present:
             listed = ", ".join(printable(topic) for topic in sorted(present)[:12])
-            what = (
-                f"has no topic {chosen.names['map']} of {library.OCCUPANCY_GRID}, and a workload needs a map"
-            )
+            what = f"has no topic {chosen.names['map']} of {library.OCCUPANCY_GRID}, and a workload needs a map"
             hint = f"record the topic of map_server too, or name it: --map-topic TOPIC; topics: {listed}"
             raise InputError(what, self._where, hint)
         if chosen.unread:
@@ -182,20 +178,12 @@ class _Gatherer:
         rows, columns = int(info.height), int(info.width)
         if not (rows and columns) or rows * columns > MAX_CELLS or len(message.data) != rows * columns:
             what = f"a map of {rows} × {columns} cells with {len(message.data):,} values"
-            raise InputError(
-                what, self._where, f"a map has from 1 to {MAX_CELLS:,} cells, and a value for each"
-            )
-        side, origin, turn = (
-            float(info.resolution),
-            info.origin.position,
-            _quaternion(info.origin.orientation),
-        )
+            raise InputError(what, self._where, f"a map has from 1 to {MAX_CELLS:,} cells, and a value for each")
+        side, origin, turn = (float(info.resolution), info.origin.position, _quaternion(info.origin.orientation))
         if not _SIDES[0] <= side <= _SIDES[1] or not _near(origin.x, origin.y):
             raise InputError(f"a map with cells of {side:g} m at ({origin.x:g}, {origin.y:g})", self._where)
         if math.hypot(turn[0], turn[1]) > 1e-3:
-            raise InputError(
-                "a map that does not lie flat", self._where, "its origin may turn around z alone"
-            )
+            raise InputError("a map that does not lie flat", self._where, "its origin may turn around z alone")
         # A resolution is a float32: 0.05 arrives as 0.05000000074505806.
         side = float(np.format_float_positional(np.float32(side), unique=True))
         frame = Frame(rows, side, (float(origin.x), float(origin.y), 2 * math.atan2(turn[2], turn[3])))
@@ -233,16 +221,7 @@ class _Gatherer:
         if frames == self._out.odometry and _near(place.x, place.y, place.z):
             turn = _quaternion(message.pose.pose.orientation)
             speed = math.hypot(twist.linear.x, twist.linear.y)
-            row = (
-                time,
-                _stamp(message.header.stamp),
-                place.x,
-                place.y,
-                place.z,
-                *turn,
-                speed,
-                twist.angular.z,
-            )
+            row = (time, _stamp(message.header.stamp), place.x, place.y, place.z, *turn, speed, twist.angular.z)
             self._rows["odom"].append(row)
 
     def _scan(self, time: float, message: Any) -> None:
@@ -265,9 +244,7 @@ class _Gatherer:
         place = message.pose.position
         if not _near(place.x, place.y):
             raise InputError(f"a goal at ({place.x:g}, {place.y:g})", self._where, "goals are in metres")
-        self._out.goals.append(
-            RecordedGoal(time, _frame(message.header.frame_id), (place.x, place.y, place.z))
-        )
+        self._out.goals.append(RecordedGoal(time, _frame(message.header.frame_id), (place.x, place.y, place.z)))
 
     def _plan(self, time: float, message: Any) -> None:
         points = np.array(
@@ -286,9 +263,7 @@ class _Gatherer:
     def _finished(self) -> Recording:
         out = self._out
         if out.map is None:
-            raise InputError(
-                f"has no message of {self._topics['map']}", self._where, "record the bag from its begin"
-            )
+            raise InputError(f"has no message of {self._topics['map']}", self._where, "record the bag from its begin")
         if self._maps > 1:
             which = "last" if self._last_map else "first"
             name = f"{self._maps} different maps on {self._topics['map']}"
@@ -314,9 +289,7 @@ class _Gatherer:
         out.scans = self._scans_of(shift)
         return out
 
-    def _timed(
-        self, rows: list[tuple[float, ...]], shift: float, name: str
-    ) -> np.ndarray[Any, np.dtype[np.float64]]:
+    def _timed(self, rows: list[tuple[float, ...]], shift: float, name: str) -> np.ndarray[Any, np.dtype[np.float64]]:
         return checked_clock(rows, self._out.begin, shift, self._where, name, self._remark)
 
     def _scans_of(self, shift: float) -> Scans | None:
@@ -328,9 +301,7 @@ class _Gatherer:
         step, least, most = float(first.angle_increment), float(first.range_min), float(first.range_max)
         if rays < 1 or not 1e-6 <= abs(step) <= 7 or not 0 <= least < most <= _FAR:
             what = f"a scan of {rays} rays, {step:g} rad apart, from {least:g} to {most:g} m"
-            raise InputError(
-                what, self._where, "a scan needs rays, an increment, and range_min below range_max"
-            )
+            raise InputError(what, self._where, "a scan needs rays, an increment, and range_min below range_max")
         if self._every > 1:
             self._remark(f"of {self._seen_scans:,} scans, one of {self._every} is used")
         period = float(np.median(np.diff(times[:, 0]))) if len(times) > 1 else 0.0

@@ -48,18 +48,7 @@ def map_files(facts: BagFacts, name: str) -> dict[str, bytes]:
     return {f"{name}-map.pgm": head + pixels.tobytes(), f"{name}-map.yaml": text.encode()}
 
 
-COLUMNS = (
-    "goal",
-    "given_s",
-    "x_m",
-    "y_m",
-    "row",
-    "column",
-    "answered_after_s",
-    "plans",
-    "reached_s",
-    "in_tour",
-)
+COLUMNS = ("goal", "given_s", "x_m", "y_m", "row", "column", "answered_after_s", "plans", "reached_s", "in_tour")
 
 
 def goals_csv(facts: BagFacts) -> bytes:
@@ -100,13 +89,7 @@ def workload_text(facts: BagFacts, name: str, planner: str, mapping: Mapping[str
     """The workload, each figure with its source as a comment."""
     bag, cells = facts.recording, facts.toured
     title = f"The run of the bag {_comment(bag.path.name)}"
-    lines = [
-        *_head_lines(facts, name),
-        "kind: workload",
-        f"name: {name}",
-        f"description: {json.dumps(title)}",
-        "",
-    ]
+    lines = [*_head_lines(facts, name), "kind: workload", f"name: {name}", f"description: {json.dumps(title)}", ""]
     lines += [f"planner: {_word(planner)} # with its mapping as in workload {_comment(like)}", "", "problem:"]
     rule = f"values to {FREE_TO} are free, those from {OCCUPIED_FROM} to 100 occupied"
     lines += [
@@ -198,9 +181,7 @@ def _covers(each: Any, cell: tuple[int, int]) -> bool:
 
 
 def _box(each: Any) -> str:
-    size = "".join(
-        f", {key}: {value}" for key, value in (("rows", each.rows), ("columns", each.columns)) if value > 1
-    )
+    size = "".join(f", {key}: {value}" for key, value in (("rows", each.rows), ("columns", each.columns)) if value > 1)
     return f"row: {each.row}, column: {each.column}{size}"
 
 

@@ -120,11 +120,7 @@ def _compared(key: _Key, one: list[tuple[int, bytes]], other: list[tuple[int, by
 
 def _record(records: Records, channel: Channel) -> Record | None:
     """The first record of a channel that differs, in one of the traces."""
-    own = (
-        record
-        for record in records()
-        if (type(record).__name__, record.source) == (channel.record, channel.source)
-    )
+    own = (record for record in records() if (type(record).__name__, record.source) == (channel.record, channel.source))
     return next(islice(own, channel.same, None), None)
 
 
@@ -181,8 +177,7 @@ def channels_table(found: Difference, names: tuple[str, str]) -> Table:
 def results_table(found: Difference, names: tuple[str, str], most: int = 40) -> Table:
     """The figures of the results that differ, at most so many."""
     rows = tuple(
-        (word(name), Cell(one, one), Cell(other, other))
-        for name, (one, other) in islice(found.results.items(), most)
+        (word(name), Cell(one, one), Cell(other, other)) for name, (one, other) in islice(found.results.items(), most)
     )
     more = len(found.results) - len(rows)
     return Table(

@@ -50,9 +50,7 @@ class Gantt:
         names = [printable(row.name, _MOST_NAME) for row in self.rows]
         wide = max(map(len, names), default=0)
         head = f"{'':<{wide}}  {_scale(self.begin, self.end, self.parts)}"
-        body = [
-            f"{name:<{wide}}  {row.line()}{_percent(row)}" for name, row in zip(names, self.rows, strict=True)
-        ]
+        body = [f"{name:<{wide}}  {row.line()}{_percent(row)}" for name, row in zip(names, self.rows, strict=True)]
         part = format_time((self.end - self.begin) // self.parts)
         return [head, *body, f"one character is {part}; busy in it:  ░ up to 25 %  ▒ 50 %  ▓ 75 %  █ more"]
 
@@ -72,10 +70,7 @@ def gantt(records: Iterable[Record], terminal: int, begin: int = 0, end: int | N
     until = max(begin + 1, last if end is None else min(end, max(last, begin + 1)))
     names = sorted(spans)
     bins = _columns(terminal, names)
-    rows = [
-        Row(name, share_over_time(union(each.times for each in spans[name]), begin, until, bins))
-        for name in names
-    ]
+    rows = [Row(name, share_over_time(union(each.times for each in spans[name]), begin, until, bins)) for name in names]
     if marks:
         inside = [time for time in marks if begin <= time <= until]
         counts = np.histogram(inside, bins, (begin, until))[0].astype(np.float64)

@@ -111,8 +111,7 @@ class Shown:
         plots = {"speed, m/s": speeds}
         for title, quantity in (("busy, share of the time", "busy"), ("messages that wait", "queue")):
             plots[title] = [
-                (f'{topic}{{quantity=="{quantity}"}}.value', topic.split("/")[1])
-                for topic in self.sources(_SAMPLES)
+                (f'{topic}{{quantity=="{quantity}"}}.value', topic.split("/")[1]) for topic in self.sources(_SAMPLES)
             ]
         return {title: paths[:_MOST_SERIES] for title, paths in plots.items() if paths}
 
@@ -216,8 +215,7 @@ def _plot(title: str, paths: Sequence[tuple[str, str]]) -> dict[str, Any]:
         "foxglovePanelTitle": title,
         "title": title,
         "paths": [
-            {"value": path, "label": label, "enabled": True, "timestampMethod": "receiveTime"}
-            for path, label in paths
+            {"value": path, "label": label, "enabled": True, "timestampMethod": "receiveTime"} for path, label in paths
         ],
         "xAxisVal": "timestamp",
         "isSynced": True,

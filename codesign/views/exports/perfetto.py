@@ -73,17 +73,14 @@ def _flows(spans: list[Span]) -> dict[int, list[tuple[int, bool]]]:
     receiver begins when it has arrived or later.
     """
     tasks = map_reduce(
-        ((number, span) for number, span in enumerate(spans) if span.kind == "task"),
-        lambda each: each[1].where,
+        ((number, span) for number, span in enumerate(spans) if span.kind == "task"), lambda each: each[1].where
     )
     waits = {
         (span.where, span.sender, span.receiver, span.name, span.end): span.begin
         for span in spans
         if span.kind == "wait"
     }
-    by_begin = {
-        where: sorted((*span.times, number) for number, span in each) for where, each in tasks.items()
-    }
+    by_begin = {where: sorted((*span.times, number) for number, span in each) for where, each in tasks.items()}
     by_end = {where: sorted((span.end, number) for number, span in each) for where, each in tasks.items()}
     ends: list[tuple[int, tuple[int, bool]]] = []
     for number, span in enumerate(spans):

@@ -37,8 +37,6 @@ _FORMULA = ("=", "+", "-", "@", "\t", "\r")
 def _line(*values: Any) -> str:
     out = io.StringIO()
     # A spreadsheet would read some names as formulas.
-    safe = (
-        f"'{value}" if isinstance(value, str) and value.startswith(_FORMULA) else value for value in values
-    )
+    safe = (f"'{value}" if isinstance(value, str) and value.startswith(_FORMULA) else value for value in values)
     csv.writer(out, lineterminator="\n").writerow(safe)
     return out.getvalue()

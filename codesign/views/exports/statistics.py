@@ -165,12 +165,7 @@ def latencies_table(found: Statistics) -> Table:
     )
     rows = []
     for latency in found.latencies:
-        times = (
-            int(latency.times[0]),
-            latency.percentile(0.5),
-            latency.percentile(0.95),
-            int(latency.times[-1]),
-        )
+        times = (int(latency.times[0]), latency.percentile(0.5), latency.percentile(0.95), int(latency.times[-1]))
         number = len(latency.times)
         rows.append(
             (

@@ -4,28 +4,14 @@ from .canvas import Picture
 from .certainty import winners_certainty_table
 from .comparison_page import comparison_page
 from .comparison_tables import comparison_table
-from .explain_tables import (
-    effects_table,
-    explanation_sentence,
-    explanation_tables,
-)
+from .explain_tables import effects_table, explanation_sentence, explanation_tables
 from .front_picture import front_picture
 from .map_pictures import drive_picture, map_picture, moment_picture
-from .pictures import (
-    run_map_picture,
-    run_pictures,
-    run_timeline_picture,
-    workload_map_picture,
-)
+from .pictures import run_map_picture, run_pictures, run_timeline_picture, workload_map_picture
 from .planner_tables import planner_tables
 from .render import render_csv, render_markdown, render_text, write_csv
 from .reproduction_page import reproduction_page
-from .reproduction_tables import (
-    findings_table,
-    reproduction_csv,
-    reproduction_sources_table,
-    reproduction_table,
-)
+from .reproduction_tables import findings_table, reproduction_csv, reproduction_sources_table, reproduction_table
 from .result_page import records_page, result_page
 from .result_tables import result_reasons_table, result_tables
 from .schedule_picture import schedule_picture

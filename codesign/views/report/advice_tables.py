@@ -10,14 +10,7 @@ from codesign.study.advice.sentence import design_text, shortfall_text
 from codesign.study.advice.shortfalls import number_text
 from codesign.system.results.task import reach_text
 from codesign.views.report.table import Cell, Table, left, right, word
-from codesign.views.report.wording import (
-    ABSENT,
-    axis_text,
-    quantity_cell,
-    quantity_text,
-    share_text,
-    yes_cell,
-)
+from codesign.views.report.wording import ABSENT, axis_text, quantity_cell, quantity_text, share_text, yes_cell
 
 _KEYS = {"component", "style"}
 
@@ -44,11 +37,7 @@ def advice_table(advice: Advice) -> Table:
     ]
     strong = {index for index, board in enumerate(advice.boards) if board.board == advice.recommended}
     return Table(
-        "boards",
-        columns,
-        tuple(_row(board, advice.needs) for board in advice.boards),
-        tuple(notes),
-        frozenset(strong),
+        "boards", columns, tuple(_row(board, advice.needs) for board in advice.boards), tuple(notes), frozenset(strong)
     )
 
 

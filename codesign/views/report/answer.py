@@ -89,8 +89,7 @@ def _kind(result: Result) -> str:
 def _figures(result: Result) -> tuple[tuple[str, Cell], ...]:
     kind = _kind(result)
     rows = [
-        (FIGURES[name].label, sure_cell(result, FIGURES[name], result.figure(FIGURES[name])))
-        for name in FIRST[kind]
+        (FIGURES[name].label, sure_cell(result, FIGURES[name], result.figure(FIGURES[name]))) for name in FIRST[kind]
     ]
     if kind == "plan" and result.power is None and "power busy" in result.processor:
         rows[-1] = ("power", Cell(quantity_text(result.processor["power busy"].value, "W")))
@@ -110,9 +109,7 @@ def _tightest(result: Result) -> Cell:
     if not uses:
         return Cell("none: no FPGA plans" if result.part is None else ABSENT)
     use = max(uses, key=_share)
-    return Cell(
-        f"{label(use.resource)}: {_part_text(_share(use))}, {use.demand:,} of {use.budget:,}", _share(use)
-    )
+    return Cell(f"{label(use.resource)}: {_part_text(_share(use))}, {use.demand:,} of {use.budget:,}", _share(use))
 
 
 def _share(use: ResourceUse) -> float:
@@ -127,9 +124,7 @@ def _sentence(result: Result, asked: tuple[Constraint, ...]) -> str:
     head = f"{result.workload} on {result.platform} ({result.planner}, {result.style} on {result.component})"
     if any(reason.kind != "constraint" for reason in result.reasons):
         return f"{head} is not feasible: {_why_not(result.reasons)}."
-    parts = {"mission": _mission_parts, "fleet": _fleet_parts, "plan": _plan_parts}[_kind(result)](
-        result, asked
-    )
+    parts = {"mission": _mission_parts, "fleet": _fleet_parts, "plan": _plan_parts}[_kind(result)](result, asked)
     wrong = _shortcomings(result, asked)
     verdict = f"fits, but {' and '.join(wrong)}" if wrong else "is feasible"
     return f"{head} {verdict}: {'; '.join(part for part in parts if part)}."

@@ -32,9 +32,7 @@ def short_names(axes: Sequence[str]) -> tuple[str, ...]:
 
 def fixed_axes(study: Study) -> tuple[tuple[str, str], ...]:
     """The axes and conditions with a single value, and that value."""
-    return tuple(
-        (name, levels[0]) for name in study.every_axis if len(levels := axis_levels(study, name)) == 1
-    )
+    return tuple((name, levels[0]) for name in study.every_axis if len(levels := axis_levels(study, name)) == 1)
 
 
 def axis_levels(study: Study, name: str) -> list[str]:

@@ -17,11 +17,7 @@ _SCALES = {"Hz": (1e6, "MHz"), "W": (1e-3, "mW"), "": (1.0, "")}
 def calibration_tables(compared: Comparison) -> tuple[Table, ...]:
     """Predicted against reported, and the factors that were fitted."""
     rows = tuple(_row(each) for each in compared.rows)
-    columns = (
-        *left("term", "design"),
-        *right("predicted", "reported", "ratio"),
-        *left("in law", "report"),
-    )
+    columns = (*left("term", "design"), *right("predicted", "reported", "ratio"), *left("in law", "report"))
     tables = [Table("Predicted against reported", columns, rows)]
     if compared.lines:
         by_line = tuple((word(each.line), *_row(each)) for each in compared.lines)

@@ -85,9 +85,7 @@ def format_of(path: Path, where: str | None = None) -> Format:
     for format in get_args(Format):
         if suffix == format:
             return format  # type: ignore[no-any-return]
-    raise InputError(
-        f"{path} is neither PDF, SVG nor PNG", where, "name a file that ends in .pdf, .svg or .png"
-    )
+    raise InputError(f"{path} is neither PDF, SVG nor PNG", where, "name a file that ends in .pdf, .svg or .png")
 
 
 def style() -> Any:
@@ -134,9 +132,7 @@ def picture_bytes(figure: Any, format: Format) -> bytes:
     """The figure as the content of a file, with no date in it; margins without ink are cut off."""
     out = io.BytesIO()
     with style():
-        figure.savefig(
-            out, format=format, dpi=130, metadata=_NO_DATE[format], bbox_inches="tight", pad_inches=_MARGIN
-        )
+        figure.savefig(out, format=format, dpi=130, metadata=_NO_DATE[format], bbox_inches="tight", pad_inches=_MARGIN)
     return out.getvalue()
 
 

@@ -191,8 +191,6 @@ def certainty_table(result: Result) -> Table:
     return Table("How sure", columns, tuple(rows), notes)
 
 
-def _row(
-    figure: ResultFigure, value: float, interval: tuple[float, float] | None, moved: str
-) -> tuple[Cell, ...]:
+def _row(figure: ResultFigure, value: float, interval: tuple[float, float] | None, moved: str) -> tuple[Cell, ...]:
     ends = [Cell("")] * 2 if interval is None else [figure_cell(figure, end) for end in interval]
     return word(figure.label), figure_cell(figure, value), *ends, word(moved)

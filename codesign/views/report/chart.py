@@ -15,13 +15,7 @@ from numpy.typing import NDArray
 from codesign.ground.figures import FIGURES, ResultFigure
 from codesign.inputs.aggregate import Share
 from codesign.study.reasons import relative_gaps
-from codesign.views.report.aggregated import (
-    condition_text,
-    figure_column,
-    figure_label,
-    kind_of_row,
-    rules_text,
-)
+from codesign.views.report.aggregated import condition_text, figure_column, figure_label, kind_of_row, rules_text
 from codesign.views.report.axes import level_texts, short_names, varying_axes
 from codesign.views.report.columns import Columns
 from codesign.views.report.study_tables import PointWhys, why_out
@@ -78,10 +72,7 @@ def chart_data(study: Study, figures: tuple[ResultFigure, ...] = ()) -> dict[str
     kept = _kept(study, MOST_POINTS // (len(conditions) + 1))
     columns, numbers = Columns(), dict[str, int]()
     axes, figures = varying_axes(study), figures or offered_figures(study)
-    names = [
-        rules_text(study) if conditions else "",
-        *map(lambda n: condition_text(study, n), range(len(conditions))),
-    ]
+    names = [rules_text(study) if conditions else "", *map(lambda n: condition_text(study, n), range(len(conditions)))]
     frames = [
         {"name": name, **_frame(each, kept, figures, columns, numbers)}
         for name, each in zip(names, (study, *map(study.at, conditions)), strict=True)
@@ -122,11 +113,7 @@ def _axis(study: Study, name: str, kept: _Indices, columns: Columns) -> dict[str
 
 
 def _frame(
-    study: Study,
-    kept: _Indices,
-    figures: tuple[ResultFigure, ...],
-    columns: Columns,
-    numbers: dict[str, int],
+    study: Study, kept: _Indices, figures: tuple[ResultFigure, ...], columns: Columns, numbers: dict[str, int]
 ) -> dict[str, Any]:
     if study.conditions:
         whys = [why_out(study, study.designs[index], gaps=True) for index in kept.tolist()]

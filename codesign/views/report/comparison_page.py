@@ -46,9 +46,7 @@ def comparison_page(
     write_page(path, comparison_html(designs, needs=needs, command=command))
 
 
-def comparison_html(
-    designs: Designs, *, needs: Sequence[Constraint] = (), command: str = "hwsw compare"
-) -> str:
+def comparison_html(designs: Designs, *, needs: Sequence[Constraint] = (), command: str = "hwsw compare") -> str:
     """The page of ``comparison_page`` as text."""
     names, results = [name for name, _ in designs], results_of(designs)
     ran = [result for result in results if result is not None]

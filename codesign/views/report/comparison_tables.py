@@ -124,9 +124,7 @@ def infeasible_designs_table(designs: Designs) -> Table:
                 words(name, reason.kind, _reason_text(reason), "; ".join(reason.levers) or ABSENT)
                 for reason in result.reasons
             ]
-    return Table(
-        "Why designs are not feasible", left("design", "kind", "why", "what would mend it"), tuple(rows)
-    )
+    return Table("Why designs are not feasible", left("design", "kind", "why", "what would mend it"), tuple(rows))
 
 
 _OF_CELLS = ("share_reaching_goal", "local_maxima", "wrong_cells")
@@ -137,9 +135,7 @@ def figures_left_out(results: Sequence[Result | None]) -> tuple[str, ...]:
     """The figures of cells, unless the plan of every design covers all cells that lead to a goal."""
     qualities = [result.quality for result in results if result is not None]
     covered = all(
-        quality.planned_cells == quality.reachable_cells
-        for quality in qualities
-        if isinstance(quality, Quality)
+        quality.planned_cells == quality.reachable_cells for quality in qualities if isinstance(quality, Quality)
     )
     return () if covered else _OF_CELLS
 

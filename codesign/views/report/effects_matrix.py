@@ -43,9 +43,7 @@ def effects_matrix(study: Study, figures: Sequence[ResultFigure], effects: Seque
     if not study.feasible:
         return Matrix((), ())
     moving = [
-        figure
-        for figure in figures
-        if any(each.figure == figure.name and each.total is not None for each in effects)
+        figure for figure in figures if any(each.figure == figure.name and each.total is not None for each in effects)
     ]
     held = {(each.axis, each.figure): each for each in effects}
     axes = tuple(dict.fromkeys(each.axis for each in effects))

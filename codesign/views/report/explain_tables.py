@@ -15,14 +15,7 @@ from codesign.views.report.certainty import figure_text, verdict_text
 from codesign.views.report.render import printable
 from codesign.views.report.sentences import reach_notes
 from codesign.views.report.table import Cell, Column, Table, left, right, word, words
-from codesign.views.report.wording import (
-    ABSENT,
-    axis_text,
-    figure_cell,
-    quantity_cell,
-    quantity_text,
-    share_text,
-)
+from codesign.views.report.wording import ABSENT, axis_text, figure_cell, quantity_cell, quantity_text, share_text
 
 _FEW = 6
 """Rows of a table without -v; the rest is summed, or counted in a note."""
@@ -246,9 +239,7 @@ def _neighbours_table(explanation: Explanation, most: int) -> Table:
             _against_cell(figure, explanation.objectives[figure.name], each.figures.get(figure.name))
             for figure in figures
         )
-        change = words(
-            each.what, f"{_value_text(each.what, each.before)} → {_value_text(each.what, each.after)}"
-        )
+        change = words(each.what, f"{_value_text(each.what, each.before)} → {_value_text(each.what, each.after)}")
         rows.append((*index, *change, word(_relation(explanation, each)), *values))
     left_out = len(explanation.neighbours) - len(rows)
     index_column = () if explanation.index is None else right("design")
@@ -298,9 +289,7 @@ def _sure_table(explanation: Explanation) -> Table:
         best = "" if each.best is None else str(each.best)
         sure = "" if each.verdict is None else verdict_text(each.verdict)
         rival = "" if each.rival is None else str(each.rival)
-        rows.append(
-            (word(figure.label), figure_cell(figure, each.value), *ends, *words(moved, best, sure, rival))
-        )
+        rows.append((word(figure.label), figure_cell(figure, each.value), *ends, *words(moved, best, sure, rival)))
     of_study = ("best design", "it is the best", "against") if explanation.index is not None else ()
     names = of_study or ("", "limit", "")
     columns = (*left("figure"), *right("value", "least", "most"), *left("moved most by", *names))
@@ -318,9 +307,7 @@ def effects_table(effects: Sequence[AxisEffect], figures: Sequence[ResultFigure]
     for effect in effects:
         by_axis.setdefault(effect.axis, {})[effect.figure] = effect
     moving = [
-        figure
-        for figure in figures
-        if any(each.figure == figure.name and each.main is not None for each in effects)
+        figure for figure in figures if any(each.figure == figure.name and each.main is not None for each in effects)
     ]
     holes = any(not each.complete for each in effects)
     rows = []

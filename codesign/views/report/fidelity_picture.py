@@ -46,14 +46,7 @@ def fidelity_picture(result: Fidelity) -> bytes:
                 axes.plot([low, high], [y, y], color=colour, linewidth=1.2)
                 name = "" if family in seen else FAMILY_NAMES[family]
                 axes.plot(
-                    [middle],
-                    [y],
-                    marker,
-                    color=colour,
-                    markersize=4.5,
-                    label=name,
-                    linestyle="none",
-                    clip_on=False,
+                    [middle], [y], marker, color=colour, markersize=4.5, label=name, linestyle="none", clip_on=False
                 )
                 seen.add(family)
         axes.set(xscale="log", xlim=(LEAST, MOST), ylim=(len(terms) - 0.4, -0.6))

@@ -15,9 +15,7 @@ from codesign.planners.measured import PARTS
 from codesign.views.report.table import Cell, Table, left, right, words
 from codesign.views.report.verification_tables import verification_table
 
-FAMILY_NAMES = {
-    family: ", ".join(name for name, rows in PARTS.items() if rows == family) for family in PARTS.values()
-}
+FAMILY_NAMES = {family: ", ".join(name for name, rows in PARTS.items() if rows == family) for family in PARTS.values()}
 """A family of rows by the names of its families of parts."""
 
 
@@ -28,9 +26,7 @@ def fidelity_tables(result: Fidelity) -> Iterator[Table]:
     yield _lines(result)
     yield _clocks(result.points)
     yield _paths(result.points)
-    yield _claims(
-        "Power, laws against published figures", [each for each in result.claims if each.unit == "W"]
-    )
+    yield _claims("Power, laws against published figures", [each for each in result.claims if each.unit == "W"])
     yield _claims("Papers against circuits", [each for each in result.claims if each.unit != "W"])
     yield _open(result)
 
@@ -159,11 +155,7 @@ def _claims(title: str, claims: Sequence[Claim]) -> Table:
         )
         for claim in claims
     )
-    columns = (
-        *left("paper", "figure"),
-        *right("published", "law", "circuit", "error"),
-        *left("what it is taken from"),
-    )
+    columns = (*left("paper", "figure"), *right("published", "law", "circuit", "error"), *left("what it is taken from"))
     notes = ("error: of the circuit against the paper; of the law where no circuit was counted",)
     return Table(title, columns, rows, notes)
 

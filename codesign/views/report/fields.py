@@ -111,11 +111,7 @@ def rows_of(record: Any, *left_out: str, always: bool = True) -> list[tuple[str,
 
 
 def records_table(
-    title: str,
-    first: str,
-    records: Iterable[tuple[str, Any]],
-    kind: type,
-    notes: tuple[str, ...] = (),
+    title: str, first: str, records: Iterable[tuple[str, Any]], kind: type, notes: tuple[str, ...] = ()
 ) -> Table:
     """A row for each named record of one ``kind``, and a column for each of its numbers.
 

@@ -49,11 +49,7 @@ def front_picture(
         raise InputError("a front needs two figures", "x, y", "name two objectives, or give x and y")
     positions, values = _figures(study, (x, y))
     if not len(positions):
-        raise InputError(
-            f"no feasible point has both {x.label} and {y.label}",
-            "x, y",
-            "choose other figures",
-        )
+        raise InputError(f"no feasible point has both {x.label} and {y.label}", "x, y", "choose other figures")
     maximise = study.world.maximise(x), study.world.maximise(y)
     shapes = marker or next((name for name in varying_axes(study) if name.endswith(".part")), None)
     from matplotlib.ticker import PercentFormatter
@@ -75,12 +71,7 @@ def front_picture(
         title = f"{figure_label(study, y)} against {figure_label(study, x)}"
         shown = counted(len(positions), f"feasible {kind_of_row(study)}")
         axes.set_title(f"{study.workload} on {study.platform}: {shown}", wrap=True)
-    return drawn(
-        picture,
-        format,
-        title=title,
-        alt=f"Scatter plot of {title}, {shown}, front outlined and joined",
-    )
+    return drawn(picture, format, title=title, alt=f"Scatter plot of {title}, {shown}, front outlined and joined")
 
 
 _FRONT_LINE = "front in these two figures"

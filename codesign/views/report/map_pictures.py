@@ -84,15 +84,11 @@ def drive_picture(records: Iterable[Record], *, format: Format = "png") -> Pictu
     layers = _Layers(start.free, start.goals, came, "obstacle at some time", corner=start.corner)
     layers.lines = [track[:, 1:] for track in tracks.values()]
     marked = (each for each in about(Subject.EVENT) if each.event in MARKS and each.source in tracks)
-    layers.marks = map_reduce(
-        marked, lambda each: each.event, lambda each: _place(tracks[each.source], each.time)
-    )
+    layers.marks = map_reduce(marked, lambda each: each.event, lambda each: _place(tracks[each.source], each.time))
     length = sum(float(np.hypot(*np.diff(line, axis=0).T).sum()) for line in layers.lines)
     facts = [f"{counted(len(tracks), 'robot')}, {quantity_text(length, '')} cells driven"]
     facts += [f"{MARKS[event][0]}: {len(where)}" for event, where in layers.marks.items()]
-    return _drawn(
-        layers, "Where the robots drove" if len(tracks) > 1 else "Where the robot drove", facts, format
-    )
+    return _drawn(layers, "Where the robots drove" if len(tracks) > 1 else "Where the robot drove", facts, format)
 
 
 def _place(track: Points, time: int) -> tuple[float, float]:
@@ -167,10 +163,7 @@ def _drawn(layers: _Layers, title: str, facts: Sequence[str], format: Format) ->
 def _extent(layers: _Layers) -> tuple[float, float, float, float]:
     """Top, left, bottom and right of the map and of what was driven, which in a fleet may lead out of it."""
     first, shape = np.array(layers.corner, np.float64), np.array(layers.free.shape)
-    corners = [
-        np.array([first, first + shape - 1.0]),
-        *(line for line in layers.lines if len(line)),
-    ]
+    corners = [np.array([first, first + shape - 1.0]), *(line for line in layers.lines if len(line))]
     points = np.concatenate(corners)
     (top, left), (bottom, right) = points.min(axis=0) - 0.5, points.max(axis=0) + 0.5
     return float(top), float(left), float(bottom), float(right)
@@ -273,12 +266,7 @@ def map_picture(
             values = _logarithm(potential, free)
             if shades:
                 values = np.ma.masked_where(~(free & np.isfinite(potential)), potential)
-            coloured = axes.imshow(
-                values[::step, ::step],
-                extent=extent,
-                cmap="viridis",
-                interpolation="nearest",
-            )
+            coloured = axes.imshow(values[::step, ::step], extent=extent, cmap="viridis", interpolation="nearest")
             picture.colorbar(coloured, ax=axes, pad=0.02, shrink=0.8).set_label(shades or "potential, log₁₀")
         axes.imshow(obstacles, extent=extent, cmap="gray", vmin=-0.35, vmax=4, interpolation="nearest")
         if obstacles.count():

@@ -46,21 +46,14 @@ def table_html(table: Table) -> str:
         )
         lines.append(f"<tr>{''.join(cells)}</tr>")
     lines.append("</tbody></table>")
-    lines += [
-        f"<p><small>{_escaped(note)}</small></p>" for note in (*_left_out(table), *table.notes[:MOST_ROWS])
-    ]
+    lines += [f"<p><small>{_escaped(note)}</small></p>" for note in (*_left_out(table), *table.notes[:MOST_ROWS])]
     return "\n".join(lines)
 
 
 def _left_out(table: Table) -> list[str]:
     """How many rows and columns are not shown, if any."""
-    sizes = (
-        ("rows", len(table.rows), MOST_ROWS),
-        ("columns", len(table.columns), MOST_COLUMNS),
-    )
-    return [
-        f"the first {most} of {format_count(count)} {name}" for name, count, most in sizes if count > most
-    ]
+    sizes = (("rows", len(table.rows), MOST_ROWS), ("columns", len(table.columns), MOST_COLUMNS))
+    return [f"the first {most} of {format_count(count)} {name}" for name, count, most in sizes if count > most]
 
 
 def _aligned(align: str) -> str:

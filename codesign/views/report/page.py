@@ -48,10 +48,7 @@ def _environment() -> jinja2.Environment:
         lstrip_blocks=True,
     )
     environment.globals.update(
-        style=template_text("style.css"),
-        shared=template_text("shared.js"),
-        data_address=_data_address,
-        absent=ABSENT,
+        style=template_text("style.css"), shared=template_text("shared.js"), data_address=_data_address, absent=ABSENT
     )
     return environment
 

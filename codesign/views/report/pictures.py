@@ -58,9 +58,7 @@ def workload_map_picture(workload: Workload, *, format: Format = "png") -> Pictu
         raise SpecError(places.faults)
     problem = places.problem()
     (row, column), shape = problem.corner, problem.free.shape
-    goals, starts = (
-        [(each[0] + row, each[1] + column) for each in cells] for cells in (problem.goals, problem.starts)
-    )
+    goals, starts = ([(each[0] + row, each[1] + column) for each in cells] for cells in (problem.goals, problem.starts))
     counts = f"{counted(len(goals), 'goal')}, {counted(len(starts), 'start')}"
     title = f"The map of {workload.name}: {shape[0]} by {shape[1]} cells, {counts}"
     return map_picture(problem.free, goals, starts=starts, title=title, corner=problem.corner, format=format)

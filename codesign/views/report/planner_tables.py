@@ -17,9 +17,7 @@ def settings_table(settings: Sequence[Parameter]) -> Table:
 
 def planner_tables(facts: PlannerFacts) -> tuple[Table, ...]:
     """The parameters of a planner's tasks, its styles, and its policies for planning again."""
-    parameters = [
-        (each.task, each.name, each.accepted, each.default, each.meaning) for each in facts.parameters
-    ]
+    parameters = [(each.task, each.name, each.accepted, each.default, each.meaning) for each in facts.parameters]
     policies = [(policy, "" if number else "default") for number, policy in enumerate(facts.policies)]
     tables = (
         Table(

@@ -31,9 +31,7 @@ _FORMULA = ("=", "+", "-", "@", "\t", "\r")
 _MARKDOWN = re.compile(r"([\\`*\[\]|#~])")
 
 
-def render_text(
-    table: Table, width: int | None = None, *, styled: bool | None = None, show: Show = silent
-) -> str:
+def render_text(table: Table, width: int | None = None, *, styled: bool | None = None, show: Show = silent) -> str:
     """The table as lines of text.
 
     ``width``: columns of the terminal; None takes those of the terminal on standard output, 160 where there is

@@ -11,14 +11,7 @@ from codesign.ground.units import counted
 from codesign.planners.reproduction import Reproduction, joined
 from codesign.views.report.page import rendered, write_page
 from codesign.views.report.reproduction_plots import against, error_ticks, strips
-from codesign.views.report.reproduction_score import (
-    WITHIN,
-    Score,
-    missed_table,
-    score_table,
-    scores,
-    unheld_table,
-)
+from codesign.views.report.reproduction_score import WITHIN, Score, missed_table, score_table, scores, unheld_table
 from codesign.views.report.reproduction_tables import (
     joined_findings_table,
     reproduction_sources_table,
@@ -59,10 +52,7 @@ def reproduction_page(
 
 
 def reproduction_html(
-    reproductions: Sequence[Reproduction],
-    *,
-    pictures: Pictures | None = None,
-    command: str = "hwsw reproduce",
+    reproductions: Sequence[Reproduction], *, pictures: Pictures | None = None, command: str = "hwsw reproduce"
 ) -> str:
     """The page of ``reproduction_page`` as text."""
     whole, each = joined(reproductions), scores(reproductions)

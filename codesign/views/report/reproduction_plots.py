@@ -85,9 +85,7 @@ def against(reproductions: Sequence[Reproduction]) -> Against | None:
         return round(frame[3] - (frame[3] - frame[1]) * (math.log10(value) - low) / (high - low), 2)
 
     step = math.ceil((high - low) / 6)
-    ticks = tuple(
-        (across(10.0**power), up(10.0**power), _power(power)) for power in range(low, high + 1, step)
-    )
+    ticks = tuple((across(10.0**power), up(10.0**power), _power(power)) for power in range(low, high + 1, step))
     ends = 10.0**low, 10.0**high
     corners = [(ends[0], 0.9), (ends[0], 1.1), (ends[1], 1.1), (ends[1], 0.9)]
     band = " ".join(f"{across(value)},{up(value * share)}" for value, share in corners)

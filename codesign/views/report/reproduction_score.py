@@ -109,11 +109,7 @@ def missed_table(reproductions: Sequence[Reproduction]) -> Table:
         )
         for _, paper, row in sorted(missed, key=lambda each: -each[0])
     )
-    columns = (
-        *left("paper", "table", "quantity"),
-        *right("published", "modelled", "error"),
-        *left("use", "note"),
-    )
+    columns = (*left("paper", "table", "quantity"), *right("published", "modelled", "error"), *left("use", "note"))
     return Table("Missed rows, worst first", columns, rows)
 
 

@@ -49,9 +49,7 @@ def reproduction_csv(reproductions: Sequence[Reproduction]) -> Table:
     rows = ((each.paper, *astuple(row), *made.values()) for each in reproductions for row in each.rows)
     names = ("paper", *(field.name for field in fields(Row)), *made)
     return Table(
-        "Published against modelled",
-        left(*names),
-        tuple(tuple(Cell("", value) for value in row) for row in rows),
+        "Published against modelled", left(*names), tuple(tuple(Cell("", value) for value in row) for row in rows)
     )
 
 

@@ -45,11 +45,7 @@ def result_page(
 
 
 def result_html(
-    result: Result,
-    *,
-    pictures: Sequence[Picture] = (),
-    records: Iterable[Record] = (),
-    command: str | None = None,
+    result: Result, *, pictures: Sequence[Picture] = (), records: Iterable[Record] = (), command: str | None = None
 ) -> str:
     """The page of ``result_page`` as text."""
     tables = [_without_head(table) for table in figure_tables(result)]

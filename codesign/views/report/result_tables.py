@@ -184,9 +184,7 @@ def _busy_name(result: Result, name: str) -> Cell:
 
 def _cycles_table(cycles: Mapping[str, int], whose: str) -> Table:
     total = sum(cycles.values())
-    rows = (
-        (word(label(phase)), count_cell(count), part_cell(count, total)) for phase, count in cycles.items()
-    )
+    rows = ((word(label(phase)), count_cell(count), part_cell(count, total)) for phase, count in cycles.items())
     title = f"Clock cycles by phase, {whose}" if whose else "Clock cycles by phase"
     return shares_table(title, ("phase",), Column("cycles", "", "right"), rows, count_cell(total))
 
@@ -261,18 +259,14 @@ def _energy_tables(result: Result) -> list[Table]:
     if result.energy is None or result.mission is not None:
         return []
     what = "of the run" if result.task is None else "a plan"
-    return [
-        energy_table(f"Energy {what}{', mean over the starts' if _several(result) else ''}", result.energy)
-    ]
+    return [energy_table(f"Energy {what}{', mean over the starts' if _several(result) else ''}", result.energy)]
 
 
 def sources_table(results: Iterable[Result]) -> Table:
     """Where the figures come from: each source once, with its status and the figures that rest on it."""
     figures: dict[tuple[str, str], dict[str, dict[str, None]]] = {}
     for result in results:
-        items_of = (
-            (label(use.resource), item.name, item.figure) for use in result.resources for item in use.items
-        )
+        items_of = ((label(use.resource), item.name, item.figure) for use in result.resources for item in use.items)
         for name, item, figure in (*items_of, *_sourced(result)):
             items = figures.setdefault((figure.status.value, figure.source), {}).setdefault(name, {})
             items |= {item: None} if item else {}

@@ -103,11 +103,7 @@ def levers_table(mission: Mission) -> Table:
     fields = shown_fields(LeverRun)
     return Table(
         "Levers, each run by itself",
-        (
-            *left("lever", "from", "to", "reached"),
-            *(field.column for field in fields),
-            *left("not run as"),
-        ),
+        (*left("lever", "from", "to", "reached"), *(field.column for field in fields), *left("not run as")),
         tuple(
             (
                 *words(run.path, run.before, ABSENT if run.after is None else run.after),
@@ -150,8 +146,7 @@ def energy_table(title: str, energy: Energy | MissionEnergy) -> Table:
     parts = [
         (word(field.label), *_energy_cells(field, joules[field.name], all_of_it))
         for field in fields
-        if field.name not in (total.name, "idle_fpgas_j")
-        and (joules[field.name] or field.label in energy.not_declared)
+        if field.name not in (total.name, "idle_fpgas_j") and (joules[field.name] or field.label in energy.not_declared)
     ]
     notes = [
         f"{kind} whose power is not declared count as 0 J: {', '.join(names)}"
@@ -177,9 +172,7 @@ def account_table(accounts: Mapping[str, Account]) -> Table:
         table,
         columns=(*table.columns, *right("busy", unit="1")),
         rows=tuple((*row, share_cell(busy_share(account))) for row, account in rows),
-        notes=(
-            "compute of a robot: it moves; wait: how long work or messages waited for it, all of them together",
-        ),
+        notes=("compute of a robot: it moves; wait: how long work or messages waited for it, all of them together",),
     )
 
 
@@ -230,10 +223,7 @@ def fleet_tables(result: Result) -> tuple[Table, ...]:
 
 
 def _fleet_end(fleet: FleetFigures) -> tuple[tuple[str, Cell], ...]:
-    return (ENDED, word(fleet.ended)), (
-        "all robots at their targets without a contact",
-        yes_cell(fleet.completed),
-    )
+    return (ENDED, word(fleet.ended)), ("all robots at their targets without a contact", yes_cell(fleet.completed))
 
 
 def _fleet_table(result: Result, fleet: FleetFigures) -> Table:

@@ -48,9 +48,7 @@ def schedule_picture(records: Iterable[Record], *, format: Format = "png") -> Pi
     last = stages[-1]
     facts = f"{counted(len(stages), 'stage')} of at most {max(stage.details['precision'] for stage in stages)} bits"
     left = f"{format_count(int(last.details['local_maxima']))} local maxima after the last"
-    more = f"; {format_count(len(every) - len(stages))} later stages are not drawn" * (
-        len(every) > len(stages)
-    )
+    more = f"; {format_count(len(every) - len(stages))} later stages are not drawn" * (len(every) > len(stages))
     title = "The stages of the relaxation"
     alt = f"{facts} over {format_time(last.end)}, {left}"
     return drawn(figure, format, title, alt, f"{title}: {alt}{more}")

@@ -142,9 +142,7 @@ def scrub_of(records: Iterable[Record]) -> Scrub | None:
     positions = _alike(about(Subject.FLEET))
     radii = {record.source: record.radius for record in about(Subject.ROBOT)}
     if poses:
-        scrub.tracks = [
-            _driven(name, track, _in_cells(radii.get(name, 0.0), start)) for name, track in poses.items()
-        ]
+        scrub.tracks = [_driven(name, track, _in_cells(radii.get(name, 0.0), start)) for name, track in poses.items()]
     elif positions:
         scrub.is_fleet, scrub.tracks = (
             True,
@@ -204,9 +202,7 @@ def _fleet(positions: Sequence[Any], radius: float, arrivals: Sequence[bool]) ->
         arrived = int(times[stands[-1] + 1 if len(stands) else 0])
         has_arrived = len(arrivals) == count and arrivals[number]
         rows, columns = places[:, number].T
-        tracks.append(
-            Track(str(number), times, rows, columns, radius=radius, arrived=arrived if has_arrived else None)
-        )
+        tracks.append(Track(str(number), times, rows, columns, radius=radius, arrived=arrived if has_arrived else None))
     return tracks
 
 

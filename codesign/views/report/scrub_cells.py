@@ -96,9 +96,7 @@ class Cells:
         if not parts:
             return Changes(np.zeros(0, np.int64), np.zeros(0, np.int64), np.zeros(0, np.uint8))
         times = np.repeat(np.array([part[0] for part in parts], np.int64), [len(part[1]) for part in parts])
-        return Changes(
-            times, np.concatenate([part[1] for part in parts]), np.concatenate([part[2] for part in parts])
-        )
+        return Changes(times, np.concatenate([part[1] for part in parts]), np.concatenate([part[2] for part in parts]))
 
     def _inside(self, cells: NDArray[np.int32]) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
         """The cells in rows and columns of the arrays, without those outside; and which of them were kept."""

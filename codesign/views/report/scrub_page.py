@@ -32,11 +32,7 @@ _HEADINGS = 256
 _LEVELS = 254
 
 MOST_EVENTS = 1500
-_SCRIPTS = (
-    "numbers.js",
-    "columns.js",
-    *(f"run/{name}.js" for name in ("timeline", "drawing", "charts", "player")),
-)
+_SCRIPTS = ("numbers.js", "columns.js", *(f"run/{name}.js" for name in ("timeline", "drawing", "charts", "player")))
 _MOST_PAIRS = 10**8
 
 Legend = list[tuple[str, str]]
@@ -78,11 +74,7 @@ def scrub_part(scrub: Scrub) -> ScrubPart:
     listed = _listed(scrub.events)
     left_out = len(scrub.events) - len(listed)
     return ScrubPart(
-        title="The fleet over time"
-        if scrub.is_fleet
-        else "The run over time"
-        if scrub.tracks
-        else "Stage by stage",
+        title="The fleet over time" if scrub.is_fleet else "The run over time" if scrub.tracks else "Stage by stage",
         alt=f"Map of {rows} by {columns} cells{robots}, over {format_time(scrub.end)}",
         end=data["end"],
         robots=bool(scrub.tracks),
@@ -110,9 +102,7 @@ def _line(event: Event, scrub: Scrub, tick: int) -> EventLine:
     kind = event.kind.replace("_", " ")
     # A fleet, and a robot that is alone, say everything without their name.
     who = "" if len(scrub.tracks) < 2 or scrub.is_fleet else f"{event.robot}: "
-    return EventLine(
-        event.time // tick, format_time(event.time) if event.time else "0 s", f"{who}{kind}: {event.text}"
-    )
+    return EventLine(event.time // tick, format_time(event.time) if event.time else "0 s", f"{who}{kind}: {event.text}")
 
 
 def _legend(scrub: Scrub) -> Legend:
@@ -198,9 +188,7 @@ def _nearest(tracks: Sequence[Track]) -> list[tuple[float | None, int | None]]:
     if any(len(track.times) != samples or (track.times != tracks[0].times).any() for track in tracks):
         return unknown
     step = max(1, -(-samples * len(tracks) ** 2 // _MOST_PAIRS))
-    rows, columns = (
-        np.array([vars(track)[name] for track in tracks])[:, ::step] for name in ("rows", "columns")
-    )
+    rows, columns = (np.array([vars(track)[name] for track in tracks])[:, ::step] for name in ("rows", "columns"))
     pairs: list[tuple[float | None, int | None]] = []
     for number in range(len(tracks)):
         far = np.hypot(rows - rows[number], columns - columns[number]).min(axis=1)

@@ -82,13 +82,9 @@ def _notes(study: Study, curves: tuple[Curve, ...]) -> tuple[str, ...]:
         notes = ["hypervolume: pip install 'hwsw-codesign[search]'"]
     boxes = study.search.excluded
     if boxes:
-        notes.append(
-            f"excluded: designs in {format_count(len(boxes))} boxes that a bound or a limit keeps out"
-        )
+        notes.append(f"excluded: designs in {format_count(len(boxes))} boxes that a bound or a limit keeps out")
     found = study.search
-    notes.append(
-        f"{format_count(found.simulated)} simulations, {counted(found.kept, 'point')} from the store"
-    )
+    notes.append(f"{format_count(found.simulated)} simulations, {counted(found.kept, 'point')} from the store")
     return tuple(notes)
 
 

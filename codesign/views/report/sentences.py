@@ -192,9 +192,7 @@ def plan_pace_text(result: Result) -> str:
     texts = [f"{name} takes {share_text(most)} of the time"]
     texts += [f"memory {result.external_memory} is busy {share_text(memory)} of it"] if memory else []
     texts += [f"{name} takes {share_text(share)}" for name, share in rest]
-    remedy = (
-        f"a faster {name} helps first" if most > planning else _faster_planning(result, memory / planning)
-    )
+    remedy = f"a faster {name} helps first" if most > planning else _faster_planning(result, memory / planning)
     return f"{', '.join(texts)}: {remedy}"
 
 
@@ -238,9 +236,7 @@ def _held_by_line(fleet: FleetFigures, decide: float, message: float) -> str:
         f" in place of {_rate(fleet.updates_a_second)}"
     )
     if decide > 0.0:
-        text += (
-            f"; from about {_rate(message / decide)} times the baud on, the robots' decisions set the pace"
-        )
+        text += f"; from about {_rate(message / decide)} times the baud on, the robots' decisions set the pace"
     if period > (1 + _SAME) * message:
         text += f". A FIFO that holds a whole message gives up to {_rate(fleet.reachable_a_second)}"
     return text

@@ -18,13 +18,7 @@ from codesign.views.report.result_tables import sources_table
 from codesign.views.report.search_tables import search_picture, search_table
 from codesign.views.report.sourced import sourced_results
 from codesign.views.report.study_answer import study_sentence
-from codesign.views.report.study_tables import (
-    best_table,
-    front_table,
-    nearest_table,
-    reasons_table,
-    study_counts,
-)
+from codesign.views.report.study_tables import best_table, front_table, nearest_table, reasons_table, study_counts
 from codesign.views.report.table import Table
 from codesign.views.report.winners_table import winners_table
 
@@ -37,22 +31,14 @@ _PAGE_S_A_POINT = 80e-6
 
 _SCRIPTS = (
     *("numbers.js", "columns.js"),
-    *(
-        f"study/{name}.js"
-        for name in ("data", "state", "points", "scatter", "panel", "filters", "table", "page")
-    ),
+    *(f"study/{name}.js" for name in ("data", "state", "points", "scatter", "panel", "filters", "table", "page")),
 )
 _PLOTTER = "vendor/uPlot.iife.min.js", "vendor/uPlot.min.css"
 """uPlot 1.6.32 (MIT, the licence beside it): axes, ticks and zoom of the plots."""
 
 
 def study_page(
-    study: Study,
-    path: Path,
-    *,
-    pictures: Sequence[Picture] = (),
-    command: str | None = None,
-    show: Show = silent,
+    study: Study, path: Path, *, pictures: Sequence[Picture] = (), command: str | None = None, show: Show = silent
 ) -> None:
     """Write the page of a study: points to look into, tables, reasons, sources, and how to make it again.
 

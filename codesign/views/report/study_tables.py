@@ -36,14 +36,7 @@ from codesign.views.report.certainty import verdict_text
 from codesign.views.report.render import write_columns_csv
 from codesign.views.report.sentences import asked_notes, reach_notes
 from codesign.views.report.table import Cell, Column, Table, left, right, word, words
-from codesign.views.report.wording import (
-    ABSENT,
-    count_cell,
-    figure_cell,
-    quantity_cell,
-    quantity_text,
-    yes_cell,
-)
+from codesign.views.report.wording import ABSENT, count_cell, figure_cell, quantity_cell, quantity_text, yes_cell
 
 if TYPE_CHECKING:
     from codesign.study import Design, Study, StudyPoint
@@ -102,9 +95,7 @@ class _Designs:
 
     def cells(self, design: Design) -> tuple[Cell, ...]:
         axes = words(*(text(design.axes.get(name)) for name, text in self._texts))
-        figures = (
-            aggregated_cell(self._study, design, figure, spread=self._spread) for figure in self._figures
-        )
+        figures = (aggregated_cell(self._study, design, figure, spread=self._spread) for figure in self._figures)
         return (_number(design), *axes, *figures)
 
 
@@ -146,9 +137,7 @@ def study_table(study: Study, show: Show = silent) -> Table:
 def study_csv(study: Study) -> Table:
     """The computed points as raw values: ``study_columns``, why each is not on the front, and the provenance."""
     columns = _raw_columns(study, study.outcomes.computed, PointWhys(study))
-    cells = tuple(
-        tuple(Cell(str(value), value) for value in row) for row in zip(*columns.values(), strict=True)
-    )
+    cells = tuple(tuple(Cell(str(value), value) for value in row) for row in zip(*columns.values(), strict=True))
     return Table("All points", left(*columns), cells)
 
 
@@ -206,13 +195,10 @@ def write_study_csv(study: Study, path: Path, show: Show = silent) -> None:
     """
     computed = study.outcomes.computed
     # Of no point there is a block too: it has the heading.
-    parts = [
-        computed[begin : begin + _ROWS_AT_ONCE] for begin in range(0, max(len(computed), 1), _ROWS_AT_ONCE)
-    ]
+    parts = [computed[begin : begin + _ROWS_AT_ONCE] for begin in range(0, max(len(computed), 1), _ROWS_AT_ONCE)]
     why = PointWhys(study)
     blocks = (
-        _raw_columns(study, rows, why)
-        for rows in tracked(parts, show, "rows of CSV written", len(computed), size=len)
+        _raw_columns(study, rows, why) for rows in tracked(parts, show, "rows of CSV written", len(computed), size=len)
     )
     write_columns_csv(blocks, path)
 
@@ -261,11 +247,7 @@ def best_table(study: Study) -> Table:
             apart = designs_text(study.alike_in(design.index, (objective,)))
             sure = apart if study.conditions else verdict_text(study.rivals.verdict(objective))
             rows.append((*row, word(sure)))
-    columns = (
-        *left("best"),
-        *designs.columns,
-        *left("not told apart in it from" if study.conditions else "how sure"),
-    )
+    columns = (*left("best"), *designs.columns, *left("not told apart in it from" if study.conditions else "how sure"))
     notes = alike_note(study) if study.conditions and any(row[-1].text for row in rows) else ()
     return Table("Best in each objective", columns, tuple(rows), notes)
 
@@ -301,8 +283,7 @@ def _left_out(study: Study, title: str, indices: Sequence[int], show: Show = sil
     designs = _Designs(study)
     shown = tracked(indices, show, f"rows of the table {title} made", len(indices))
     rows = tuple(
-        (*designs.cells(design), word(why_out(study, design)))
-        for design in (study.designs[index] for index in shown)
+        (*designs.cells(design), word(why_out(study, design))) for design in (study.designs[index] for index in shown)
     )
     return Table(title, (*designs.columns, *left("why")), rows)
 
@@ -328,11 +309,7 @@ def reasons_table(study: Study) -> Table:
                 word("; ".join(count.levers) or ABSENT),
             )
         )
-    columns = (
-        *left("kind", "what"),
-        *right(f"{kind}s", "least gap", f"at {kind}"),
-        *left("what would help there"),
-    )
+    columns = (*left("kind", "what"), *right(f"{kind}s", "least gap", f"at {kind}"), *left("what would help there"))
     return Table(f"Why {kind}s were left out", columns, tuple(rows))
 
 

@@ -37,9 +37,7 @@ def _lines(result: Compared) -> Table:
         rows.append((*words("all", label(resource)), *_pair(known, synthesised)))
     columns = (*left("line", "resource"), *right("predicted", "synthesised", "predicted / synthesised"))
     strong = frozenset(range(first_total, len(rows)))
-    return Table(
-        f"Lines of the demand, {result.synthesis.family}", columns, tuple(rows), result.notes, strong
-    )
+    return Table(f"Lines of the demand, {result.synthesis.family}", columns, tuple(rows), result.notes, strong)
 
 
 def _pair(predicted: int | None, synthesised: int) -> tuple[Cell, Cell, Cell]:
@@ -50,19 +48,11 @@ def _pair(predicted: int | None, synthesised: int) -> tuple[Cell, Cell, Cell]:
 
 def _modules(result: Compared) -> Table:
     rows = tuple(
-        (
-            *words(each.module),
-            *map(
-                _count,
-                (each.instances, *each.counts.by_resource().values()),
-            ),
-        )
+        (*words(each.module), *map(_count, (each.instances, *each.counts.by_resource().values())))
         for each in result.synthesis.modules
     )
     columns = (*left("module"), *right("instances", "LUT", "flip-flops", "block RAMs", "multipliers"))
-    notes = (
-        f"{format_count(result.synthesis.registers)} flip-flops stand in block RAMs, behind their outputs",
-    )
+    notes = (f"{format_count(result.synthesis.registers)} flip-flops stand in block RAMs, behind their outputs",)
     title = "Modules, without the modules in them"
     return Table(title, columns, rows, notes if result.synthesis.registers else ())
 

@@ -51,9 +51,7 @@ class Table(InNotebooks):
     def __post_init__(self) -> None:
         for number, row in enumerate(self.rows):
             if len(row) != len(self.columns):
-                raise ValueError(
-                    f"row {number} of {self.title!r} has {len(row)} cells, not {len(self.columns)}"
-                )
+                raise ValueError(f"row {number} of {self.title!r} has {len(row)} cells, not {len(self.columns)}")
 
 
 def left(*names: str) -> tuple[Column, ...]:
@@ -78,6 +76,4 @@ def words(*texts: str) -> tuple[Cell, ...]:
 
 def pairs(title: str, rows: Sequence[tuple[str, Cell]], notes: tuple[str, ...] = ()) -> Table:
     """A table of two columns: what, and how much."""
-    return Table(
-        title, left("figure", "value"), tuple((Cell(name, name), cell) for name, cell in rows), notes
-    )
+    return Table(title, left("figure", "value"), tuple((Cell(name, name), cell) for name, cell in rows), notes)

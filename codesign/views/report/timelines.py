@@ -28,9 +28,7 @@ _BINS = 240
 _NUMBER = re.compile(r"_\d+$")
 _MOST_ALIKE = 8
 _ANY = "any of"
-_SPREAD_ROW = (
-    "; many components of a kind, such as the FPGAs of a fleet, share a row: it is busy where any of them is"
-)
+_SPREAD_ROW = "; many components of a kind, such as the FPGAs of a fleet, share a row: it is busy where any of them is"
 
 Bar = tuple[str, str, int, int]
 """The component or link, what it did, from, to (ps)."""
@@ -79,19 +77,12 @@ def _row_bars(axes: Any, bars: list[Bar], sources: list[str], scale: float, kind
     # Only the first of a kind stands in the legend; an underscore keeps the others out.
     labels = itertools.chain([kind], itertools.repeat("_"))
     for row, source in enumerate(sources):
-        spans = sorted(
-            (begin / scale, (end - begin) / scale) for busy, _, begin, end in bars if busy == source
-        )
+        spans = sorted((begin / scale, (end - begin) / scale) for busy, _, begin, end in bars if busy == source)
         if spans:
             # Shades alternate, so that neighbours can be told apart; the edge keeps slivers in sight.
             shades = [to_rgba(colour, 0.55 if number % 2 else 0.9) for number in range(len(spans))]
             axes.broken_barh(
-                spans,
-                (row - 0.34, 0.68),
-                facecolors=shades,
-                edgecolors=colour,
-                linewidth=0.6,
-                label=next(labels),
+                spans, (row - 0.34, 0.68), facecolors=shades, edgecolors=colour, linewidth=0.6, label=next(labels)
             )
 
 
@@ -187,12 +178,7 @@ def _draw_events(axes: Any, events: Sequence[Any], plans: Sequence[Span], scale:
     marks = map_reduce(marked, lambda each: each.event, lambda each: each.time / scale)
     if bars:
         axes.broken_barh(
-            bars,
-            (-0.9, 0.35),
-            facecolors="#7b3294",
-            edgecolors="#7b3294",
-            linewidth=0.6,
-            label="plan under way",
+            bars, (-0.9, 0.35), facecolors="#7b3294", edgecolors="#7b3294", linewidth=0.6, label="plan under way"
         )
     for event_name, times in marks.items():
         words, marker, colour = MARKS[event_name]
@@ -226,9 +212,7 @@ def account_picture(accounts: Mapping[str, Account], *, format: Format = "png") 
         waits = np.array([accounts[name].wait_s for name in names]) / size
         axes.barh(rows + 0.38, waits, color="#f4a259", height=0.14, label="others wait for it")
         for row, name in enumerate(names):
-            axes.text(
-                left[row], row, f"  {share_text(busy_share(accounts[name]))} busy", va="center", fontsize=8
-            )
+            axes.text(left[row], row, f"  {share_text(busy_share(accounts[name]))} busy", va="center", fontsize=8)
         axes.set_yticks(range(len(names)), names)
         axes.margins(x=0.14)
         axes.set_xlim(left=0.0)

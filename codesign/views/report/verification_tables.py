@@ -23,10 +23,7 @@ def verification_table(styles: Sequence[StyleChecked]) -> Table:
         )
         cells = (Cell(format_count(count), count) for count in counts)
         rows.append((*words(each.planner, each.task or "planning", each.style), *cells))
-    columns = (
-        *left("planner", "task", "style"),
-        *right("points", "events", "cycles", "differences", "failed"),
-    )
+    columns = (*left("planner", "task", "style"), *right("points", "events", "cycles", "differences", "failed"))
     return Table("Circuits against the model", columns, tuple(rows), notes=_notes(styles))
 
 

@@ -40,11 +40,7 @@ MOST_SETTINGS = 30
 
 
 def winners_table(
-    study: Study,
-    objective: ResultFigure | None = None,
-    axis: str = VARIANT_AXIS,
-    *,
-    most: int = MOST_SETTINGS,
+    study: Study, objective: ResultFigure | None = None, axis: str = VARIANT_AXIS, *, most: int = MOST_SETTINGS
 ) -> Table | None:
     """For each condition and setting of the other axes the best value of ``axis``, the runner-up, and the ratio.
 
@@ -91,8 +87,7 @@ def winners_table(
     if not any(row[-1].text for row in rows):
         columns, rows = columns[:-1], [row[:-1] for row in rows]
     notes = tuple(
-        _wins_text(name, settings.winners(name, axis))
-        for name in dict.fromkeys((objective, *study.objectives))
+        _wins_text(name, settings.winners(name, axis)) for name in dict.fromkeys((objective, *study.objectives))
     )
     if own:
         notes += (f"each at its best over the axes that depend on it: {', '.join(headings[len(others) :])}",)
@@ -184,9 +179,7 @@ class _Settings:
         return np.asarray(least < most)
 
 
-def _contest(
-    study: Study, points: Sequence[StudyPoint], objective: ResultFigure, axis: str
-) -> tuple[Cell, ...]:
+def _contest(study: Study, points: Sequence[StudyPoint], objective: ResultFigure, axis: str) -> tuple[Cell, ...]:
     """The cells from ``best`` to ``left out`` at one setting. There is no winner where the questions differ."""
     compared: list[int] = []
     names_of_losses, out = [], []
@@ -207,9 +200,7 @@ def _contest(
     names = [_EQUAL.join(names_by_loss[rank]) for rank in ranks]
     values = [_loss(objective, rank) for rank in ranks]
     cells = [
-        cell
-        for name, value in zip(names, values, strict=True)
-        for cell in (word(name), figure_cell(objective, value))
+        cell for name, value in zip(names, values, strict=True) for cell in (word(name), figure_cell(objective, value))
     ]
     cells += [Cell(ABSENT)] * (4 - len(cells))
     ratio = None
@@ -218,9 +209,7 @@ def _contest(
         ratio = over / under if under > 0 else None
     sure = ABSENT
     if len(compared) > 1:
-        sure = verdict_text(
-            StudyRivals(study.outcomes, np.array(compared, np.intp), study.result).verdict(objective)
-        )
+        sure = verdict_text(StudyRivals(study.outcomes, np.array(compared, np.intp), study.result).verdict(objective))
     return *cells, quantity_cell(ratio), word(sure), word("; ".join(out))
 
 

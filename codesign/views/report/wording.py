@@ -30,9 +30,7 @@ _SHAPES = {"block", "blocks"}
 _PREFIXES = ((1e-9, "n"), (1e-6, "u"), (1e-3, "m"), (1.0, ""))
 
 
-def figure_cell(
-    figure: ResultFigure, value: float | None, interval: tuple[float, float] | None = None
-) -> Cell:
+def figure_cell(figure: ResultFigure, value: float | None, interval: tuple[float, float] | None = None) -> Cell:
     """A figure of a result, with its interval where one is given. The value is in the unit of ``figure``."""
     if figure.counted == "share":
         return share_cell(value)
@@ -168,9 +166,7 @@ def prefix(values: Sequence[float], unit: str) -> tuple[float, str]:
     >>> prefix([0.002, 0.003, 1.0], "s")
     (0.001, 'ms')
     """
-    sizes = (
-        [(size, f"{sign}{unit}") for size, sign in _PREFIXES] if unit in {"s", "J", "W"} else [(1.0, unit)]
-    )
+    sizes = [(size, f"{sign}{unit}") for size, sign in _PREFIXES] if unit in {"s", "J", "W"} else [(1.0, unit)]
     middle = sorted(map(abs, values))[len(values) // 2] if values else 0.0
     if not middle:
         return 1.0, unit
@@ -191,12 +187,7 @@ def wants_logarithm(least: float, most: float) -> bool:
     return least > 0 and most / least > 20
 
 
-_DIMENSIONS = {
-    "s": Dimension.TIME,
-    "Hz": Dimension.FREQUENCY,
-    "W": Dimension.POWER,
-    "J": Dimension.ENERGY,
-}
+_DIMENSIONS = {"s": Dimension.TIME, "Hz": Dimension.FREQUENCY, "W": Dimension.POWER, "J": Dimension.ENERGY}
 
 
 def number_scales() -> dict[str, Any]:

@@ -39,9 +39,7 @@ def decode_json(record_type: type[Record], message: bytes) -> Record:
     data = parse_json(message)
     if not isinstance(data, dict):
         _refuse(record_type, "not a JSON object")
-    return checked(
-        record_type(**{plan.name: _field(record_type, plan, data) for plan in plan_of(record_type)})
-    )
+    return checked(record_type(**{plan.name: _field(record_type, plan, data) for plan in plan_of(record_type)}))
 
 
 def _field(record_type: type[Record], plan: FieldPlan, data: dict[str, Any]) -> Any:
@@ -58,9 +56,7 @@ def _field(record_type: type[Record], plan: FieldPlan, data: dict[str, Any]) -> 
     if plan.array is not None:
         return _array(record_type, plan.name, plan.array, value)
     # bool is a subclass of int in Python, but not a number in JSON.
-    if type(value) not in _PYTHON_TYPES[plan.kind] or (
-        type(value) in (int, float) and abs(value) > _MAX_INTEGER
-    ):
+    if type(value) not in _PYTHON_TYPES[plan.kind] or (type(value) in (int, float) and abs(value) > _MAX_INTEGER):
         _refuse(record_type, f"{plan.name} is no {plan.kind}")
     return float(value) if plan.kind == "double" else value
 

@@ -24,10 +24,7 @@ LONGEST = 2**63
 KEPT = 4096
 """Messages of a class that are kept at most, to be used again."""
 
-_PICOSECONDS = [
-    b"",
-    *(bytes([8, n]) if n < 128 else bytes([8, n & 127 | 128, n >> 7]) for n in range(1, 1000)),
-]
+_PICOSECONDS = [b"", *(bytes([8, n]) if n < 128 else bytes([8, n & 127 | 128, n >> 7]) for n in range(1, 1000))]
 """Field 1 of each message, by its value."""
 
 

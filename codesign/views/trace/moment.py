@@ -199,9 +199,7 @@ def facts(seen: Moment) -> list[str]:
 def _any(cells: NDArray[np.bool_], tile: tuple[int, int]) -> NDArray[np.bool_]:
     """The tiles with any of these cells."""
     down, across = (np.arange(0, side, step) for side, step in zip(cells.shape, tile, strict=True))
-    marked: NDArray[np.bool_] = np.logical_or.reduceat(
-        np.logical_or.reduceat(cells, down, axis=0), across, axis=1
-    )
+    marked: NDArray[np.bool_] = np.logical_or.reduceat(np.logical_or.reduceat(cells, down, axis=0), across, axis=1)
     return marked
 
 

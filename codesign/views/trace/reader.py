@@ -175,10 +175,7 @@ class Trace:
         rows = [
             ("file", printable(str(self.path), None)),
             ("size", f"{format_count(self.size)} bytes"),
-            (
-                "complete",
-                "yes" if self.fault is None else f"no, only the part before: {printable(self.fault)}",
-            ),
+            ("complete", "yes" if self.fault is None else f"no, only the part before: {printable(self.fault)}"),
             ("written by", printable(self.library)),
             ("messages", format_count(self.messages)),
             ("simulated time", span),
@@ -186,9 +183,7 @@ class Trace:
         for name, texts in self.metadata.items():
             rows += [(f"{printable(name)}.{printable(key)}", printable(text)) for key, text in texts.items()]
         sizes = self._attachment_sizes().items()
-        return rows + [
-            (f"attachment {printable(name)}", f"{format_count(size)} bytes") for name, size in sizes
-        ]
+        return rows + [(f"attachment {printable(name)}", f"{format_count(size)} bytes") for name, size in sizes]
 
     def channel_rows(self) -> list[tuple[str, str, int]]:
         """Topic, schema and number of messages of each channel, for print."""
@@ -272,11 +267,7 @@ def open_trace(path: str | Path, show: Show = silent) -> Trace:
         raise TraceError(f"cannot be read: {fault.strerror or fault}", str(path)) from fault
     trace.channels, trace.schemas = list(channels.by_id.values()), channels.forms
     if trace.fault and not (trace.channels or trace.metadata or trace.attachments):
-        raise TraceError(
-            f"has no readable content: {trace.fault}",
-            str(path),
-            "record the run again: hwsw run --trace",
-        )
+        raise TraceError(f"has no readable content: {trace.fault}", str(path), "record the run again: hwsw run --trace")
     return trace
 
 

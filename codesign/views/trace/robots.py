@@ -173,9 +173,7 @@ class Robots:
             for number in numbers
         ]
         entities = [
-            shapes.entity(
-                frame, time, frame, cylinders=[disc], arrows=[arrow], texts=[text] if number else []
-            )
+            shapes.entity(frame, time, frame, cylinders=[disc], arrows=[arrow], texts=[text] if number else [])
             for frame, number, text in zip(frames, numbers, texts, strict=True)
         ]
         self._show("/robots", fg.SceneUpdate(entities=entities), time)

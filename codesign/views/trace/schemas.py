@@ -22,12 +22,7 @@ from dataclasses import MISSING, dataclass, fields
 from types import NoneType, UnionType
 from typing import Any
 
-from google.protobuf.descriptor_pb2 import (
-    DescriptorProto,
-    FieldDescriptorProto,
-    FileDescriptorProto,
-    FileDescriptorSet,
-)
+from google.protobuf.descriptor_pb2 import DescriptorProto, FieldDescriptorProto, FileDescriptorProto, FileDescriptorSet
 from google.protobuf.descriptor_pool import DescriptorPool
 from google.protobuf.message import DecodeError
 from google.protobuf.message_factory import GetMessageClass
@@ -115,17 +110,13 @@ def plan_of(record_type: type[Record]) -> tuple[FieldPlan, ...]:
     return _PLANS[record_type]
 
 
-def _field_plan(
-    record_type: type[Record], name: str, number: int, annotation: Any, default: object
-) -> FieldPlan:
+def _field_plan(record_type: type[Record], name: str, number: int, annotation: Any, default: object) -> FieldPlan:
     has_default = default is not MISSING
     filler = default if has_default else None
     optional = typing.get_origin(annotation) in (typing.Union, UnionType)
     if optional:
         annotation = next(item for item in typing.get_args(annotation) if item is not NoneType)
-    array = next(
-        (each for each in getattr(annotation, "__metadata__", ()) if isinstance(each, ArrayOf)), None
-    )
+    array = next((each for each in getattr(annotation, "__metadata__", ()) if isinstance(each, ArrayOf)), None)
     if array is not None:
         kind = "packed" if is_packed(array) else "array"
     elif typing.get_origin(annotation) is dict:
@@ -184,9 +175,7 @@ def _files(record_type: type[Record]) -> list[FileDescriptorProto]:
         field = message.field.add(
             name=plan.stored,
             number=plan.number,
-            label=FieldDescriptorProto.LABEL_REPEATED
-            if label == "repeated"
-            else FieldDescriptorProto.LABEL_OPTIONAL,
+            label=FieldDescriptorProto.LABEL_REPEATED if label == "repeated" else FieldDescriptorProto.LABEL_OPTIONAL,
         )
         if kind == ARRAY:
             field.type, field.type_name = FieldDescriptorProto.TYPE_MESSAGE, f".{PACKAGE}.{ARRAY}"

@@ -172,9 +172,7 @@ def _reduced(cells: NDArray[Any], step: int) -> NDArray[Any]:
     return reduced
 
 
-def cloud(
-    points: NDArray[np.float64], rgba: Colour, time: int, height: float, frame: str = MAP_FRAME
-) -> fg.PointCloud:
+def cloud(points: NDArray[np.float64], rgba: Colour, time: int, height: float, frame: str = MAP_FRAME) -> fg.PointCloud:
     """Points (x, y) in metres, n × 2, at one height. None clears those that were shown."""
     packed = np.zeros(len(points), _POINT)
     packed["x"], packed["y"], packed["z"], packed["rgba"] = *rounded(points).T, height, rgba
@@ -202,13 +200,7 @@ def line(points: NDArray[np.float64], rgba: Colour, height: float) -> fg.LinePri
 
 def entity(name: str, time: int, frame: str = MAP_FRAME, **primitives: Any) -> fg.SceneEntity:
     """An entity that replaces the last one of that name, and moves with its frame. It stays until it is replaced."""
-    return fg.SceneEntity(
-        timestamp=stamp(time),
-        frame_id=frame,
-        id=name,
-        frame_locked=True,
-        **primitives,
-    )
+    return fg.SceneEntity(timestamp=stamp(time), frame_id=frame, id=name, frame_locked=True, **primitives)
 
 
 def scene(name: str, time: int, **primitives: Any) -> fg.SceneUpdate:

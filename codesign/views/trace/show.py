@@ -38,11 +38,7 @@ class TimelineRow:
 
 
 def timeline(
-    trace: Trace,
-    topics: Sequence[str] = (),
-    limit: int | None = None,
-    begin: int = 0,
-    end: int | None = None,
+    trace: Trace, topics: Sequence[str] = (), limit: int | None = None, begin: int = 0, end: int | None = None
 ) -> list[TimelineRow]:
     """The first ``limit`` records of a trace as rows, in order of their begin, then of emission.
 
@@ -103,15 +99,11 @@ def _nearness(values: NDArray[np.float64]) -> NDArray[np.float64]:
         return np.zeros(values.shape)
     least, most = float(values[finite].min()), float(values[finite].max())
     span = (most - least) or 1.0
-    near: NDArray[np.float64] = np.where(
-        finite, np.exp((least - np.where(finite, values, least)) / span), 0.0
-    )
+    near: NDArray[np.float64] = np.where(finite, np.exp((least - np.where(finite, values, least)) / span), 0.0)
     return near
 
 
-def thumbnail(
-    potential: NDArray[np.float64], free: NDArray[np.bool_] | None = None, width: int = 72
-) -> list[str]:
+def thumbnail(potential: NDArray[np.float64], free: NDArray[np.bool_] | None = None, width: int = 72) -> list[str]:
     """A potential as lines of at most ``width`` characters.
 
     A map that fits is shown cell by cell. In a wider map each character is a tile with twice as many rows as columns,

@@ -128,9 +128,7 @@ class Views:
         side, goals = self._floor.cell_size, self._floor.points(record.goals)
         spheres = [
             fg.SpherePrimitive(
-                pose=shapes.pose(x, y),
-                size=fg.Vector3(x=side, y=side, z=side),
-                color=shapes.colour(shapes.GOAL),
+                pose=shapes.pose(x, y), size=fg.Vector3(x=side, y=side, z=side), color=shapes.colour(shapes.GOAL)
             )
             for x, y in goals.tolist()
         ]

@@ -25,12 +25,7 @@ def fitted(
 ) -> FittedTerm:
     """What is fitted to one report of a design of each size."""
     samples = [
-        Sample(
-            design=f"d{i}",
-            predicted=float(size),
-            reported=drawn(random, size, factor, offset, noise),
-            report="r",
-        )
+        Sample(design=f"d{i}", predicted=float(size), reported=drawn(random, size, factor, offset, noise), report="r")
         for i, size in enumerate(sizes)
     ]
     return fitted_term(term, samples, law, "drawn")
@@ -76,9 +71,7 @@ def test_a_factor_with_noise_is_held(designs: int, noise: float, term: str) -> N
 @pytest.mark.parametrize("designs", [LEAST_DESIGNS, 6, 10])
 @pytest.mark.parametrize("noise", [0.01, 0.08])
 @pytest.mark.parametrize("beyond", [1.0, 3.0])
-def test_an_offset_is_held_also_beyond_the_sizes_that_were_fitted(
-    designs: int, noise: float, beyond: float
-) -> None:
+def test_an_offset_is_held_also_beyond_the_sizes_that_were_fitted(designs: int, noise: float, beyond: float) -> None:
     assert coverage(2, "lut4", designs, 8.0, 0.2, noise, (1.0, 1.0), beyond, beyond) >= LEAST
 
 
@@ -102,9 +95,7 @@ def test_the_offset_that_was_drawn_is_found() -> None:
 
 @pytest.mark.parametrize("law", [(0.6, 1.1), (0.97, 1.5), (1.0, 1.0)])
 @pytest.mark.parametrize("designs", [1, 2, 3, 4, 12])
-def test_the_interval_contains_that_of_the_law_and_every_sample(
-    law: tuple[float, float], designs: int
-) -> None:
+def test_the_interval_contains_that_of_the_law_and_every_sample(law: tuple[float, float], designs: int) -> None:
     random = np.random.default_rng(5)
     for term in ("lut4", "clock", "static_power"):
         made = fitted(random, 1000 * np.geomspace(1, 4, designs), term, 1.1, 40.0, 0.05, law)

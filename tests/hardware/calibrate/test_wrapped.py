@@ -138,9 +138,7 @@ def test_a_timing_summary_is_of_the_stage_that_it_shows(
 
 def test_the_clock_of_a_design_that_is_not_routed_is_left_out(tmp_path: Path, point: DesignPoint) -> None:
     for file, expected in (("x_synth.rpt", False), ("timing.rpt", False), ("x_routed.rpt", True)):
-        text = TIMING.replace("top_timing_summary_routed.rpt", file).replace(
-            "hwsw_00112233aabb", str(point.top)
-        )
+        text = TIMING.replace("top_timing_summary_routed.rpt", file).replace("hwsw_00112233aabb", str(point.top))
         (tmp_path / "timing.rpt").write_text(text, encoding="utf-8")
         compared = compare_reports([tmp_path / "timing.rpt"], point)
         assert (CLOCK in counts(compared)) is expected
@@ -172,8 +170,7 @@ def test_an_offset_moves_a_small_design_more_than_a_large_one() -> None:
     from codesign.inputs.calibration_file import Sample
 
     samples = [
-        Sample(design=str(size), predicted=size, reported=size + 200, report="r")
-        for size in (400, 800, 1600, 3200)
+        Sample(design=str(size), predicted=size, reported=size + 200, report="r") for size in (400, 800, 1600, 3200)
     ]
     term = fitted_term("lut4", samples, (0.9, 1.1))
     assert [round(size * term.at(size)[0]) for size in (500, 6400)] == [700, 6600]
@@ -186,10 +183,6 @@ def test_the_timing_of_a_mapped_design_is_no_routed_one_in_ise_and_quartus(tmp_p
     assert read_report(tmp_path / "ise.twr").stage == Stage.SYNTHESISED
     timing = (SAMPLES / "quartus.sta.rpt").read_text(encoding="utf-8")
     assert read_report(SAMPLES / "quartus.sta.rpt").stage == Stage.ROUTED
-    for word, stage in (
-        ("synthesized", Stage.SYNTHESISED),
-        ("placed", Stage.PLACED),
-        ("final", Stage.ROUTED),
-    ):
+    for word, stage in (("synthesized", Stage.SYNTHESISED), ("placed", Stage.PLACED), ("final", Stage.ROUTED)):
         (tmp_path / "q.sta.rpt").write_text(f"{timing}\n; Snapshot ; {word} ;\n", encoding="utf-8")
         assert read_report(tmp_path / "q.sta.rpt").stage == stage

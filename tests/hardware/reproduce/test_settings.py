@@ -60,9 +60,7 @@ def test_a_value_is_of_the_papers_that_have_it() -> None:
 
 
 def test_only_moved_settings_mark_the_rows() -> None:
-    source = row(
-        "Table 1", "slices", 2, 2, status="published", source="a law", use=Use.HELD_OUT, note="as it is"
-    )  # type: ignore[arg-type]
+    source = row("Table 1", "slices", 2, 2, status="published", source="a law", use=Use.HELD_OUT, note="as it is")  # type: ignore[arg-type]
     plain = Reproduction("A paper 2000", (source,), (), ())
     assert plain.with_settings(Settings()) is plain
     marked = plain.with_settings(VelocityObstacleSettings(seeds=2))
@@ -73,9 +71,7 @@ def test_only_moved_settings_mark_the_rows() -> None:
 def test_the_command_lists_and_moves_settings(hwsw: Run, tmp_path: Path) -> None:
     listed = hwsw("reproduce", "--settings")
     assert listed.exit_code == 0
-    assert all(
-        name in listed.stdout for name in ("labyrinth_seeds", "sor_omegas", "whole number, from 1 to 1,000")
-    )
+    assert all(name in listed.stdout for name in ("labyrinth_seeds", "sor_omegas", "whole number, from 1 to 1,000"))
     wrong = hwsw("reproduce", "velocity_obstacle", "--set", "maps=3")
     assert wrong.exit_code == 2
     assert "--set maps: there is no such setting\n  hint: accepted: seeds" in wrong.stderr

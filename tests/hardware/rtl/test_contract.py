@@ -133,9 +133,7 @@ def test_a_map_of_one_row_or_one_column_is_without_warnings(style: CircuitStyle,
 @pytest.mark.parametrize("simulator", SIMULATORS)
 @pytest.mark.parametrize("seed", range(POINTS))
 @each_circuit
-def test_benches_of_random_points_stand_alone(
-    style: CircuitStyle, seed: int, simulator: str, tmp_path: Path
-) -> None:
+def test_benches_of_random_points_stand_alone(style: CircuitStyle, seed: int, simulator: str, tmp_path: Path) -> None:
     needs(simulator)
     check_bench(style, seed, tmp_path, simulator)
 

@@ -55,9 +55,7 @@ def verilator(folder: Path) -> str:
     command = ["verilator", "--binary", "--top-module", "hwsw_bench", "-j", "1", *sources]
     built = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=True)
     assert "%Warning" not in built.stderr + built.stdout
-    return subprocess.run(
-        ["./obj_dir/Vhwsw_bench"], cwd=folder, capture_output=True, text=True, check=True
-    ).stdout
+    return subprocess.run(["./obj_dir/Vhwsw_bench"], cwd=folder, capture_output=True, text=True, check=True).stdout
 
 
 def test_the_manifest_recognises_the_design(folder: Path) -> None:
@@ -79,9 +77,7 @@ def test_every_file_stands_in_the_readme(folder: Path) -> None:
         assert f"| `{name}` |" in readme
 
 
-def test_the_same_design_point_gives_the_same_bytes(
-    hwsw: Run, folder: Path, specs: Specs, tmp_path: Path
-) -> None:
+def test_the_same_design_point_gives_the_same_bytes(hwsw: Run, folder: Path, specs: Specs, tmp_path: Path) -> None:
     again = tmp_path / "again"
     assert hwsw("rtl", *specs, "-o", again).exit_code == 0
     assert {path.name: path.read_bytes() for path in folder.iterdir()} == {
@@ -139,10 +135,7 @@ def test_the_clock_is_constrained_for_the_tools_of_the_part(
     assert result.exit_code == 0, result.output
     (file,) = out.glob(f"hwsw_*{suffix}")
     assert text in file.read_text(encoding="utf-8")
-    assert json.loads((out / "manifest.json").read_text())["settings"] == {
-        "fpga.clock": "50MHz",
-        "fpga.part": part,
-    }
+    assert json.loads((out / "manifest.json").read_text())["settings"] == {"fpga.clock": "50MHz", "fpga.part": part}
 
 
 def test_a_folder_with_files_is_refused_without_force(hwsw: Run, folder: Path, specs: Specs) -> None:
@@ -178,9 +171,7 @@ def test_a_design_that_does_not_fit_is_refused_and_nothing_is_written(
     assert not (tmp_path / "out").exists()
 
 
-def test_a_file_in_place_of_the_folder_is_refused(
-    hwsw: Run, installed: Install, specs: Specs, tmp_path: Path
-) -> None:
+def test_a_file_in_place_of_the_folder_is_refused(hwsw: Run, installed: Install, specs: Specs, tmp_path: Path) -> None:
     installed(OnHarmonic())
     (tmp_path / "out").write_text("a file", encoding="utf-8")
     result = hwsw("rtl", *specs, "-o", tmp_path / "out")

@@ -28,23 +28,11 @@ SWEEPS = "block: [6, 12], iterations: 6, schedule: {first: 7, step: 8, last: 31}
 WAVE = "component: fabric, stop: starts"
 
 DESIGNS = {
-    (
-        "harmonic",
-        "bit_serial",
-        "",
-    ): f"{{relax: {{component: fabric, {SWEEPS}}}, decide: {{component: fabric}}}}",
-    (
-        "harmonic",
-        "bit_serial",
-        "decide",
-    ): f"{{relax: {{component: host, {SWEEPS}}}, decide: {{component: fabric}}}}",
+    ("harmonic", "bit_serial", ""): f"{{relax: {{component: fabric, {SWEEPS}}}, decide: {{component: fabric}}}}",
+    ("harmonic", "bit_serial", "decide"): f"{{relax: {{component: host, {SWEEPS}}}, decide: {{component: fabric}}}}",
     ("breadth_first", "state_machine", ""): "{search: {component: fabric, display: none}}",
     **{
-        (
-            "wavefront",
-            style,
-            "",
-        ): f"{{propagate: {{{WAVE}, style: {style}{more}}}, track: {{component: fabric}}}}"
+        ("wavefront", style, ""): f"{{propagate: {{{WAVE}, style: {style}{more}}}, track: {{component: fabric}}}}"
         for style, more in (("delay_line", ""), ("adder_comparator", ""), ("tiled", ", tile: [3, 4]"))
     },
     **{
@@ -76,9 +64,7 @@ def test_every_style_with_a_circuit_has_a_design() -> None:
 
 @pytest.mark.parametrize("simulator", SIMULATORS)
 @pytest.mark.parametrize("key", DESIGNS, ids="-".join)
-def test_an_exported_design_simulates(
-    hwsw: Run, key: tuple[str, str, str], simulator: str, tmp_path: Path
-) -> None:
+def test_an_exported_design_simulates(hwsw: Run, key: tuple[str, str, str], simulator: str, tmp_path: Path) -> None:
     needs(simulator)
     folder = exported(hwsw, key, tmp_path)
     sources = sorted(path.name for path in folder.glob("*.v"))
@@ -94,9 +80,7 @@ def test_an_exported_design_is_placed_by_the_commands_of_its_readme(hwsw: Run, t
     readme = (folder / "README.md").read_text(encoding="utf-8")
     (line,) = re.findall(r"^nextpnr-ecp5 .*PACKAGE.*$", readme, re.MULTILINE)
     words = [*shlex.split(line.replace("PACKAGE", "CABGA381"))[1:], "--report", "report.json"]
-    subprocess.run(
-        [*OPEN_TOOLS["nextpnr-ecp5"], *words], cwd=folder, check=True, capture_output=True, timeout=900
-    )
+    subprocess.run([*OPEN_TOOLS["nextpnr-ecp5"], *words], cwd=folder, check=True, capture_output=True, timeout=900)
     report = json.loads((folder / "report.json").read_text(encoding="utf-8"))
     (clock,) = report["fmax"].values()
     assert clock["constraint"] == pytest.approx(20, rel=0.01)

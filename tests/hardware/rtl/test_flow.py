@@ -86,6 +86,4 @@ def test_the_commands_of_the_readme_place_what_synth_places(
     document = json.loads(hwsw("synth", *specs, *settings(part), "--place", "--json").output)
     (placement,) = document["placements"]
     assert int(1e6 * min(each["achieved"] for each in report["fmax"].values())) == placement["clock_hz"]
-    assert {kind: use["used"] for kind, use in report["utilization"].items() if use["used"]} == placement[
-        "used"
-    ]
+    assert {kind: use["used"] for kind, use in report["utilization"].items() if use["used"]} == placement["used"]

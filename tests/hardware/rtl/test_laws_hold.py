@@ -34,9 +34,7 @@ STYLES: dict[str, tuple[str, Draw]] = {
     "breadth_first": (
         "breadth_first",
         lambda draw: engine(
-            draw.randint(30, 100),
-            draw.randint(30, 100),
-            draw.choice(("three_cycles", "two_cycles", "pipelined")),
+            draw.randint(30, 100), draw.randint(30, 100), draw.choice(("three_cycles", "two_cycles", "pipelined"))
         ),
     ),
     "delay_line": ("wavefront", lambda draw: wave(draw.randint(8, 20), draw.randint(8, 20))),

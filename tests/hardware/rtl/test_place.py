@@ -72,13 +72,7 @@ def test_the_critical_path_is_the_worst_between_two_edges_of_the_clock() -> None
     kinds = {memory: "DP16KD", lut: "LUT4", register: "TRELLIS_FF"}
     path = critical_path(report, kinds, {"circuit.store": "ram_1w1r", "circuit.node": "node"})
     assert path is not None
-    assert (path.source, path.source_ns, path.levels, path.logic_ns, path.routing_ns) == (
-        MEMORY,
-        4.26,
-        1,
-        0.25,
-        2.0,
-    )
+    assert (path.source, path.source_ns, path.levels, path.logic_ns, path.routing_ns) == (MEMORY, 4.26, 1, 0.25, 2.0)
     assert path.words == (
         "from a memory of ram_1w1r to node: 4.26 ns to the output, 1 LUT level 0.25 ns, routing 2.00 ns (31%),"
         " setup 0.00 ns"
@@ -97,12 +91,7 @@ def test_few_pins_keep_every_output_alive() -> None:
     assert with_few_pins(document, "top") == (2, 3)
     module = document["modules"]["top"]
     assert set(module["ports"]) == {"clk", "serial_in", "parity"}
-    read = {
-        bit
-        for cell in module["cells"].values()
-        for name, [bit] in cell["connections"].items()
-        if name != "CLK"
-    }
+    read = {bit for cell in module["cells"].values() for name, [bit] in cell["connections"].items() if name != "CLK"}
     assert set(range(6, 13)) <= read
     json.dumps(document)
 

@@ -58,9 +58,7 @@ def test_a_large_array_is_simulated_by_verilator_where_it_is(monkeypatch: pytest
     words: list[str] = []
     simulate(large, expected, "auto", None, lambda text, *_: words.append(text))
     assert used == ["cxxrtl", "verilator", "icarus", "cxxrtl"]
-    assert words == [
-        "a large array: Verilator simulates it several times as fast (apt-get install verilator)"
-    ]
+    assert words == ["a large array: Verilator simulates it several times as fast (apt-get install verilator)"]
 
 
 @pytest.mark.parametrize("backend", NEEDS)
@@ -199,9 +197,7 @@ def _events_at(times: list[int], valid: Any, kind: Any, value: Any) -> list[tupl
 
 
 def test_a_missing_tool_names_the_command_that_installs_it(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(
-        tools.TOOLS, "none", tools.Tool(programs=("no-such-tool",), install="apt-get install none")
-    )
+    monkeypatch.setitem(tools.TOOLS, "none", tools.Tool(programs=("no-such-tool",), install="apt-get install none"))
     with pytest.raises(tools.MissingToolError) as caught:
         tools.require("none")
     assert str(caught.value) == "none is not installed\n  hint: install it: apt-get install none"

@@ -43,9 +43,7 @@ def test_what_is_exported_decides_at_the_first_start(hwsw: Run, mapping: str, tm
     seen, positions = set(), set()
     for start in STARTS:
         path = workload(tmp_path, start, mapping)
-        made = hwsw(
-            "rtl", "ulx3s-85f", path, "--set", "fabric.clock=20MHz", "--force", "-o", tmp_path / "out"
-        )
+        made = hwsw("rtl", "ulx3s-85f", path, "--set", "fabric.clock=20MHz", "--force", "-o", tmp_path / "out")
         if "obstacle" in made.output:
             continue
         assert made.exit_code == 0, made.output

@@ -78,12 +78,7 @@ def test_cycles_are_drawn_where_nothing_differs(hwsw: Run, installed: Install, t
     result = hwsw("verify", "--all", "--points", 1, "--waves", waves, "--cycles", 2, 9)
     assert result.exit_code == 0, result.output
     assert f"waveform: {waves}" in result.output
-    assert {each.name for each in tmp_path.iterdir()} >= {
-        "run.vcd",
-        "run.gtkw",
-        "run.phase.txt",
-        "run.event_kind.txt",
-    }
+    assert {each.name for each in tmp_path.iterdir()} >= {"run.vcd", "run.gtkw", "run.phase.txt", "run.event_kind.txt"}
     assert hwsw("verify", "--all", "--cycles", 2, 9).exit_code == 2
     assert hwsw("verify", "--all", "--waves", waves, "--cycles", 9, 2).exit_code == 2
 
@@ -132,9 +127,7 @@ def test_contention_excuses_one_per_cent_in_the_mean(hwsw: Run, installed: Insta
         (("--all", "--waves", "missing/file.vcd"), "folder"),
     ],
 )
-def test_a_wrong_command_line_is_refused(
-    hwsw: Run, installed: Install, words: tuple[str, ...], text: str
-) -> None:
+def test_a_wrong_command_line_is_refused(hwsw: Run, installed: Install, words: tuple[str, ...], text: str) -> None:
     installed(ToyCircuit())
     result = hwsw("verify", *words)
     assert result.exit_code == 2
@@ -149,9 +142,7 @@ def test_a_design_point_is_verified(hwsw: Run, installed: Install, specs: tuple[
     assert "1 design point: every event equals the model" in result.output
 
 
-def test_a_design_on_a_processor_has_no_circuit(
-    hwsw: Run, installed: Install, specs: tuple[Path, Path]
-) -> None:
+def test_a_design_on_a_processor_has_no_circuit(hwsw: Run, installed: Install, specs: tuple[Path, Path]) -> None:
     installed(OnHarmonic())
     result = hwsw("verify", *specs, "--set", "relax.component=host", "--set", "decide.component=host")
     assert result.exit_code == 2

@@ -111,10 +111,7 @@ def test_another_map_is_noticed(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     ("changes", "key"),
-    [
-        ({"memory": MemoryPlace.EXTERNAL}, "search.memory"),
-        ({"memory": MemoryPlace.PROCESS_EXTERNAL}, "search.memory"),
-    ],
+    [({"memory": MemoryPlace.EXTERNAL}, "search.memory"), ({"memory": MemoryPlace.PROCESS_EXTERNAL}, "search.memory")],
 )
 def test_parameters_without_a_circuit_are_refused(changes: dict[str, object], key: str) -> None:
     job = Job(Problem(np.ones((4, 4), np.bool_), ((3, 3),), ((0, 0),)), PARAMETERS.model_copy(update=changes))

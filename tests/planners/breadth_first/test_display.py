@@ -13,12 +13,7 @@ from verilog_tools import in_icarus
 from codesign.hardware.rtl.bench import bench_files
 from codesign.hardware.rtl.design import sources_of, write_design
 from codesign.hardware.rtl.verify import Verified, verify
-from codesign.planners.breadth_first.plan.parameters import (
-    Address,
-    MicroArchitecture,
-    SearchParameters,
-    VgaController,
-)
+from codesign.planners.breadth_first.plan.parameters import Address, MicroArchitecture, SearchParameters, VgaController
 from codesign.planners.breadth_first.plan.planner import PLANNER
 from codesign.planners.breadth_first.rtl.display import Screen
 from codesign.planners.breadth_first.rtl.machine import SearchJob, StateMachineCircuit
@@ -83,9 +78,7 @@ MUTANTS = {
 """Faults by file: what stands there, and what stands there in its place."""
 
 
-def job(
-    columns: int, address: Address, display: VgaController, micro_architecture: MicroArchitecture
-) -> SearchJob:
+def job(columns: int, address: Address, display: VgaController, micro_architecture: MicroArchitecture) -> SearchJob:
     """A search among obstacles, with a path and a goal that it does not reach."""
     free = np.random.default_rng(3).random((7, columns)) > 0.25
     free[[1, 5, 0], [1, 9, 10]] = True
@@ -147,9 +140,7 @@ def folders(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> tuple[Path, Path
 
 
 @pytest.mark.parametrize("job", JOBS, ids=["shared", "copy"])
-def test_the_small_screen_is_the_model_over_more_than_a_frame(
-    job: SearchJob, folders: tuple[Path, Path]
-) -> None:
+def test_the_small_screen_is_the_model_over_more_than_a_frame(job: SearchJob, folders: tuple[Path, Path]) -> None:
     style = OnSmallScreen(folders[0])
     seen = verified(style, job)
     assert seen.first is None
@@ -157,12 +148,8 @@ def test_the_small_screen_is_the_model_over_more_than_a_frame(
     assert in_bench(style, job, folders[1]).startswith("PASS: ")
 
 
-@pytest.mark.parametrize(
-    ("file", "before"), [(file, before) for file, faults in MUTANTS.items() for before in faults]
-)
-def test_a_fault_is_found_by_verify_and_by_the_bench(
-    file: str, before: str, folders: tuple[Path, Path]
-) -> None:
+@pytest.mark.parametrize(("file", "before"), [(file, before) for file, faults in MUTANTS.items() for before in faults])
+def test_a_fault_is_found_by_verify_and_by_the_bench(file: str, before: str, folders: tuple[Path, Path]) -> None:
     style = OnSmallScreen(folders[0], file, before, MUTANTS[file][before])
     wrong = next((job for job in JOBS if verified(style, job).first is not None), None)
     assert wrong is not None, "the fault is seen in neither design"

@@ -17,14 +17,7 @@ from pydantic import ValidationError
 
 from codesign import maps
 from codesign.ground.errors import InputError, MapError
-from codesign.planners.breadth_first.plan import (
-    EAST,
-    NEIGHBOURS,
-    WEST,
-    BreadthFirstPlan,
-    search,
-    search_nearest,
-)
+from codesign.planners.breadth_first.plan import EAST, NEIGHBOURS, WEST, BreadthFirstPlan, search, search_nearest
 from codesign.planners.breadth_first.plan.parameters import SearchParameters
 from codesign.planners.breadth_first.plan.planner import PLANNER
 from codesign.planners.breadth_first.plan.reference import mark_path, trail
@@ -211,14 +204,10 @@ def test_quality_is_of_a_search_from_each_start(problem: Problem) -> None:
     quality = PLANNER.quality(problem, plan)
     assert (quality.starts, quality.starts_arrived) == (3, 3)
     steps = [
-        int(maps.distance_steps(problem.free, problem.goals)[start])
-        for start in problem.starts
-        if start != (2, 2)
+        int(maps.distance_steps(problem.free, problem.goals)[start]) for start in problem.starts if start != (2, 2)
     ]
     straight = [
-        float(maps.distance_octile(problem.free, problem.goals)[start])
-        for start in problem.starts
-        if start != (2, 2)
+        float(maps.distance_octile(problem.free, problem.goals)[start]) for start in problem.starts if start != (2, 2)
     ]
     ratios = [a / b for a, b in zip(steps, straight, strict=True)]
     assert quality.path_length_ratio_mean == pytest.approx(np.mean(ratios))
@@ -313,13 +302,7 @@ def test_a_problem_without_start_is_refused(problem: Problem) -> None:
 
 @pytest.mark.parametrize(
     "given",
-    [
-        {"queue_words": 0},
-        {"external_cycles": 0},
-        {"micro_architecture": "fast"},
-        {"queue_words": True},
-        {"speed": 3},
-    ],
+    [{"queue_words": 0}, {"external_cycles": 0}, {"micro_architecture": "fast"}, {"queue_words": True}, {"speed": 3}],
 )
 def test_parameters_that_are_refused(given: dict[str, object]) -> None:
     with pytest.raises(ValidationError):

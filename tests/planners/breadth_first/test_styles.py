@@ -14,12 +14,7 @@ from codesign.ground.memo import Memo
 from codesign.ground.part import Part
 from codesign.inputs.part_file import load_part
 from codesign.planners.breadth_first.plan import search
-from codesign.planners.breadth_first.plan.parameters import (
-    Address,
-    MemoryPlace,
-    SearchParameters,
-    VgaController,
-)
+from codesign.planners.breadth_first.plan.parameters import Address, MemoryPlace, SearchParameters, VgaController
 from codesign.planners.breadth_first.plan.planner import PLANNER
 from codesign.planners.breadth_first.plan.reference import NEIGHBOURS
 from codesign.planners.breadth_first.styles import ARCHITECTURES, StateMachine, resources, timing
@@ -72,9 +67,7 @@ def bound(demand: Demand, name: str) -> Line:
     return next(bound for bound in demand.bounds if bound.name == name)
 
 
-@pytest.mark.parametrize(
-    ("micro_architecture", "b"), [("three_cycles", 14), ("two_cycles", 9), ("pipelined", 6)]
-)
+@pytest.mark.parametrize(("micro_architecture", "b"), [("three_cycles", 14), ("two_cycles", 9), ("pipelined", 6)])
 def test_cycles_are_the_law(problem: Problem, micro_architecture: str, b: int) -> None:
     parameters = SearchParameters(micro_architecture=micro_architecture)  # type: ignore[arg-type]
     phases, _, plan = drained(MACHINE.work(Job(problem, parameters)))
@@ -108,10 +101,7 @@ def test_external_memory_costs_its_accesses(problem: Problem, place: str) -> Non
     far, _, _ = drained(MACHINE.work(Job(problem, outside)))
     # The pushes of the goal's ring that the search never got to expand are pushes all the same.
     pushed, popped = plan.pushed_cells - 1, plan.popped_cells - 1
-    accesses = {
-        "process_external": popped + 2 * pushed + 2,
-        "external": 5 * popped + 3 * pushed + 2,
-    }[place]
+    accesses = {"process_external": popped + 2 * pushed + 2, "external": 5 * popped + 3 * pushed + 2}[place]
     a_path_cell = {"process_external": 1, "external": 2}[place]
     assert far["bf"] - near["bf"] == 20 * accesses
     assert far["path"] - near["path"] == 20 * a_path_cell * len(plan.path)
@@ -145,11 +135,7 @@ def test_coarse_steps_cost_the_same_and_are_shared(problem: Problem, style: str,
     second, _, again = drained(BY_STYLE[style].work(Job(problem, parameters, memo=memo, detail=False)))
     assert fine == first == second
     assert memo.hits == 1
-    assert (
-        PLANNER.identity(plan)
-        == PLANNER.identity(again)
-        == PLANNER.identity(PLANNER.plan(Job(problem, parameters)))
-    )
+    assert PLANNER.identity(plan) == PLANNER.identity(again) == PLANNER.identity(PLANNER.plan(Job(problem, parameters)))
     assert all(int(step.cycles.min()) >= 1 for step in recorded)
     records = [step.record(10, 20, "fpga") for step in recorded]
     assert sum(record.cycles for record in records) == sum(fine.values())
@@ -180,9 +166,7 @@ def test_a_display_takes_logic_and_a_copy_memories(part: Part) -> None:
 
 
 def test_linear_addresses_take_fewer_memories_over_a_power_of_two(part: Part) -> None:
-    totals = [
-        resources.block_ram_total(130, 130, SearchParameters(address=address), part) for address in Address
-    ]
+    totals = [resources.block_ram_total(130, 130, SearchParameters(address=address), part) for address in Address]
     assert totals == [80, 38]
     beside, after = (timing.init_cycles((130, 130), SearchParameters(address=address)) for address in Address)
     assert after - beside == 129
@@ -209,9 +193,7 @@ def test_a_queue_too_short_is_refused_with_the_words_it_needs(part: Part, proble
     )
     assert short.figure.value > short.limit
     assert f"at least {depth}" in short.levers[0].advice
-    enough = bound(
-        MACHINE.demand(Job(problem, SearchParameters(queue_words=depth), part=part)), "words of the queue"
-    )
+    enough = bound(MACHINE.demand(Job(problem, SearchParameters(queue_words=depth), part=part)), "words of the queue")
     assert enough.figure.value <= enough.limit
 
 
@@ -225,9 +207,7 @@ def test_a_queue_too_short_is_refused_with_the_words_it_needs(part: Part, proble
         ("pipelined", "none", True),
     ],
 )
-def test_two_ports_are_shared(
-    part: Part, problem: Problem, micro_architecture: str, display: str, fits: bool
-) -> None:
+def test_two_ports_are_shared(part: Part, problem: Problem, micro_architecture: str, display: str, fits: bool) -> None:
     parameters = SearchParameters(micro_architecture=micro_architecture, display=display)  # type: ignore[arg-type]
     ports = bound(MACHINE.demand(Job(problem, parameters, part=part)), "ports of the cells' block RAM")
     assert (ports.figure.value <= ports.limit) == fits
@@ -246,9 +226,7 @@ def test_a_display_cannot_share_an_external_memory(part: Part, problem: Problem)
 
 
 def test_a_map_larger_than_the_screen(part: Part) -> None:
-    demand = MACHINE.demand(
-        Job(empty(601, 401), SearchParameters(memory=MemoryPlace.PROCESS_EXTERNAL), part=part)
-    )
+    demand = MACHINE.demand(Job(empty(601, 401), SearchParameters(memory=MemoryPlace.PROCESS_EXTERNAL), part=part))
     for name in ("rows on the screen", "columns on the screen"):
         assert bound(demand, name).figure.value > bound(demand, name).limit
     alone = SearchParameters(memory=MemoryPlace.EXTERNAL, display=VgaController.NONE)
@@ -266,9 +244,7 @@ def test_clock_is_the_published_one_or_that_of_the_block_ram(part: Part, problem
 
 
 def test_power_grows_with_clock_and_memory(part: Part) -> None:
-    small, large = (
-        MACHINE.demand(Job(empty(side, side), SearchParameters(), part=part)) for side in (30, 100)
-    )
+    small, large = (MACHINE.demand(Job(empty(side, side), SearchParameters(), part=part)) for side in (30, 100))
     static, dynamic = MACHINE.power(large, 120_000_000, part)
     assert static == part.static_power
     assert MACHINE.power(large, 240_000_000, part)[1].value == pytest.approx(2 * dynamic.value)

@@ -31,9 +31,7 @@ mapping:
         (("search.memory=external", "search.external_cycles=3", "search.display=none"), "search.memory"),
     ],
 )
-def test_memories_outside_are_not_built(
-    tmp_path: Path, hwsw: Run, settings: tuple[str, ...], key: str
-) -> None:
+def test_memories_outside_are_not_built(tmp_path: Path, hwsw: Run, settings: tuple[str, ...], key: str) -> None:
     words = [word for setting in settings for word in ("--set", setting)]
     done = hwsw("rtl", "virtex2pro-dimm", "breadth-first", *words, "-o", tmp_path / "design")
     assert done.exit_code == 2, done.output
@@ -50,6 +48,4 @@ def test_tracking_alone_is_not_built(tmp_path: Path, hwsw: Run) -> None:
     done = hwsw("rtl", "ulx3s-85f", tmp_path / "alone.yaml", "-o", tmp_path / "design")
     assert done.exit_code == 2, done.output
     assert "style 'state_machine' of task track has no circuit in Verilog" in done.stderr
-    assert (
-        "task track alone is not built: place search on the FPGA too, whose circuit does both" in done.stderr
-    )
+    assert "task track alone is not built: place search on the FPGA too, whose circuit does both" in done.stderr

@@ -94,11 +94,7 @@ FREE = np.ones((4, 6), bool)
         ({"goals": 3}, MapError, "not a list"),
         ({"block": (0, 6)}, InputError, "no nodes"),
         ({"block": 7}, InputError, "pair"),
-        (
-            {"free": np.ones((1024, 512), bool), "block": (1, 1)},
-            InputError,
-            "524288 blocks of 1 × 1 nodes are more",
-        ),
+        ({"free": np.ones((1024, 512), bool), "block": (1, 1)}, InputError, "524288 blocks of 1 × 1 nodes are more"),
         ({"iterations": 0}, InputError, "0 iterations"),
         ({"iterations": 1 << 31}, InputError, "outside"),
         ({"iterations": 2.5}, InputError, "whole number"),

@@ -116,9 +116,7 @@ def with_switches(precision: int, visits: Visits) -> int:
     st.sampled_from([1, 3, 20]),
     st.sampled_from(list(Stop)),
 )
-def test_equals_running_every_schedule(
-    seed: int, block: tuple[int, int], iterations: int, stop: Stop
-) -> None:
+def test_equals_running_every_schedule(seed: int, block: tuple[int, int], iterations: int, stop: Stop) -> None:
     problem = problem_of(seed)
     candidates, last = [4, 6, 9, 13], 18
 
@@ -271,9 +269,7 @@ def without_account(schedule: Schedule) -> Schedule:
     ("changes", "remedy"), [({"termination": "published"}, "sound"), ({"promote": {"after": 2}}, "never")]
 )
 def test_costs_that_do_not_add_up_are_refused(changes: dict[str, object], remedy: str) -> None:
-    parameters = RelaxParameters.model_validate(
-        {"block": (3, 4), "iterations": 4, "schedule": (8,), **changes}
-    )
+    parameters = RelaxParameters.model_validate({"block": (3, 4), "iterations": 4, "schedule": (8,), **changes})
     with pytest.raises(InputError, match="do not add up") as caught:
         optimise_schedule(problem_of(5), parameters, [4])
     assert remedy in str(caught.value.hint)

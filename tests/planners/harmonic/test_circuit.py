@@ -88,8 +88,7 @@ def test_a_pocket_makes_the_run_go_on_to_the_last_stage() -> None:
     free[5, 1:] = free[5:, 1] = False
     free[6, 0] = free[5, 0] = False
     kept, filled = (
-        CIRCUIT.expected(job(free, pockets=pockets, schedule=(40, 44))).cycles
-        for pockets in ("kept", "filled")
+        CIRCUIT.expected(job(free, pockets=pockets, schedule=(40, 44))).cycles for pockets in ("kept", "filled")
     )
     assert kept["relax"] > filled["relax"]
 
@@ -113,11 +112,7 @@ def test_what_no_circuit_has_is_refused(changes: dict[str, Any], key: str) -> No
     ("file", "before", "after"),
     [
         ("harmonic_decide.v", ".east_step(in_data[PLACE_BITS + 1])", ".east_step(in_data[PLACE_BITS])"),
-        (
-            "harmonic_decide.v",
-            ".memory(in_data[PLACE_BITS + 2 +: 3])",
-            ".memory(in_data[PLACE_BITS + 1 +: 3])",
-        ),
+        ("harmonic_decide.v", ".memory(in_data[PLACE_BITS + 2 +: 3])", ".memory(in_data[PLACE_BITS + 1 +: 3])"),
         ("harmonic_decide.v", "left <= precision + 1'b1", "left <= precision"),
         ("harmonic_decision.v", "rises = second ? b_over : a_over", "rises = second ? a_over : b_over"),
         ("harmonic_decision.v", "b_over_a == total_over", "b_over_a != total_over"),

@@ -10,9 +10,7 @@ from codesign.planners.harmonic.styles import timing
 PLACEMENTS = timing.placements()
 ECP5 = [each for each in PLACEMENTS if each.row.part == "LFE5U-85F-8" and not each.registers.doublings]
 """Those of the part with several sizes of each pipeline, one bit a cycle."""
-DIGITS = [
-    each for each in PLACEMENTS if each.registers.doublings and each.registers.pipeline == "relax.pipeline 1"
-]
+DIGITS = [each for each in PLACEMENTS if each.registers.doublings and each.registers.pipeline == "relax.pipeline 1"]
 """Those of several bits a cycle: each number of bits was placed at one size."""
 
 
@@ -47,7 +45,5 @@ def test_the_interval_holds_digits_too(placement: Placement) -> None:
 
 
 def test_a_large_array_runs_at_180_megahertz() -> None:
-    (clock,) = (
-        each.row.clock for each in ECP5 if each.registers.size == 12 * 24 and each.row.variables["PIPELINE"]
-    )
+    (clock,) = (each.row.clock for each in ECP5 if each.registers.size == 12 * 24 and each.row.variables["PIPELINE"])
     assert clock >= 180e6

@@ -11,16 +11,12 @@ from codesign.planners.measured import resource_rows
 
 
 @pytest.mark.parametrize("resource", ["lut4", "flip_flops"])
-@pytest.mark.parametrize(
-    ("family", "of_digits"), [("ecp5", False), ("gowin", False), ("xc4v", False), ("ecp5", True)]
-)
+@pytest.mark.parametrize(("family", "of_digits"), [("ecp5", False), ("gowin", False), ("xc4v", False), ("ecp5", True)])
 def test_counts_of_sizes_held_out_are_met(family: str, resource: str, of_digits: bool) -> None:
     """The whole array within 5 % in the mean and 10 % at worst on blocks that no line is fitted to."""
     rows = [row for row in resource_rows("harmonic", "bit_serial") if row.family == family]
     held = [
-        row
-        for row in rows
-        if ARRAY.held_out(row.variables) and (row.variables.get("DIGIT_BITS", 1) > 1) is of_digits
+        row for row in rows if ARRAY.held_out(row.variables) and (row.variables.get("DIGIT_BITS", 1) > 1) is of_digits
     ]
     laws, errors = DIGITS if of_digits else ARRAY, []
     for row in held:
@@ -36,9 +32,7 @@ def test_rows_of_digits_move_no_fit_of_bit_serial_circuits(family: str) -> None:
     fits = (laws.fit("nodes", "lut4", laws.rows[0].variables, family) for laws in (ARRAY, DIGITS))
     taken = [len(law.residuals + law.held_out) for law in fits]
     counts = [
-        row.variables.get("DIGIT_BITS", 1)
-        for row in resource_rows("harmonic", "bit_serial")
-        if row.family == family
+        row.variables.get("DIGIT_BITS", 1) for row in resource_rows("harmonic", "bit_serial") if row.family == family
     ]
     assert taken == [counts.count(1), len(counts)]
     assert len(counts) > counts.count(1)

@@ -13,12 +13,7 @@ from reference_harmonic import exact_direction, relax_reference
 from codesign.ground.errors import CodesignError, InputError, MapError
 from codesign.maps import reachable
 from codesign.planners.harmonic.plan import Field
-from codesign.planners.harmonic.plan.decision import (
-    Rule,
-    best_neighbours,
-    directions,
-    local_maxima,
-)
+from codesign.planners.harmonic.plan.decision import Rule, best_neighbours, directions, local_maxima
 from codesign.planners.harmonic.plan.trajectory import share_reaching_goal
 
 SIDES = ((-1, 0), (0, 1), (1, 0), (0, -1))

@@ -190,9 +190,7 @@ def test_estimates_of_section_4_stand_beside_what_is_counted(quick: Reproduction
     assert rows["time with 4 equal stages over one, labyrinth"].modelled == pytest.approx(0.7156, abs=1e-4)
     assert rows["bits for a corridor of 100 cells"].modelled == 187
     best = rows["time with the best schedule over one stage, labyrinth"].modelled
-    assert all(
-        best < row.modelled for name, row in rows.items() if name.endswith("equal stages over one, labyrinth")
-    )
+    assert all(best < row.modelled for name, row in rows.items() if name.endswith("equal stages over one, labyrinth"))
 
 
 @pytest.mark.parametrize(("rows", "columns"), [(3, 4), (7, 5)])
@@ -241,10 +239,7 @@ def test_shapes_of_known_curves() -> None:
 
 
 def test_error_is_left_out_where_a_side_is_no_number() -> None:
-    assert (
-        reproduction.row("T", "q", "< 1", 0.5, status=Status.MEASURED, source="s", use=Use.HELD_OUT).error
-        is None
-    )
+    assert reproduction.row("T", "q", "< 1", 0.5, status=Status.MEASURED, source="s", use=Use.HELD_OUT).error is None
     assert reproduction.row("T", "q", 2, 3, status=Status.MEASURED, source="s", use=Use.HELD_OUT).error == 0.5
 
 

@@ -50,9 +50,7 @@ def problems(draw: st.DrawFn, most_bits: int = 300, with_start: bool = False) ->
     start = None
     if with_start:
         highest = 1 << schedule[0]
-        start = np.array(
-            [[draw(st.integers(0, highest)) for _ in range(columns)] for _ in range(rows)], object
-        )
+        start = np.array([[draw(st.integers(0, highest)) for _ in range(columns)] for _ in range(rows)], object)
     return {
         "free": free,
         "goals": [goal, *map(tuple, more.tolist())],
@@ -114,12 +112,7 @@ def test_storage_and_interruptions_change_nothing(
 
 
 @quick
-@given(
-    problems(most_bits=90, with_start=True),
-    st.booleans(),
-    st.sampled_from([1, 48]),
-    st.sampled_from([1, 1 << 25]),
-)
+@given(problems(most_bits=90, with_start=True), st.booleans(), st.sampled_from([1, 48]), st.sampled_from([1, 1 << 25]))
 def test_any_start(problem: dict[str, Any], transposed: bool, spare: int, budget: int) -> None:
     policy = {"transposed": transposed, "spare_planes": spare, "budget": budget}
     try:
@@ -168,13 +161,7 @@ SHAPES = [
     st.booleans(),
 )
 def test_rows_of_any_length_are_the_reference(
-    shape: tuple[int, int],
-    seed: int,
-    parts: int,
-    iterations: int,
-    schedule: list[int],
-    high: bool,
-    transposed: bool,
+    shape: tuple[int, int], seed: int, parts: int, iterations: int, schedule: list[int], high: bool, transposed: bool
 ) -> None:
     generator = np.random.default_rng(seed)
     free = generator.random(shape) >= 0.2
@@ -318,13 +305,7 @@ def test_any_start_below_the_answer_ends_there(seed: int, termination: str, iter
     generator = random.Random(seed)
     start = np.array([[generator.randint(0, int(value)) for value in row] for row in final], object)
     stage = relax(
-        free,
-        [(0, 0)],
-        block=(5, 6),
-        iterations=iterations,
-        schedule=[33],
-        start=start,
-        termination=termination,
+        free, [(0, 0)], block=(5, 6), iterations=iterations, schedule=[33], start=start, termination=termination
     )
     if termination == "sound":
         assert (stage.values == final).all()

@@ -145,9 +145,7 @@ def test_old_values_stay_above_and_wrong_cells_are_counted(seed: int, new: int, 
     assert wrong_cells(problem, after.field, from_below=False) == expected
     if not after.fault:
         # Settled, if not at the least fixed point: every cell is what its neighbours make it.
-        again = relax(
-            problem.free, problem.goals, block=(3, 5), iterations=3, schedule=[precision], start=after.field
-        )
+        again = relax(problem.free, problem.goals, block=(3, 5), iterations=3, schedule=[precision], start=after.field)
         assert again.field == after.field
 
 
@@ -220,18 +218,14 @@ def test_a_lower_bound_says_that_it_is_one() -> None:
 def test_a_decision_by_itself_costs_a_cycle_less_than_inside() -> None:
     _, problem = before_and_after()
     steps, plan = drain(BIT_SERIAL.work(Job(problem, PARAMETERS)))
-    alone, way = drain(
-        TASKS["decide", "fpga"].steps(Job(problem, PARAMETERS, plan=plan, position=(20.0, 20.0)))
-    )
+    alone, way = drain(TASKS["decide", "fpga"].steps(Job(problem, PARAMETERS, plan=plan, position=(20.0, 20.0))))
     assert cycles(steps, "decide") == timing.decision_cycles(40) == 40 + 8
     assert cycles(alone) == timing.lone_decision_cycles(40) == 40 + 7
     assert way[0][0].tolist() == [20.0, 20.0]
     fine = PARAMETERS.model_copy(update={"schedule": (70,)})
     fine_plan = PLANNER.plan(Job(problem, fine))
     for chosen, limbs in ((plan, 1), (fine_plan, 2)):
-        host, _ = drain(
-            TASKS["decide", "processor"].steps(Job(problem, fine, plan=chosen, position=(20.0, 20.0)))
-        )
+        host, _ = drain(TASKS["decide", "processor"].steps(Job(problem, fine, plan=chosen, position=(20.0, 20.0))))
         assert cycles(host) == limbs
 
 

@@ -63,9 +63,7 @@ def test_the_result_shows_the_schedule_that_was_found_and_its_proof(tmp_path: Pa
     assert (proof["schedules"], proof["stages"]) == (8, 10)
     accounted = [proof[name] for name in ("simulated", "cut_off", "bounded_away")]
     assert sum(int(number) for number in accounted) == 10  # type: ignore[arg-type]
-    assert any(
-        f"relax.schedule: {', '.join(map(str, found))}: the best of 8" in note for note in result.notes
-    )
+    assert any(f"relax.schedule: {', '.join(map(str, found))}: the best of 8" in note for note in result.notes)
     again = Result.model_validate_json(result.model_dump_json())
     assert again.found == result.found
 
@@ -81,9 +79,7 @@ def test_the_result_shows_the_schedule_that_was_found_and_its_proof(tmp_path: Pa
         ("pc-epyc", {"component": "first", "style": "software_limbs"}),
     ],
 )
-def test_no_schedule_takes_fewer_cycles_of_the_style(
-    tmp_path: Path, platform: str, changes: dict[str, Any]
-) -> None:
+def test_no_schedule_takes_fewer_cycles_of_the_style(tmp_path: Path, platform: str, changes: dict[str, Any]) -> None:
     components = codesign.load_platform(platform).components
     if "component" in changes:
         changes["component"] = next(iter(components))
@@ -120,10 +116,7 @@ def test_the_schedule_is_found_for_each_point_of_an_axis(tmp_path: Path) -> None
 def test_a_design_that_does_not_fit_is_not_searched(tmp_path: Path) -> None:
     result = run(tmp_path, schedule={"optimal": {"last": 1023}})
     assert not result.feasible
-    assert (
-        result.found["relax.schedule"]["reason"]
-        == "not searched, as the design does not fit with any schedule"
-    )
+    assert result.found["relax.schedule"]["reason"] == "not searched, as the design does not fit with any schedule"
 
 
 def test_a_run_that_stops_early_keeps_its_last_precision(tmp_path: Path) -> None:
@@ -135,11 +128,7 @@ def test_a_run_that_stops_early_keeps_its_last_precision(tmp_path: Path) -> None
 
 
 FAULTS: list[tuple[dict[str, Any], str, str]] = [
-    (
-        {"schedule": "optimal"},
-        "schedule: the best schedule needs its last precision",
-        "{optimal: {last: 63}}",
-    ),
+    ({"schedule": "optimal"}, "schedule: the best schedule needs its last precision", "{optimal: {last: 63}}"),
     ({"schedule": {"optimal": {"candidates": [7]}}}, "schedule.optimal.last: missing", "add this key"),
     (
         {"schedule": {"optimal": {"last": 31, "candidates": [15, 7]}}},
@@ -170,18 +159,12 @@ FAULTS: list[tuple[dict[str, Any], str, str]] = [
         "promote: termination published: a stage from a promoted one",
         "termination: sound",
     ),
-    (
-        {"schedule": [7, 23], "start": "lower_bound"},
-        "start: lower_bound is made by task lower_bound",
-        "start",
-    ),
+    ({"schedule": [7, 23], "start": "lower_bound"}, "start: lower_bound is made by task lower_bound", "start"),
 ]
 
 
 @pytest.mark.parametrize(("changes", "what", "hint"), FAULTS)
-def test_faults_have_their_place_and_a_remedy(
-    tmp_path: Path, changes: dict[str, Any], what: str, hint: str
-) -> None:
+def test_faults_have_their_place_and_a_remedy(tmp_path: Path, changes: dict[str, Any], what: str, hint: str) -> None:
     with pytest.raises(SpecError) as caught:
         run(tmp_path, **changes)
     (fault,) = caught.value.faults
@@ -211,9 +194,7 @@ def test_a_plan_waits_for_its_schedule() -> None:
     st.sampled_from([1, 3, 20]),
     st.integers(1, 6),
 )
-def test_a_promoted_run_ends_with_the_same_bits(
-    seed: int, block: tuple[int, int], iterations: int, after: int
-) -> None:
+def test_a_promoted_run_ends_with_the_same_bits(seed: int, block: tuple[int, int], iterations: int, after: int) -> None:
     generator = np.random.default_rng(seed)
     free = generator.random((9, 13)) > 0.25
     free[4, 4] = True

@@ -59,9 +59,7 @@ def by_itself(problem: Problem, chosen: RelaxParameters) -> tuple[tuple[Stage, .
 def test_shared_stages_are_those_of_each_design_by_itself(seed: int, iterations: int) -> None:
     """Both terminations, several partitions and schedules in any order, under one memo."""
     problem, memo = problem_of(seed), Memo()
-    designs = list(
-        itertools.product([(1, 1), (2, 2), (3, 2)], [iterations], SCHEDULES, ["sound", "published"])
-    )
+    designs = list(itertools.product([(1, 1), (2, 2), (3, 2)], [iterations], SCHEDULES, ["sound", "published"]))
     random.Random(seed).shuffle(designs)
     for blocks, each, schedule, termination in designs:
         chosen = parameters_of(blocks, each, schedule, termination)

@@ -23,11 +23,7 @@ from codesign.planners.power_law import counted_activity
 
 BIT_SERIAL, SOFTWARE, SOFTWARE_LIMBS = ARCHITECTURES
 
-BUDGETS = {
-    "XC2V6000": (33_792, 67_584, 144),
-    "XC4VLX160": (67_584, 135_168, 288),
-    "XC3S500E": (4_656, 9_312, 20),
-}
+BUDGETS = {"XC2V6000": (33_792, 67_584, 144), "XC4VLX160": (67_584, 135_168, 288), "XC3S500E": (4_656, 9_312, 20)}
 
 
 def part(name: str, ram_clock: float = 500e6) -> Part:
@@ -66,9 +62,7 @@ def test_node_array_is_exact_on_tables_1_and_3_and_within_half_a_percent_on_tabl
     demand = BIT_SERIAL.demand(Job(problem(96, 192), parameters((48, 96), 63), part=part("XC4VLX160")))
     array = {
         kind: sum(
-            item.amount
-            for item in demand.items
-            if item.resource == kind and item.name in {"nodes", "array control"}
+            item.amount for item in demand.items if item.resource == kind and item.name in {"nodes", "array control"}
         )
         for kind in ("slices", "lut4", "flip_flops")
     }
@@ -79,9 +73,7 @@ def test_whole_design_of_section_5_4() -> None:
     demand = BIT_SERIAL.demand(Job(problem(72, 132), parameters((36, 66), 255), part=part("XC2V6000")))
     assert demand.total("block_rams") == 132 + 12
     assert demand.total("slices") / 33_792 == pytest.approx(0.994, abs=0.0005)
-    assert {item.name: item.amount for item in demand.items if item.resource == "slices"}[
-        "decision"
-    ] == 3 * 255 + 682
+    assert {item.name: item.amount for item in demand.items if item.resource == "slices"}["decision"] == 3 * 255 + 682
     assert not demand.levers
     (depth,) = demand.bounds
     assert (depth.figure.value, depth.limit) == (1024, 1024)
@@ -188,13 +180,7 @@ def test_a_part_without_wide_block_ram_holds_no_word() -> None:
 
 
 @settings(max_examples=60)
-@given(
-    name=st.sampled_from(sorted(BUDGETS)),
-    rows=sides,
-    columns=sides,
-    last=precisions,
-    map_scale=st.integers(1, 4),
-)
+@given(name=st.sampled_from(sorted(BUDGETS)), rows=sides, columns=sides, last=precisions, map_scale=st.integers(1, 4))
 def test_levers_mend_what_they_say(name: str, rows: int, columns: int, last: int, map_scale: int) -> None:
     chip = part(name)
     shape = rows * map_scale, columns * map_scale
@@ -312,6 +298,4 @@ def test_power_carries_the_intervals_of_the_part() -> None:
 
 def test_every_item_says_how_it_is_known() -> None:
     demand = BIT_SERIAL.demand(Job(problem(72, 132), parameters((36, 66), 255), part=part("XC2V6000")))
-    assert all(
-        item.figure.source and item.amount >= 0 and item.resource in RESOURCES for item in demand.items
-    )
+    assert all(item.figure.source and item.amount >= 0 and item.resource in RESOURCES for item in demand.items)

@@ -46,9 +46,7 @@ def test_corridor_bits_grow_with_the_logarithm_of_the_root():
 def test_corridor_is_an_oracle_for_the_relaxed_field(length, precision):
     # Floor loses at most 3/4 at a node and w = (w + w)/4 + 1 is at most 2, so 2^p·x − h lies in 0..1.5.
     free = np.ones((1, length), bool)
-    result = relax_reference(
-        free, [(0, length - 1)], block=(1, length), iterations=10**6, schedule=[precision]
-    )
+    result = relax_reference(free, [(0, length - 1)], block=(1, length), iterations=10**6, schedule=[precision])
     for i in range(1, length + 1):
         loss = theory.corridor_value(i, length) * 2**precision - int(result.values[0, i - 1])
         assert 0 <= loss <= Fraction(3, 2)
@@ -156,9 +154,7 @@ def test_required_precision_is_that_of_trying_every_one(problem):
     assert required.least == min(p for p, maxima in counts.items() if maxima == 0)
     assert all(counts[p] > 0 for p in range(1, required.first_candidate))
     assert all(counts[p] == 0 for p in counts if p >= required.certified)
-    assert dict(required.local_maxima) == {
-        p: counts[p] for p in range(required.first_candidate, required.certified)
-    }
+    assert dict(required.local_maxima) == {p: counts[p] for p in range(required.first_candidate, required.certified)}
 
 
 @pytest.mark.parametrize("length", [2, 5, 40, 300])

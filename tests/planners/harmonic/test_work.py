@@ -33,10 +33,7 @@ def drain(style: Any, task: Problem, chosen: RelaxParameters, **how: Any) -> tup
 
 
 MAZE = np.array(
-    [
-        [c != "#" for c in line]
-        for line in ("....#...", ".##.#.#.", ".#..#.#.", ".#.#..#.", "...#.##.", "##.....#")
-    ]
+    [[c != "#" for c in line] for line in ("....#...", ".##.#.#.", ".#..#.#.", ".#.#..#.", "...#.##.", "##.....#")]
 )
 
 
@@ -45,11 +42,7 @@ def test_bit_serial_cycles_are_those_of_the_planner_and_the_waits(blocks: tuple[
     task = Problem(MAZE, ((0, 0),), ())
     chosen = RelaxParameters(blocks=blocks, iterations=3, schedule=(5, 9, 20), stop="schedule_end")
     steps, plan = drain(BIT_SERIAL, task, chosen)
-    assert [phase for phase, _ in itertools.groupby(step.phase for step in steps)] == [
-        "load",
-        "relax",
-        "decide",
-    ]
+    assert [phase for phase, _ in itertools.groupby(step.phase for step in steps)] == ["load", "relax", "decide"]
     assert all(step.cycles.dtype == np.int64 and (step.cycles >= 1).all() for step in steps)
     total = sum(int(step.cycles.sum()) for step in steps if step.phase == "relax")
     shape = chosen.block_shape(*MAZE.shape)
@@ -73,9 +66,7 @@ def test_coarse_steps_and_a_memo_change_no_cycle_and_no_bit(style: Any) -> None:
     fine, plan = drain(style, task, chosen)
     for repeat in range(2):
         coarse, again = drain(style, task, chosen, memo=memo, detail=False)
-        assert sum(int(step.cycles.sum()) for step in coarse) == sum(
-            int(step.cycles.sum()) for step in fine
-        ), repeat
+        assert sum(int(step.cycles.sum()) for step in coarse) == sum(int(step.cycles.sum()) for step in fine), repeat
         assert again.stages == plan.stages
         assert again.field == plan.field
 
@@ -121,9 +112,7 @@ def test_software_updates_every_cell_of_a_visited_block() -> None:
     flat, plan = drain(SOFTWARE, task, whole)
     grown, _ = drain(SOFTWARE_LIMBS, task, whole)
     updates = {stage.precision: stage.iterations * MAZE.size for stage in plan.stages}
-    total = [
-        sum(int(step.cycles.sum()) for step in steps if step.phase == "relax") for steps in (flat, grown)
-    ]
+    total = [sum(int(step.cycles.sum()) for step in steps if step.phase == "relax") for steps in (flat, grown)]
     assert total == [sum(updates.values()), updates[9] + limbs_needed(70) * updates[70]]
     assert limbs_needed(70) == 2
     assert SOFTWARE.demand(Job(task, whole)).items == ()

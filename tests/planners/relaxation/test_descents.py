@@ -116,13 +116,7 @@ def test_the_default_leads_from_everywhere_on_random_maps(problem: Any) -> None:
 )
 @settings(max_examples=examples(150))
 def test_what_is_reported_is_what_following_each_cell_gives(
-    problem: Any,
-    method: Method,
-    omega: float,
-    r: float,
-    tolerance: float | None,
-    boundary: Boundary,
-    most: int,
+    problem: Any, method: Method, omega: float, r: float, tolerance: float | None, boundary: Boundary, most: int
 ) -> None:
     free, goal = problem
     plan, quality = judged(
@@ -169,9 +163,7 @@ def test_without_over_relaxation_a_value_that_is_there_has_a_descent(
 
 @given(problems(), st.sampled_from(Boundary), st.integers(1, 8))
 @settings(max_examples=60)
-def test_the_look_for_descents_counts_what_the_search_counts(
-    problem: Any, boundary: Boundary, count: int
-) -> None:
+def test_the_look_for_descents_counts_what_the_search_counts(problem: Any, boundary: Boundary, count: int) -> None:
     free, goal = problem
     solution = solve(free, [goal], method="gs", boundary=boundary, max_iterations=count)
     flat = Search(solution.potential, free, [goal], neighbours=4, upwards=boundary.upwards).flat().sum()
@@ -180,9 +172,7 @@ def test_the_look_for_descents_counts_what_the_search_counts(
 
 @given(problems(), st.sampled_from(Method), st.floats(0.5, 1.9), st.floats(0.5, 1.9))
 @settings(max_examples=60)
-def test_a_deep_goal_changes_exponents_and_nothing_else(
-    problem: Any, method: Method, omega: float, r: float
-) -> None:
+def test_a_deep_goal_changes_exponents_and_nothing_else(problem: Any, method: Method, omega: float, r: float) -> None:
     free, goal = problem
     own = takes(method, omega, r)
     low, deep = (
@@ -247,9 +237,7 @@ DESIGN = ("--set", "relax.method=sor", "--set", "relax.omega=1.95", "--set", "re
 def test_run_compare_and_page_say_that_cells_lead_nowhere(hwsw: Run, tmp_path: Path) -> None:
     design = "pc-3400mhz:floor-plan"
     for settings_, lost in (((), 0), (DESIGN, 5907)):
-        told = json.loads(hwsw("compare", design, "--on", "labyrinth", *settings_, "--json").stdout)[design][
-            "quality"
-        ]
+        told = json.loads(hwsw("compare", design, "--on", "labyrinth", *settings_, "--json").stdout)[design]["quality"]
         assert told["cells_leading_nowhere"] == lost
         assert told["share_reaching_goal"] == (told["reachable_cells"] - lost) / told["reachable_cells"]
         assert len(told["warnings"]) == (lost > 0)

@@ -15,14 +15,7 @@ from codesign.planners.relaxation import published
 from codesign.planners.relaxation.paper import measures as saudi2016
 from codesign.planners.relaxation.paper import runs as saudi2016_runs
 from codesign.planners.relaxation.paper.map import GOAL, floor_plan
-from codesign.planners.relaxation.paper.runs import (
-    Key,
-    MethodRun,
-    run_all,
-    seconds,
-    tabulated,
-    until_followed,
-)
+from codesign.planners.relaxation.paper.runs import Key, MethodRun, run_all, seconds, tabulated, until_followed
 from codesign.planners.relaxation.plan import Boundary, Method
 from codesign.planners.relaxation.published import RelaxationSettings
 from codesign.planners.reproduction import Progress, Use, silent
@@ -106,31 +99,17 @@ def test_rows_say_what_was_fitted(reproduction: Reproduction) -> None:
     misprint = next(one for one in reproduction.rows if one.published == 2784 and one.unit == "s")
     assert misprint.error == pytest.approx(-0.996, abs=0.001)
     assert "misprinted" in misprint.note
-    assert {one.table for one in reproduction.rows} == {
-        "Table I",
-        "Table II",
-        "Table III",
-        "Section VI",
-        "Beyond",
-    }
+    assert {one.table for one in reproduction.rows} == {"Table I", "Table II", "Table III", "Section VI", "Beyond"}
 
 
 def test_every_published_row_is_run() -> None:
-    assert set(tabulated(quick=False)) == {
-        published.GS,
-        *published.AM,
-        *published.MAM_COARSE,
-        *published.MAM_FINE,
-    }
+    assert set(tabulated(quick=False)) == {published.GS, *published.AM, *published.MAM_COARSE, *published.MAM_FINE}
     assert set(tabulated(quick=True)) < set(tabulated(quick=False))
 
 
 def test_findings_name_what_was_found(reproduction: Reproduction) -> None:
     check_statements(reproduction)
-    check_figures(
-        reproduction,
-        ["Half sweeps", "A sparse direct", "On this map GS", "The gain of MAM", "64.99 %"],
-    )
+    check_figures(reproduction, ["Half sweeps", "A sparse direct", "On this map GS", "The gain of MAM", "64.99 %"])
     # The mean error over the few rows of this run is above that over all rows, which the slow test takes.
     assert [each.statement for each in reproduction.findings if not each.holds] == [
         "A floor plan fitted to the Gauss-Seidel row comes near the iterations of the other rows."
@@ -172,9 +151,7 @@ def test_findings_follow_the_data(reproduction: Reproduction, monkeypatch: pytes
         "On this map GS, AM and MAM leave no such cell.",
     }
     (sor,) = (each.figures for each in findings if each.statement.startswith("On our floor plan"))
-    assert (sor["ω of SOR"], sor["iterations of SOR"]) == ("1.9", "9,500"), (
-        "the best that leaves no flat cell"
-    )
+    assert (sor["ω of SOR"], sor["iterations of SOR"]) == ("1.9", "9,500"), "the best that leaves no flat cell"
     (stalled,) = (each.figures for each in findings if each.statement.startswith("With obstacles at 1"))
     assert stalled["runs that stall"] == "0 of 1"
 

@@ -69,12 +69,7 @@ def test_starts_that_cannot_be_used() -> None:
     potential = solve(free, [(0, 0)]).potential
     assert descend(potential, free, [(0, 0)], (0, 3)).ending is Ending.UNREACHABLE
     assert descend(potential, free, [(0, 0)], (0, 0)).cells.tolist() == [[0, 0]]
-    for start, words in (
-        ((0, 2), "on an obstacle"),
-        ((0, 4), "outside"),
-        ((-1, 0), "outside"),
-        ("a", "not a cell"),
-    ):
+    for start, words in (((0, 2), "on an obstacle"), ((0, 4), "outside"), ((-1, 0), "outside"), ("a", "not a cell")):
         with pytest.raises(InputError, match=words):
             descend(potential, free, [(0, 0)], start)  # type: ignore[arg-type]
     with pytest.raises(InputError, match="neighbours"):

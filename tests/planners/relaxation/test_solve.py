@@ -59,12 +59,7 @@ def chosen(method: Method, omega: float, r: float) -> dict[str, float]:
 
 
 @given(
-    problems(),
-    st.sampled_from(ITERATED),
-    st.sampled_from(Boundary),
-    accelerations,
-    accelerations,
-    st.integers(1, 6),
+    problems(), st.sampled_from(ITERATED), st.sampled_from(Boundary), accelerations, accelerations, st.integers(1, 6)
 )
 @settings(max_examples=examples(250))
 def test_kernels_give_the_bits_of_the_plain_loops(
@@ -146,9 +141,7 @@ def test_mean_contracts_in_the_energy_norm(problem: Any, omega: float, r: float)
     exact = solve(free, [goal], method="direct").potential
     energies = []
     for count in (1, 2, 3, 5, 8):
-        error = np.pad(
-            solve(free, [goal], method="mam", omega=omega, r=r, max_iterations=count).potential - exact, 1
-        )
+        error = np.pad(solve(free, [goal], method="mam", omega=omega, r=r, max_iterations=count).potential - exact, 1)
         energies.append(sum(float((np.diff(error, axis=axis) ** 2).sum()) for axis in (0, 1)))
     assert all(late <= early * (1.0 + 1e-9) + 1e-25 for early, late in pairwise(energies))
 
@@ -251,9 +244,7 @@ BLOCKED = np.array([[True, False], [True, True]])
         (np.ones((1025, 1025), np.bool_), [(1, 1)], {"method": "direct"}, "method", "direct solver"),
     ],
 )
-def test_bad_input_is_told(
-    free: Any, goals: Any, options: dict[str, Any], where: str | None, words: str
-) -> None:
+def test_bad_input_is_told(free: Any, goals: Any, options: dict[str, Any], where: str | None, words: str) -> None:
     with pytest.raises((InputError, MapError)) as told:
         solve(free, goals, **options)
     assert words in str(told.value)

@@ -123,9 +123,7 @@ def test_cost_law_on_rows_it_has_not_seen() -> None:
     assert len(FITTED) == 9
     assert len(held_out) == 75
     assert np.mean(errors) < 0.02
-    assert sum(error > 0.05 for error in errors) == 3, (
-        "and these are iterations that do not go with their time"
-    )
+    assert sum(error > 0.05 for error in errors) == 3, "and these are iterations that do not go with their time"
     assert max(errors) == pytest.approx(0.112, abs=0.001)
     low, high = mean_units().interval
     assert 2.5 < low < mean_units().value < high < 2.7
@@ -140,10 +138,7 @@ def test_published_tables_give_table_iii() -> None:
     gs, am = published.GS, {run.omega: run for run in published.AM}
     upward = [run for run in published.AM if (run.omega or 0.0) <= 1.97]
     assert span([100 * (1 - run.iterations / gs.iterations) for run in upward]) == (64.98, 96.64)
-    assert (
-        span([100 * (1 - run.seconds / gs.seconds) for run in upward])
-        == published.REDUCTIONS["AM against GS"][1]
-    )
+    assert span([100 * (1 - run.seconds / gs.seconds) for run in upward]) == published.REDUCTIONS["AM against GS"][1]
     pairs = [(run, am[run.omega]) for run in published.MAM_COARSE]
     stated = published.REDUCTIONS["MAM against AM"]
     assert span([100 * (1 - one.iterations / other.iterations) for one, other in pairs]) == stated[0]

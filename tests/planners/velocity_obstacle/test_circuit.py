@@ -75,9 +75,7 @@ def test_a_trial_takes_the_cycles_of_table_ii(style: Style, robots: int) -> None
 
 def test_samples_cover_every_verdict_and_option() -> None:
     jobs = [circuit.sample(seed) for circuit in CIRCUITS for seed in range(30)]
-    kinds = chain.from_iterable(
-        CIRCUITS[1].expected(job).events.kind.tolist() for job in jobs if job.problem.count < 6
-    )
+    kinds = chain.from_iterable(CIRCUITS[1].expected(job).events.kind.tolist() for job in jobs if job.problem.count < 6)
     assert set(kinds) == set(range(len(KINDS)))
     decisions = [avoid(job.problem, job.parameters).candidates[:, 0] for job in jobs]
     assert {min(each, 0) for each in chain.from_iterable(each.tolist() for each in decisions)} == {-2, -1, 0}
@@ -96,9 +94,7 @@ def test_a_flipped_bit_of_the_array_of_velocities_is_seen() -> None:
     needs("iverilog")
     whole, expected = circuit.circuit(job), circuit.expected(job)
     taken = next(
-        int(value)
-        for kind, value in zip(expected.events.kind, expected.events.value, strict=True)
-        if kind == TAKEN
+        int(value) for kind, value in zip(expected.events.kind, expected.events.value, strict=True) if kind == TAKEN
     )
     words = list(whole.images["velocities_x.hex"].words)
     words[taken] ^= 1 << 9

@@ -14,14 +14,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
-from codesign.planners.velocity_obstacle.plan import (
-    Avoidance,
-    AvoidParameters,
-    RobotsProblem,
-    avoid,
-    generate,
-    quality,
-)
+from codesign.planners.velocity_obstacle.plan import Avoidance, AvoidParameters, RobotsProblem, avoid, generate, quality
 from codesign.planners.velocity_obstacle.plan import reference as plain
 from codesign.planners.velocity_obstacle.plan.arithmetic import fixed
 from codesign.planners.velocity_obstacle.plan.gaps import pair_gaps
@@ -189,12 +182,7 @@ def accepted_gains(draw: Any) -> Gains:
 
 
 @settings(max_examples=40)
-@given(
-    accepted_gains(),
-    st.sampled_from(["circle", "crossing", "random"]),
-    st.integers(0, 500),
-    st.integers(1, 700),
-)
+@given(accepted_gains(), st.sampled_from(["circle", "crossing", "random"]), st.integers(0, 500), st.integers(1, 700))
 def test_with_gains_that_are_accepted_no_robot_exceeds_speed_or_acceleration(
     gains: Gains, arrangement: str, seed: int, unit: int
 ) -> None:
@@ -272,11 +260,7 @@ def test_the_greatest_gain_that_is_named_is_accepted(hundredths: int) -> None:
 def test_all_gains_beyond_a_limit_are_told_at_once() -> None:
     with pytest.raises(ValidationError) as raised:
         Gains(proportional=1.5, integral=0.1, derivative=0.3)
-    assert [error["loc"] for error in raised.value.errors()] == [
-        ("proportional",),
-        ("integral",),
-        ("derivative",),
-    ]
+    assert [error["loc"] for error in raised.value.errors()] == [("proportional",), ("integral",), ("derivative",)]
 
 
 # What is missing
@@ -305,12 +289,7 @@ def test_a_robot_that_does_not_arrive_is_a_result_with_its_reason_and_a_remedy_t
 
 
 @settings(max_examples=25)
-@given(
-    st.sampled_from(["circle", "crossing", "random"]),
-    st.integers(2, 12),
-    st.integers(0, 3000),
-    st.integers(1, 500),
-)
+@given(st.sampled_from(["circle", "crossing", "random"]), st.integers(2, 12), st.integers(0, 3000), st.integers(1, 500))
 def test_a_shortfall_is_told_exactly_where_a_robot_did_not_arrive(
     arrangement: str, count: int, seed: int, updates: int
 ) -> None:
@@ -325,10 +304,7 @@ def test_a_shortfall_is_told_exactly_where_a_robot_did_not_arrive(
         changes = dict(one.split(": ") for one in figures.remedy.split(": with that")[0].split(", "))
         checked = AvoidParameters.model_validate(
             parameters.model_dump()
-            | {
-                name: type(getattr(AvoidParameters(range=20.0), name))(value)
-                for name, value in changes.items()
-            }
+            | {name: type(getattr(AvoidParameters(range=20.0), name))(value) for name, value in changes.items()}
         )
         assert quality(problem, avoid(problem, checked)).robots_arrived == count
 

@@ -37,11 +37,7 @@ def test_every_row_of_the_paper_is_there(reproduction: Reproduction) -> None:
     assert known == ["hybrid, 4 robots, on XC3S500E", *runs]
     assert all(abs(row.error or 1.0) < 0.04 for row in held_out)
     assert all(row.error == 0 for row in reproduction.rows if row.table == "Table II")
-    fits = {
-        row.quantity: (row.published, row.modelled)
-        for row in reproduction.rows
-        if "on XC3S500E" in row.quantity
-    }
+    fits = {row.quantity: (row.published, row.modelled) for row in reproduction.rows if "on XC3S500E" in row.quantity}
     assert all(said == found for said, found in fits.values())
     assert len(fits) == 3
 
@@ -64,8 +60,4 @@ def test_findings_are_made_from_the_data(reproduction: Reproduction) -> None:
     assert figures(reproduction, "Equation 4")["and a margin of one cell: collisions"] == "0"
     assert figures(reproduction, "Where 16 bits")["beyond the bound"] == "0"
     assert reproduction.note.startswith("A quick run")
-    assert {plot.name for plot in reproduction.figures} == {
-        "dubey2013-cycles",
-        "dubey2013-power",
-        "dubey2013-ways",
-    }
+    assert {plot.name for plot in reproduction.figures} == {"dubey2013-cycles", "dubey2013-power", "dubey2013-ways"}

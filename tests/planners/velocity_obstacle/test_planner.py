@@ -16,18 +16,9 @@ from hypothesis import strategies as st
 from codesign.planners.job import Job
 from codesign.planners.velocity_obstacle.paper import agreement
 from codesign.planners.velocity_obstacle.paper.agreement import Verdict, bounds, compare
-from codesign.planners.velocity_obstacle.plan import (
-    AvoidParameters,
-    RobotsProblem,
-    avoid,
-    generate,
-    quality,
-)
+from codesign.planners.velocity_obstacle.plan import AvoidParameters, RobotsProblem, avoid, generate, quality
 from codesign.planners.velocity_obstacle.plan import reference as plain
-from codesign.planners.velocity_obstacle.plan.arithmetic import (
-    double,
-    fixed,
-)
+from codesign.planners.velocity_obstacle.plan.arithmetic import double, fixed
 from codesign.planners.velocity_obstacle.plan.parameters import Detection, Responsibility
 from codesign.planners.velocity_obstacle.plan.planner import PLANNER
 from codesign.planners.velocity_obstacle.plan.reference import BRAKE, STAY, RobotState
@@ -67,12 +58,8 @@ def test_compiled_detection_at_the_very_threshold() -> None:
 
     for radius in (3, 2**16, 2**23 - 1):
         x, vx = -(2**24), 2**24
-        assert not on_course(
-            np.int64(x), np.int64(radius), np.int64(vx), np.int64(0), np.int64(radius**2), True
-        )
-        assert on_course(
-            np.int64(x), np.int64(radius - 1), np.int64(vx), np.int64(0), np.int64(radius**2), True
-        )
+        assert not on_course(np.int64(x), np.int64(radius), np.int64(vx), np.int64(0), np.int64(radius**2), True)
+        assert on_course(np.int64(x), np.int64(radius - 1), np.int64(vx), np.int64(0), np.int64(radius**2), True)
 
 
 finite = st.floats(-100.0, 100.0).filter(lambda value: abs(value) > 1e-3)
@@ -80,9 +67,7 @@ finite = st.floats(-100.0, 100.0).filter(lambda value: abs(value) > 1e-3)
 
 @settings(max_examples=examples(200))
 @given(finite, finite, finite, finite)
-def test_detection_agrees_with_the_least_distance_along_the_way(
-    x: float, y: float, vx: float, vy: float
-) -> None:
+def test_detection_agrees_with_the_least_distance_along_the_way(x: float, y: float, vx: float, vy: float) -> None:
     """The sampled way of the other robot, relative to this one, comes within the radius only if a course is told."""
     problem, parameters = generate("circle", 2, radius=5.0), AvoidParameters(margin=0.0)
     numbers = double(problem, parameters)
@@ -216,10 +201,7 @@ def test_alone_on_its_way_a_robot_goes_straight() -> None:
 
 def test_equation_4_alone_leads_to_collisions_somewhere() -> None:
     rule = AvoidParameters(detection=Detection.PUBLISHED, responsibility=Responsibility.FULL, margin=0.0)
-    runs = [
-        (problem, avoid(problem, rule))
-        for problem in (generate("circle", 4, seed=seed) for seed in range(12))
-    ]
+    runs = [(problem, avoid(problem, rule)) for problem in (generate("circle", 4, seed=seed) for seed in range(12))]
     assert sum(quality(*run).collisions for run in runs) > 0
     assert any((run.candidates == BRAKE).any() for _, run in runs)
 

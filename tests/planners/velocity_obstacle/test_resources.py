@@ -18,13 +18,7 @@ from codesign.planners.job import Job
 from codesign.planners.velocity_obstacle import published
 from codesign.planners.velocity_obstacle.plan import AvoidParameters, generate
 from codesign.planners.velocity_obstacle.plan.parameters import Responsibility, Unit
-from codesign.planners.velocity_obstacle.styles import (
-    ARCHITECTURES,
-    Style,
-    levers,
-    multipliers,
-    resources,
-)
+from codesign.planners.velocity_obstacle.styles import ARCHITECTURES, Style, levers, multipliers, resources
 from codesign.planners.velocity_obstacle.styles.resources import LAWS
 from codesign.planners.velocity_obstacle.styles.timing import cycles_of_trial
 from codesign.system.fit import fit

@@ -57,9 +57,7 @@ def test_a_target_half_way_between_two_directions_belongs_to_the_one_nearer_to_a
             assert plain.to_goal(numbers, RobotState((0, 0), target)) == direction
 
 
-def test_a_robot_sees_the_others_one_step_later_at_their_present_velocities(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_a_robot_sees_the_others_one_step_later_at_their_present_velocities(monkeypatch: pytest.MonkeyPatch) -> None:
     numbers, parameters, seen = numbers_of(), AvoidParameters(), []
 
     def noted(numbers: Any, position: Any, velocity: Any, detection: Any) -> bool:
@@ -73,9 +71,7 @@ def test_a_robot_sees_the_others_one_step_later_at_their_present_velocities(
     there = plain.pos_vel_update(numbers, far, (-8000, 400), (0, 0))
     change = tuple(
         numbers.rescale((wanted - own) * numbers.inverse_step, "change_inverse_step")
-        for wanted, own in zip(
-            numbers.velocities[choice.candidate // 64][choice.candidate % 64], now, strict=True
-        )
+        for wanted, own in zip(numbers.velocities[choice.candidate // 64][choice.candidate % 64], now, strict=True)
     )
     (px, py), (vx, vy) = plain.pos_vel_update(numbers, (0, 0), now, change)
     own = 2 * vx - now[0], 2 * vy - now[1]
@@ -122,13 +118,7 @@ def test_a_robot_that_has_arrived_stays_so_brakes_and_rests() -> None:
 
 
 @settings(max_examples=examples(100))
-@given(
-    st.floats(0.5, 12.0),
-    st.floats(3.0, 20.0),
-    st.floats(5.0, 60.0),
-    st.floats(0.0, 5.0),
-    st.integers(18, 24),
-)
+@given(st.floats(0.5, 12.0), st.floats(3.0, 20.0), st.floats(5.0, 60.0), st.floats(0.0, 5.0), st.integers(18, 24))
 def test_limits_are_rounded_to_the_safe_side_and_other_constants_to_nearest(
     radius: float, speed: float, acceleration: float, margin: float, width: int
 ) -> None:
@@ -139,10 +129,7 @@ def test_limits_are_rounded_to_the_safe_side_and_other_constants_to_nearest(
     formats = rounded.formats
     assert formats is not None
     place, pace, push = (2.0**bits for bits in (formats.position, formats.velocity, formats.acceleration))
-    for square, limit in (
-        (rounded.radius_squared, 2.0 * radius + margin),
-        (rounded.range_squared, 200.0),
-    ):
+    for square, limit in ((rounded.radius_squared, 2.0 * radius + margin), (rounded.range_squared, 200.0)):
         assert 0 <= math.isqrt(square) - limit * place < 1
     change = math.isqrt(rounded.change_squared)
     assert 0 <= acceleration * parameters.step * pace - change < 1

@@ -64,12 +64,7 @@ def test_other_unit_counts_lie_between_the_published_styles() -> None:
 
 @settings(max_examples=examples(100))
 @given(
-    st.integers(2, 20),
-    st.integers(1, 20),
-    st.integers(1, 20),
-    st.integers(1, 12),
-    st.integers(1, 12),
-    st.booleans(),
+    st.integers(2, 20), st.integers(1, 20), st.integers(1, 20), st.integers(1, 12), st.integers(1, 12), st.booleans()
 )
 def test_a_schedule_keeps_its_rules_and_bounds(
     robots: int, update: int, detect: int, update_cycles: int, detect_cycles: int, shared: bool
@@ -87,9 +82,7 @@ def test_a_schedule_keeps_its_rules_and_bounds(
     length = makespan(slots)
     work = robots * update_cycles, (robots - 1) * detect_cycles
     counts = (1, 1) if shared else (update, detect)
-    least = max(
-        update_cycles + detect_cycles, *(-(-one // count) for one, count in zip(work, counts, strict=True))
-    )
+    least = max(update_cycles + detect_cycles, *(-(-one // count) for one, count in zip(work, counts, strict=True)))
     assert least <= length <= sum(work)
     if shared:
         assert length == sum(work)

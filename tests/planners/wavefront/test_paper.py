@@ -46,9 +46,7 @@ def test_times_and_speed_up_are_near_the_printed_ones(quick: Reproduction) -> No
             assert row.error is not None
             assert abs(row.error) < 0.1, row.quantity
     assert not [
-        row
-        for row in quick.rows
-        if row.use is not Use.FITTED and row.quantity == "time on the 133 MHz Pentium"
+        row for row in quick.rows if row.use is not Use.FITTED and row.quantity == "time on the 133 MHz Pentium"
     ]
 
 
@@ -67,9 +65,7 @@ def test_the_approximation_errors_are_those_of_their_octagons() -> None:
 
 def test_it_is_told_in_words_and_as_json(quick: Reproduction) -> None:
     check_statements(quick, {"The adder/comparator array takes fewer cycles than the wave."})
-    check_figures(
-        quick, ["The published speed-up", "The obstacle map", "Safe paths need", "The error of 2:3"]
-    )
+    check_figures(quick, ["The published speed-up", "The obstacle map", "Safe paths need", "The error of 2:3"])
     assert json.loads(quick.to_json())["paper"].startswith("Möller")
     assert {plot.name for plot in quick.figures} == {"wave-front", "delays"}
     assert quick == PAPER(quick=True)

@@ -15,14 +15,7 @@ from codesign.ground.errors import InputError, MapError
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
 from codesign.planners.paths import judge_paths
-from codesign.planners.wavefront.plan import (
-    obstacle_potentials,
-    octile_length,
-    propagate,
-    reference,
-    skeleton,
-    track,
-)
+from codesign.planners.wavefront.plan import obstacle_potentials, octile_length, propagate, reference, skeleton, track
 from codesign.planners.wavefront.plan.grid import check_map
 from codesign.planners.wavefront.plan.parameters import PropagateParameters
 from codesign.planners.wavefront.plan.planner import PLANNER
@@ -82,10 +75,7 @@ def test_a_safe_way_keeps_off_the_walls() -> None:
     free = np.zeros((9, 30), bool)
     free[1:8, 1:29] = True
     potentials, distances = propagate(free, [(1, 1)]), obstacle_potentials(free)
-    shortest, safe = (
-        track(free, potentials, (1, 28)),
-        track(free, potentials, (1, 28), obstacle_potentials=distances),
-    )
+    shortest, safe = (track(free, potentials, (1, 28)), track(free, potentials, (1, 28), obstacle_potentials=distances))
     assert distances[tuple(safe.T)].mean() > 2 * distances[tuple(shortest.T)].mean()
 
 
@@ -133,11 +123,7 @@ def test_tiles_give_the_same_potentials(
     walk: tuple[NDArray[np.bool_], tuple[int, int], tuple[int, int]], height: int, width: int, kind: str
 ) -> None:
     free, source, start = walk
-    extra = (
-        np.add.outer(np.arange(free.shape[0]) * 3, np.arange(free.shape[1])) % 6
-        if kind == "penalty"
-        else None
-    )
+    extra = np.add.outer(np.arange(free.shape[0]) * 3, np.arange(free.shape[1])) % 6 if kind == "penalty" else None
     wave_map = check_map(free, None, kind != "corners", extra)
     sources = np.array([source])
     for stops in (NO_STOP, np.array([start])):
@@ -188,9 +174,7 @@ def test_a_start_is_judged_by_the_wave_of_its_own_request() -> None:
 def test_a_penalty_leads_away_from_walls() -> None:
     here = problem()
     plain = PLANNER.quality(here, PLANNER.plan(Job(here, PropagateParameters())))
-    shy = PLANNER.quality(
-        here, PLANNER.plan(Job(here, PropagateParameters(penalty={"distance": 4, "delay": 5})))
-    )
+    shy = PLANNER.quality(here, PLANNER.plan(Job(here, PropagateParameters(penalty={"distance": 4, "delay": 5}))))
     assert shy.clearance_mean > plain.clearance_mean
     assert shy.starts_arrived == 2
 
@@ -212,13 +196,9 @@ def test_check_names_what_is_wrong() -> None:
     assert found is not None
     assert found[0] == "stop"
     assert "(0, 4) cannot be reached" in found[1]
-    assert (
-        PLANNER.check(Job(Problem(cut, ((0, 0),), ((0, 4),)), PropagateParameters(stop="whole_map"))) is None
-    )
+    assert PLANNER.check(Job(Problem(cut, ((0, 0),), ((0, 4),)), PropagateParameters(stop="whole_map"))) is None
     assert PLANNER.check(Job(problem(), PropagateParameters(tile=(31, 4)))) is None
-    many = PLANNER.check(
-        Job(Problem(np.ones((256, 256), bool), ((0, 0),), ()), PropagateParameters(tile=(1, 2)))
-    )
+    many = PLANNER.check(Job(Problem(np.ones((256, 256), bool), ((0, 0),), ()), PropagateParameters(tile=(1, 2))))
     assert many == ("tile", "32,768 tiles of 1 × 2 nodes, more than 16,384")
 
 
@@ -254,9 +234,7 @@ def test_ways_are_refused_where_the_wave_did_not_come() -> None:
     with pytest.raises(InputError, match="steps"):
         track(free, potentials, (0, 0), steps=0)
     points, arrived = PLANNER.trajectory(
-        Problem(free, ((0, 0),), ()),
-        PLANNER.plan(Job(Problem(free, ((0, 0),), ()), PropagateParameters())),
-        (0, 2),
+        Problem(free, ((0, 0),), ()), PLANNER.plan(Job(Problem(free, ((0, 0),), ()), PropagateParameters())), (0, 2)
     )
     assert not arrived
     assert points.tolist() == [[0.0, 2.0]]

@@ -51,9 +51,7 @@ def test_potentials_are_those_of_dijkstra(
     problem: tuple[NDArray[np.bool_], list[Cell]], cutting: bool, penalised: bool
 ) -> None:
     free, sources = problem
-    extra = (
-        np.add.outer(np.arange(free.shape[0]) * 3, np.arange(free.shape[1]) * 5) % 7 if penalised else None
-    )
+    extra = np.add.outer(np.arange(free.shape[0]) * 3, np.arange(free.shape[1]) * 5) % 7 if penalised else None
     options: dict[str, Any] = {"corner_cutting": cutting, "extra_delay": extra}
     potentials = propagate(free, sources, **options)
     assert potentials.dtype == np.int32
@@ -152,10 +150,7 @@ def test_three_dimensions_against_scipy(seed: int, penalised: bool) -> None:
             if moved.max() == 1:
                 entry = 0 if extra is None else int(extra[tuple(other)])
                 edges.append(
-                    (
-                        *(np.ravel_multi_index(tuple(x), free.shape) for x in (cell, other)),
-                        1 + moved.sum() + entry,
-                    )
+                    (*(np.ravel_multi_index(tuple(x), free.shape) for x in (cell, other)), 1 + moved.sum() + entry)
                 )
     begin, end, delays = np.array(edges).T if edges else np.zeros((3, 0), int)
     graph = csr_array((delays.astype(float), (begin, end)), shape=(free.size, free.size))
@@ -223,12 +218,7 @@ def test_register_bits_leave_room_for_infinity() -> None:
 @pytest.mark.skipif(not REAL.is_dir(), reason="the real maps are not here")
 @pytest.mark.parametrize(
     ("name", "count"),
-    [
-        ("dao/arena", None),
-        ("mapf/room-64-64-16", None),
-        ("rooms/16room_000", 60),
-        ("cities/Berlin_0_256", 60),
-    ],
+    [("dao/arena", None), ("mapf/room-64-64-16", None), ("rooms/16room_000", 60), ("cities/Berlin_0_256", 60)],
 )
 def test_scenarios_stay_within_the_bound_of_two_to_three(name: str, count: int | None) -> None:
     grid = maps.read_movingai(REAL / f"{name}.map")

@@ -64,9 +64,7 @@ def wave(result: Result) -> int:
 def problems(draw: st.DrawFn) -> tuple[NDArray[np.bool_], Cell, list[Cell], bool]:
     """A map, a goal, starts that are reached, and whether one of them is the farthest cell."""
     rows, columns = draw(st.integers(4, 9)), draw(st.integers(3, 9))
-    free = np.random.default_rng(draw(st.integers(0, 10**6))).random((rows, columns)) >= draw(
-        st.floats(0, 0.5)
-    )
+    free = np.random.default_rng(draw(st.integers(0, 10**6))).random((rows, columns)) >= draw(st.floats(0, 0.5))
     free[:, 0] = True
     potentials = dijkstra(free, [(0, 0)])
     cells = [(int(row), int(column)) for row, column in np.argwhere(potentials >= 0)]
@@ -113,8 +111,7 @@ def test_a_wave_that_stops_takes_no_longer_and_is_judged_by_what_it_reached(
         for kind in ("flip_flops", "block_rams"):
             assert demands[0].get(kind) == demands[1].get(kind)
         selected = [
-            next(item.figure.value for item in demand["lut4"].items if item.name == "read-out")
-            for demand in demands
+            next(item.figure.value for item in demand["lut4"].items if item.name == "read-out") for demand in demands
         ]
         assert selected[0] > selected[1]
     elif farthest and style == "tiled":
@@ -137,9 +134,7 @@ def test_an_array_of_adders_runs_over_the_whole_map_and_says_so(
 ) -> None:
     """A smaller potential may still come by a path of more steps: the paper says that only its own array can stop."""
     free, goal, starts, _ = problem
-    stopped, whole = (
-        planned("adder_comparator", stop, free, goal, starts) for stop in ("starts", "whole_map")
-    )
+    stopped, whole = (planned("adder_comparator", stop, free, goal, starts) for stop in ("starts", "whole_map"))
     (note,) = (note for note in stopped.notes if note.startswith("propagate.stop: "))
     assert "whole_map" in note
     assert not any(note.startswith("propagate.stop: ") for note in whole.notes)

@@ -29,14 +29,7 @@ from codesign.planners.wavefront.paper.measures import PAPER
 from codesign.planners.wavefront.plan import longest_distance, reference, register_bits
 from codesign.planners.wavefront.plan.parameters import PropagateParameters
 from codesign.planners.wavefront.plan.planner import PLANNER
-from codesign.planners.wavefront.styles import (
-    ARCHITECTURES,
-    AdderComparator,
-    DelayLine,
-    Software,
-    Tiled,
-    resources,
-)
+from codesign.planners.wavefront.styles import ARCHITECTURES, AdderComparator, DelayLine, Software, Tiled, resources
 from codesign.planners.wavefront.styles.layout import ArrayLayout
 from codesign.planners.wavefront.styles.software import SEED_CELLS
 from codesign.planners.wavefront.styles.tile import PIECES, TileLayout, lut4
@@ -219,11 +212,7 @@ def test_only_a_chip_made_for_it_holds_256_nodes_a_side() -> None:
     problem = rooms(256)
     chip = load_part("WAVE256-20")
     assert not DelayLine().demand(Job(problem, PropagateParameters(register_bits=11), part=chip)).levers
-    assert (
-        AdderComparator()
-        .demand(Job(problem, PropagateParameters(register_bits=11), part=chip))
-        .levers["slices"]
-    )
+    assert AdderComparator().demand(Job(problem, PropagateParameters(register_bits=11), part=chip)).levers["slices"]
     for name in PARTS:
         assert DelayLine().demand(Job(problem, PropagateParameters(), part=load_part(name))).levers["slices"]
 
@@ -263,9 +252,7 @@ def test_a_wave_without_stop_runs_until_no_node_waits_for_it() -> None:
 def test_a_chain_is_read_out_after_every_wave() -> None:
     problem = rooms()
     for style in (DelayLine(), AdderComparator()):
-        addressed, chain = (
-            run(style, problem, paths="safe", read_out=each)[0] for each in ("addressed", "chain")
-        )
+        addressed, chain = (run(style, problem, paths="safe", read_out=each)[0] for each in ("addressed", "chain"))
         assert chain.pop("read_out") == 2 * problem.free.size
         assert chain == addressed
     tiled = run(Tiled(), problem, read_out="chain")[0]
@@ -307,9 +294,7 @@ def test_words_of_a_column_memory_fit_its_block_rams(side: int, paths: str) -> N
     assert memory.width == 12
     assert sum(memory.words.values()) <= 1024
     items = Tiled().demand(Job(problem, PropagateParameters(**raw), part=part)).items
-    (rams,) = [
-        item.amount for item in items if (item.name, item.resource) == ("column memories", "block_rams")
-    ]
+    (rams,) = [item.amount for item in items if (item.name, item.resource) == ("column memories", "block_rams")]
     words = math.ceil(256 / side) ** 2 * side
     # p^d of safe paths is in memories of its own.
     assert rams == side * block_rams(words, 12, part) * (2 if paths == "safe" else 1)
@@ -344,9 +329,7 @@ def test_safe_paths_and_longer_lines_are_paid_for() -> None:
 
     def flip_flops(**raw: Any) -> int:
         return (
-            DelayLine()
-            .demand(Job(problem, PropagateParameters(register_bits=9, **raw), part=part))
-            .total("flip_flops")
+            DelayLine().demand(Job(problem, PropagateParameters(register_bits=9, **raw), part=part)).total("flip_flops")
         )
 
     # The tracker and the word of the read-out have p^d too, and P: of two cells, and in the word.
@@ -372,11 +355,7 @@ def test_design_points_share_their_waves() -> None:
     for tile in ((8, 8), (16, 16)):
         list(Tiled().work(Job(problem, PropagateParameters(tile=tile), memo=memo, detail=False)))
     assert memo.misses == 3  # the plan once, the visits of each tile
-    list(
-        Tiled().work(
-            Job(problem, PropagateParameters(tile=(8, 8), register_bits=12), memo=memo, detail=False)
-        )
-    )
+    list(Tiled().work(Job(problem, PropagateParameters(tile=(8, 8), register_bits=12), memo=memo, detail=False)))
     assert memo.misses == 3
 
 

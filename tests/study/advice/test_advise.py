@@ -18,9 +18,7 @@ from codesign.study.advice.trials import Laboratory
 from codesign.system import catalog
 
 
-def test_the_board_of_least_power_that_is_fast_enough_is_named(
-    hwsw: Run, corridor: Path, tmp_path: Path
-) -> None:
+def test_the_board_of_least_power_that_is_fast_enough_is_named(hwsw: Run, corridor: Path, tmp_path: Path) -> None:
     quick = board(tmp_path, "quick", 1, busy=20, idle=10)
     middle = board(tmp_path, "middle", 10)
     slow = board(tmp_path, "slow", 1000, busy=1, idle=0.5)
@@ -37,9 +35,7 @@ def test_the_board_of_least_power_that_is_fast_enough_is_named(
     (short,) = boards["slow"]["shortfalls"]
     assert (short["need"], short["demand"]) == ("rate", pytest.approx(0.1))
     verdict = answer["verdict"]
-    assert verdict.startswith(
-        "middle suffices: breadth_first (software on its cpu) answers in 1 ms (500 us to 2 ms)"
-    )
+    assert verdict.startswith("middle suffices: breadth_first (software on its cpu) answers in 1 ms (500 us to 2 ms)")
     assert "10 times faster than 100 Hz asks; proved" in verdict
     assert "the next, slow (price not known, 1 W), fails: a plan takes 100 ms, 10 times the 10 ms" in verdict
 
@@ -92,9 +88,7 @@ def test_the_printed_command_reproduces_the_figure(hwsw: Run, corridor: Path, tm
     assert (tmp_path / "design" / "fabric.yaml").is_file()
 
 
-def test_where_no_board_suffices_each_need_says_by_how_much(
-    hwsw: Run, corridor: Path, tmp_path: Path
-) -> None:
+def test_where_no_board_suffices_each_need_says_by_how_much(hwsw: Run, corridor: Path, tmp_path: Path) -> None:
     boards = [
         powered(board(tmp_path, "slow", 1000, busy=1, idle=0.5), 0.5),
         powered(board(tmp_path, "hungry", 1, busy=20, idle=10), 10),
@@ -121,14 +115,11 @@ def test_that_no_board_suffices_is_held_against_the_intervals_too(
     if perhaps is not None:
         own = "at the figures' own values" if perhaps else "at any value inside the declared intervals"
         assert answer["verdict"].startswith(f"No board suffices {own}: ")
-        assert (
-            "Not sure, as they may at other values: close (its time of a plan" in answer["verdict"]
-        ) == perhaps
+        assert ("Not sure, as they may at other values: close (its time of a plan" in answer["verdict"]) == perhaps
 
 
 @pytest.mark.parametrize(
-    ("memory", "fits", "perhaps"),
-    [(100, False, True), (90, False, False), (900, True, False), (700, True, None)],
+    ("memory", "fits", "perhaps"), [(100, False, True), (90, False, False), (900, True, False), (700, True, None)]
 )
 def test_memory_that_its_bytes_a_cell_decide(
     hwsw: Run, corridor: Path, tmp_path: Path, memory: int, fits: bool, perhaps: bool | None
@@ -141,18 +132,14 @@ def test_memory_that_its_bytes_a_cell_decide(
     assert code == (0 if fits else 3)
     if fits:
         assert answer["certainty"]["fit"]["fits"] == ("yes" if perhaps is False else "uncertain")
-        depends = (
-            f"whether it fits depends on memory of the processor, 100 to 800 bytes against {memory} bytes"
-        )
+        depends = f"whether it fits depends on memory of the processor, 100 to 800 bytes against {memory} bytes"
         assert (depends in answer["verdict"]) == (perhaps is None)
         assert (f"it changes at {memory} bytes" in answer["verdict"]) == (perhaps is None)
     else:
         assert bool(answer["boards"][0]["perhaps"]) == perhaps
 
 
-def test_a_verdict_about_power_needs_that_of_the_whole_board(
-    hwsw: Run, corridor: Path, tmp_path: Path
-) -> None:
+def test_a_verdict_about_power_needs_that_of_the_whole_board(hwsw: Run, corridor: Path, tmp_path: Path) -> None:
     """Components are a part of a board: more than the limit is sure, less says nothing."""
     chips = board(tmp_path, "chips", 10, busy=2, idle=1)
     code, answer = asked(hwsw, corridor, [chips], "100 Hz", "--power", "3 W")
@@ -194,9 +181,7 @@ def test_what_the_budget_does_not_reach_is_said(hwsw: Run, corridor: Path, tmp_p
     assert any(text.startswith("breadth_first (state_machine) on fabric") for text in answer["not_searched"])
     place = ("--goal", "0,0", "--rate", "1 Hz", "--boards", fabric, "--budget", "0")
     output = hwsw("advise", corridor, *place).output
-    assert output.startswith(
-        "No answer yet, as the budget was spent: of what was searched, no board suffices"
-    )
+    assert output.startswith("No answer yet, as the budget was spent: of what was searched, no board suffices")
     assert "Not searched, as the budget was spent: " in output
     assert "none of its designs was searched within the budget" in output
 
@@ -225,12 +210,7 @@ def test_a_style_that_proposes_no_designs_is_tried_with_the_samples_of_its_plug_
     chosen = next(each for (each,) in chains if each.parameters == sample)
     written = catalog.load_workload(write_design(chosen, question, tmp_path / "design", portable=True))
     assert written.mapping["relax"].parameters.precisions == (7, 15, 23)
-    assert {chain[0].planner.name for chain in chains} == {
-        "breadth_first",
-        "harmonic",
-        "relaxation",
-        "wavefront",
-    }
+    assert {chain[0].planner.name for chain in chains} == {"breadth_first", "harmonic", "relaxation", "wavefront"}
 
 
 def server_map(folder: Path) -> Path:
@@ -250,9 +230,7 @@ def server_map(folder: Path) -> Path:
     return path
 
 
-def test_a_map_of_a_robot_is_cropped_and_inflated_and_its_goal_is_in_metres(
-    hwsw: Run, tmp_path: Path
-) -> None:
+def test_a_map_of_a_robot_is_cropped_and_inflated_and_its_goal_is_in_metres(hwsw: Run, tmp_path: Path) -> None:
     hall, quick = server_map(tmp_path), board(tmp_path, "quick", 1)
     # The cell in row 23, column 17: (17.5 - 20, 16.5 - 20) × 0.5 m from the origin of the frame.
     words = ("advise", hall, "--goal", "-1.25,-1.75", "--rate", "10 Hz", "--boards", quick, "--json")

@@ -21,14 +21,8 @@ from codesign.system import catalog
         (("--price", "200 EUR"), "--price: '200 EUR' has no unit of price"),
         (("--clearance", "-1 m"), "--clearance: '-1 m' is negative"),
         (("--goal", "north"), "--goal: 'north' is no"),
-        (
-            ("--goal", "1.5,0.5"),
-            "--goal: {x: 1.5 m, y: 0.5 m} is in metres, and the map does not say how large",
-        ),
-        (
-            ("--clearance", "0.1 m"),
-            "--clearance: a radius of 0.1 m on a map that does not say how large a cell is",
-        ),
+        (("--goal", "1.5,0.5"), "--goal: {x: 1.5 m, y: 0.5 m} is in metres, and the map does not say how large"),
+        (("--clearance", "0.1 m"), "--clearance: a radius of 0.1 m on a map that does not say how large a cell is"),
         (("--resolution", "5"), "--resolution: '5' has no unit"),
         (("--goal", "0,5"), "obstacle"),
         (("--goal", "7,7"), "outside of the map"),
@@ -38,9 +32,7 @@ from codesign.system import catalog
         (("--boards", ","), "no board is named"),
     ],
 )
-def test_bad_input_is_a_fault_with_a_remedy(
-    hwsw: Run, tmp_path: Path, options: tuple[str, str], fault: str
-) -> None:
+def test_bad_input_is_a_fault_with_a_remedy(hwsw: Run, tmp_path: Path, options: tuple[str, str], fault: str) -> None:
     (tmp_path / "map.txt").write_text(".....#....\n..........\n", encoding="utf-8")
     words = {"--goal": "0,0", "--rate": "10 Hz", "--boards": "zynq"} | {options[0]: options[1]}
     result = hwsw("advise", tmp_path / "map.txt", *(word for pair in words.items() for word in pair))

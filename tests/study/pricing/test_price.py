@@ -85,11 +85,7 @@ def assert_equal(priced: Priced, place: int, result: Result) -> None:
     assert (*template.reasons, *([priced.reasons[late]] if late >= 0 else [])) == result.reasons
     assert (template.feasible and late < 0) == result.feasible
     assert template.resources == result.resources
-    assert (template.part, template.places, template.parameters) == (
-        result.part,
-        result.places,
-        result.parameters,
-    )
+    assert (template.part, template.places, template.parameters) == (result.part, result.places, result.parameters)
     if result.task is not None:
         assert template.task is not None
         assert (template.task.question, template.task.arrive) == (result.task.question, result.task.arrive)
@@ -110,9 +106,7 @@ def test_priced_points_equal_their_simulations(tmp_path: Path, name: str, task: 
     memo = Memo()
     points = priced_of(platform, workload, axes)
     assert len(points) == 48
-    assert sum(priced is None for _, priced, _ in points) == 8, (
-        "400 MHz is above the block RAMs of the XC2V6000-4"
-    )
+    assert sum(priced is None for _, priced, _ in points) == 8, "400 MHz is above the block RAMs of the XC2V6000-4"
     for values, priced, place in points:
         if priced is None:
             with pytest.raises(SpecError):
@@ -131,9 +125,7 @@ def test_any_prices(tmp_path: Path, data: st.DataObject) -> None:
     axes: dict[str, Any] = {"fabric.clock": data.draw(st.lists(hertz, min_size=1, max_size=3, unique=True))}
     for link, spec in platform.links.items():
         if spec.type == "serial":
-            axes[f"{link}.baud"] = data.draw(
-                st.lists(st.integers(300, 10**7), min_size=1, max_size=2, unique=True)
-            )
+            axes[f"{link}.baud"] = data.draw(st.lists(st.integers(300, 10**7), min_size=1, max_size=2, unique=True))
         elif spec.type == "bus":
             axes[f"{link}.width"] = data.draw(
                 st.lists(st.sampled_from([8, 16, 32, 64]), min_size=1, max_size=2, unique=True)

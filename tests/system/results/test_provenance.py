@@ -120,14 +120,7 @@ def test_a_study_carries_it_and_its_points_do_not(
     assert study.provenance.date is None
     assert study.provenance.stamped().model_dump(mode="json") == document["provenance"]
     rows = list(csv.DictReader((tmp_path / "s.csv").open(encoding="utf-8")))
-    assert list(rows[0])[-6:] == [
-        "codesign",
-        "platform_digest",
-        "workload_digest",
-        "map_digest",
-        "seeds",
-        "date",
-    ]
+    assert list(rows[0])[-6:] == ["codesign", "platform_digest", "workload_digest", "map_digest", "seeds", "date"]
     assert {row["platform_digest"] for row in rows} == {*document["provenance"]["platform_digests"].values()}
     assert {row["date"] for row in rows} == {DAY}
     for row in rows:

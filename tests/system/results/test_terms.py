@@ -53,6 +53,4 @@ def test_the_worst_of_several_plans_has_the_interval_of_the_greatest() -> None:
 def test_energy_is_power_times_time() -> None:
     draws = (Draw(2.0, {}, where="fpga", when="always"), Draw(1.0, {"clock": 1}, where="fpga", when="busy"))
     terms = Terms(inputs=INPUTS, times={ENERGY_OVER: ((cycles(8), units(2)),)}, draws=draws)
-    assert terms.plans("energy_j") == (
-        (Monomial(16.0, {"clock": -1}), Monomial(8.0, {}), Monomial(4.0, {"cost": 1})),
-    )
+    assert terms.plans("energy_j") == ((Monomial(16.0, {"clock": -1}), Monomial(8.0, {}), Monomial(4.0, {"cost": 1})),)

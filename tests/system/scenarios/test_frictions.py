@@ -21,16 +21,10 @@ from codesign.system.scenarios import simulate
 HOUSE = ROOT / "workloads" / "maps" / "house.yaml"
 GOAL, NEAR, FAR = [195, 200], [195, 201], [140, 246]
 
-HARMONIC: dict[str, Any] = {
-    "block": [24, 24],
-    "iterations": 8,
-    "schedule": {"first": 15, "step": 8, "last": 39},
-}
+HARMONIC: dict[str, Any] = {"block": [24, 24], "iterations": 8, "schedule": {"first": 15, "step": 8, "last": 39}}
 MAPPINGS: dict[str, dict[str, Any]] = {
     "harmonic": {"relax": {"component": "fabric", **HARMONIC}, "decide": {"component": "fabric"}},
-    "wavefront": {
-        "propagate": {"component": "fabric", "style": "tiled", "tile": [32, 32], "stop": "whole_map"}
-    },
+    "wavefront": {"propagate": {"component": "fabric", "style": "tiled", "tile": [32, 32], "stop": "whole_map"}},
     "breadth_first": {"search": {"component": "fabric"}},
 }
 SOFTWARE: dict[str, dict[str, Any]] = {
@@ -40,9 +34,7 @@ SOFTWARE: dict[str, dict[str, Any]] = {
 }
 
 
-def planned(
-    planner: str, mapping: Any, *, starts: Any = None, board: str = "arty-a7", crop: str = "free"
-) -> Result:
+def planned(planner: str, mapping: Any, *, starts: Any = None, board: str = "arty-a7", crop: str = "free") -> Result:
     problem: dict[str, Any] = {"map": {"file": str(HOUSE), "crop": crop}, "goals": [GOAL]}
     if starts is not None:
         problem["starts"] = starts
@@ -74,9 +66,7 @@ def test_swapped_starts_change_no_time(planner: str, mapping: Any) -> None:
 
 def test_a_search_from_beside_the_goal_is_another_task() -> None:
     mapping = SOFTWARE["breadth_first"]
-    near, far = (
-        worst(planned("breadth_first", mapping, starts=[each], board="pynq-z2")) for each in (NEAR, FAR)
-    )
+    near, far = (worst(planned("breadth_first", mapping, starts=[each], board="pynq-z2")) for each in (NEAR, FAR))
     assert far > 10 * near
 
 

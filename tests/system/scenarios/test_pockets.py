@@ -86,9 +86,7 @@ def test_a_goal_in_a_pocket_is_refused_unless_it_is_asked_for(hwsw: Run, command
 
 def test_a_report_has_the_share_of_its_study(hwsw: Run) -> None:
     written(Path(), reach="0")
-    study = hwsw(
-        "explore", "raspberry-pi-4", "hall.yaml", "--axis", "host.power.busy=3W,4W", "--store", "study.db"
-    )
+    study = hwsw("explore", "raspberry-pi-4", "hall.yaml", "--axis", "host.power.busy=3W,4W", "--store", "study.db")
     assert study.exit_code == 0, study.output
     report = hwsw("report", "study.db")
     assert report.exit_code == 0, report.output

@@ -126,9 +126,7 @@ def test_the_host_costs_what_its_kernel_costs(specs: Specs) -> None:
     assert result.cycles["relax"] % 40 == 0
     assert result.cycles["relax"] // 40 == cells["relax"] * sum(stage.iterations for stage in result.stages)
     assert result.time.planned_s == sum(result.cycles.values()) * 1000 / SECOND
-    limbs = simulate(
-        *loaded(specs, relax__component="host", relax__style="software_limbs", decide__component="host")
-    )
+    limbs = simulate(*loaded(specs, relax__component="host", relax__style="software_limbs", decide__component="host"))
     assert limbs.stages == result.stages
     assert limbs.time.planned_s >= result.time.planned_s
 
@@ -158,19 +156,9 @@ def test_precision_beyond_the_words_says_what_would_fit(specs: Specs) -> None:
     ("old", "new", "place", "words"),
     [
         ("goals: [[2, 2]]", "goals: [[11, 3]]", "6:11", "on an obstacle"),
-        (
-            "goals: [[2, 2]]",
-            "goals: [[2, 2], [90, 1]]",
-            "6:19",
-            "cell (90, 1) is outside of the map of 24 × 36",
-        ),
+        ("goals: [[2, 2]]", "goals: [[2, 2], [90, 1]]", "6:19", "cell (90, 1) is outside of the map of 24 × 36"),
         ("starts: {count: 12, seed: 1}", "starts: [[11, 3]]", "7:12", "on an obstacle"),
-        (
-            "block: [12, 18], iter",
-            "blocks: [23, 2], iter",
-            "9:36",
-            "23 × 2 equal blocks do not part a map of 24 × 36",
-        ),
+        ("block: [12, 18], iter", "blocks: [23, 2], iter", "9:36", "23 × 2 equal blocks do not part a map of 24 × 36"),
         (
             "relax: {component: fpga,",
             "relax: {component: fpga, style: bit_parallel,",
@@ -179,9 +167,7 @@ def test_precision_beyond_the_words_says_what_would_fit(specs: Specs) -> None:
         ),
     ],
 )
-def test_what_only_the_map_tells_is_told_at_its_place(
-    specs: Specs, old: str, new: str, place: str, words: str
-) -> None:
+def test_what_only_the_map_tells_is_told_at_its_place(specs: Specs, old: str, new: str, place: str, words: str) -> None:
     text = specs[1].read_text(encoding="utf-8")
     assert old in text
     text = text.replace(old, new)
@@ -196,9 +182,7 @@ def test_what_only_the_map_tells_is_told_at_its_place(
 
 def test_a_task_apart_needs_its_cost(specs: Specs) -> None:
     text = specs[1].read_text(encoding="utf-8")
-    specs[1].write_text(
-        text.replace("  decide: {component: fpga}", "  decide: {component: host}"), encoding="utf-8"
-    )
+    specs[1].write_text(text.replace("  decide: {component: fpga}", "  decide: {component: host}"), encoding="utf-8")
     with pytest.raises(SpecError) as caught:
         bind(codesign.load_platform(specs[0]), codesign.load_workload(specs[1]))
     (fault,) = caught.value.faults
@@ -218,9 +202,7 @@ def test_no_link_no_run(specs: Specs) -> None:
     ("component", "style", "decide"),
     [("fpga", "bit_serial", "host"), ("fpga", "bit_serial", "fpga"), ("host", "software", "host")],
 )
-def test_a_task_is_told_once_wherever_it_is_done(
-    specs: Specs, component: str, style: str, decide: str
-) -> None:
+def test_a_task_is_told_once_wherever_it_is_done(specs: Specs, component: str, style: str, decide: str) -> None:
     listener = MemoryListener()
     settings = {"relax__component": component, "relax__style": style, "decide__component": decide}
     settings["host__costs__harmonic_decision"] = "5 us"

@@ -29,20 +29,11 @@ CHANGE = {"count": 6, "seed": 2}
 
 DESIGNS: dict[str, tuple[str, str, dict[str, Any]]] = {
     "harmonic": ("virtex4-pci", "labyrinth", {"relax.block": [12, 20]}),
-    "harmonic decided on the host": (
-        "virtex4-pci",
-        "labyrinth",
-        {"relax.block": [12, 20], "decide.component": "host"},
-    ),
+    "harmonic decided on the host": ("virtex4-pci", "labyrinth", {"relax.block": [12, 20], "decide.component": "host"}),
     "harmonic on a host": (
         "virtex4-pci",
         "labyrinth",
-        {
-            "relax.component": "host",
-            "relax.style": "software",
-            "decide.component": "host",
-            "relax.schedule.last": 63,
-        },
+        {"relax.component": "host", "relax.style": "software", "decide.component": "host", "relax.schedule.last": 63},
     ),
     "wave in tiles": ("virtex4-pci", "wavefront-tiles", {"propagate.tile": [12, 20]}),
     "wave of delay lines": ("virtex4-pci", "wavefront-tiles", {"propagate.style": "delay_line"}),
@@ -94,11 +85,7 @@ def test_the_order_of_starts_changes_no_time(name: str, task: Task) -> None:
     results = [simulate(*asked(name, starts, task=task.value, **change)) for starts in (STARTS, STARTS[::-1])]
     first, second = results
     assert figures(first) == figures(second)
-    assert (first.feasible, first.reasons, first.resources) == (
-        second.feasible,
-        second.reasons,
-        second.resources,
-    )
+    assert (first.feasible, first.reasons, first.resources) == (second.feasible, second.reasons, second.resources)
     assert first.energy == second.energy
     assert figures(first).task == task.value
 
@@ -223,11 +210,7 @@ def test_a_drawn_change_leaves_every_start_its_path() -> None:
         ({"freed": [[1, 1]]}, "change.freed[0]", "is free already"),
         ({"blocked": [GOAL]}, "change.blocked[0]", "is a goal"),
         ({"blocked": [STARTS[0]]}, "change.blocked[0]", "is a start"),
-        (
-            {"blocked": [[21, 1], [23, 1], [22, 0], [22, 2]]},
-            "change",
-            "no path leads from start (22, 1) to a",
-        ),
+        ({"blocked": [[21, 1], [23, 1], [22, 0], [22, 2]]}, "change", "no path leads from start (22, 1) to a"),
         ({"count": 9_000}, "change.count", "9000 cells cannot be blocked"),
         ({"count": 5, "policy": "lower_bound"}, "change.policy", "nobody makes the lower bound"),
     ],

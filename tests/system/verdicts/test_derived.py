@@ -123,9 +123,7 @@ def test_winners(result: Result, other: Result, maximise: bool) -> None:
 
 def test_constraints_over_expressions_are_as_sure(result: Result) -> None:
     assert constraint_verdict(result, constraint_of("energy_j * plan_time_worst_s < 1 J s")).state == "proved"
-    assert (
-        constraint_verdict(result, constraint_of("energy_j * plan_time_worst_s < 1 nJ s")).state != "proved"
-    )
+    assert constraint_verdict(result, constraint_of("energy_j * plan_time_worst_s < 1 nJ s")).state != "proved"
 
 
 def test_the_best_design_by_a_derived_objective(tmp_path: object) -> None:

@@ -43,10 +43,7 @@ def test_a_verdict_changes_where_demand_and_limit_meet(hz: int) -> None:
     assert fit_verdict(limited(90.0, 150.0, 200.0, hz)).flips_at == hz
     result = result_of(design("zynq", "breadth-first"))
     use = result.resources[0]
-    first, second = (
-        use.items[0],
-        use.items[0].model_copy(update={"figure": Figure(hz, "1", Status.MEASURED, "")}),
-    )
+    first, second = (use.items[0], use.items[0].model_copy(update={"figure": Figure(hz, "1", Status.MEASURED, "")}))
     wide = Figure(100, "1", Status.ASSUMED, "a guess", 50, use.budget + 1)
     items = first.model_copy(update={"figure": wide}), second
     moved = result.model_copy(update={"resources": (use.model_copy(update={"items": items}),)})
@@ -55,9 +52,7 @@ def test_a_verdict_changes_where_demand_and_limit_meet(hz: int) -> None:
 
 def test_a_bound_that_is_broken_is_certain() -> None:
     reason = Reason(kind="bound", name="word depth", demand=9, limit=8, gap=1, unit="bits")
-    result = result_of(design("zynq", "breadth-first")).model_copy(
-        update={"reasons": (reason,), "feasible": False}
-    )
+    result = result_of(design("zynq", "breadth-first")).model_copy(update={"reasons": (reason,), "feasible": False})
     assert (fit_verdict(result).fits, fit_verdict(result).decides) == ("no", "word depth")
 
 
@@ -72,9 +67,7 @@ def test_the_value_at_which_it_changes_is_of_the_demand_or_of_one_item_of_it(alo
     rest = use.budget // 2
     wide = Figure(100, "1", Status.ASSUMED, "a guess", 50, use.budget)
     exact = Figure(rest, "1", Status.PUBLISHED, "counted")
-    items = tuple(
-        use.items[0].model_copy(update={"figure": each}) for each in (wide, exact)[: 1 + (not alone)]
-    )
+    items = tuple(use.items[0].model_copy(update={"figure": each}) for each in (wide, exact)[: 1 + (not alone)])
     moved = use.model_copy(update={"items": items, "budget": use.budget - 1})
     result = result_of(design("zynq", "breadth-first")).model_copy(update={"resources": (moved,)})
     text = ends_text(fit_verdict(result))

@@ -65,10 +65,7 @@ def test_no_draw_falls_below_the_least_margin(
     inputs: dict[str, Input], ours: tuple[Monomial, ...], theirs: tuple[Monomial, ...]
 ) -> None:
     margin = Margin((ours,), (theirs,), inputs)
-    drawn, scale = (
-        random_margins(margin, 500),
-        1e-9 * (1.0 + float(np.max(np.abs(random_margins(margin, 500))))),
-    )
+    drawn, scale = (random_margins(margin, 500), 1e-9 * (1.0 + float(np.max(np.abs(random_margins(margin, 500))))))
     assert margin.least().value <= drawn.min() + scale
     assert -margin.reversed.least().value >= drawn.max() - scale
 
@@ -81,9 +78,7 @@ def test_the_least_margin_stands_at_a_corner(
     margin = Margin((ours,), (theirs,), inputs)
     ends = [(inputs[name].low, inputs[name].high) for name in "abc"]
     widths = range(int(inputs["width"].low), int(inputs["width"].high) + 1)
-    corners = [
-        float(margin.at(dict(zip(NAMES, corner, strict=True)))) for corner in itertools.product(*ends, widths)
-    ]
+    corners = [float(margin.at(dict(zip(NAMES, corner, strict=True)))) for corner in itertools.product(*ends, widths)]
     least = margin.least()
     assert least.exact
     assert least.value == pytest.approx(min(corners), rel=1e-9, abs=1e-9)
@@ -124,9 +119,7 @@ def test_a_flip_of_mixed_exponents_or_of_several_sums_is_searched() -> None:
     mixed = Margin(((Monomial(1.0, {"a": 1}), Monomial(4.0, {"a": -1})),), ((Monomial(6.0, {}),),), inputs)
     assert mixed.flip("a") == pytest.approx(3 + math.sqrt(5))
     several = Margin(
-        ((Monomial(1.0, {"a": 1}),), (Monomial(3.0, {}),)),
-        ((Monomial(5.0, {}),), (Monomial(1.0, {}),)),
-        inputs,
+        ((Monomial(1.0, {"a": 1}),), (Monomial(3.0, {}),)), ((Monomial(5.0, {}),), (Monomial(1.0, {}),)), inputs
     )
     assert several.at() == 2.0
     assert several.flip("a") == pytest.approx(5.0)

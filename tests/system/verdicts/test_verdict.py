@@ -82,12 +82,8 @@ def test_a_flip_of_a_figure_of_a_part(tmp_path: Any) -> None:
     for share in (0.99, 1.01):
         text = (shipped / "parts" / "XC2VP30.yaml").read_text(encoding="utf-8")
         start = text.index("static:")
-        moved = text[:start] + text[start:].replace(
-            "value: 0.25 W", f"value: {decides.flips_at * share!r} W", 1
-        )
-        (tmp_path / "parts" / "XC2VP31.yaml").write_text(
-            moved.replace("XC2VP30", "XC2VP31"), encoding="utf-8"
-        )
+        moved = text[:start] + text[start:].replace("value: 0.25 W", f"value: {decides.flips_at * share!r} W", 1)
+        (tmp_path / "parts" / "XC2VP31.yaml").write_text(moved.replace("XC2VP30", "XC2VP31"), encoding="utf-8")
         path = tmp_path / f"board-{share}.yaml"
         path.write_text(board.replace("XC2VP30", "XC2VP31"), encoding="utf-8")
         other = simulate(codesign.load_platform(path), codesign.load_workload("breadth-first"))
@@ -211,8 +207,7 @@ def test_the_figure_that_moves_a_time_most() -> None:
     first, *others = sensitivity(result_of(ARM), "energy_j")
     assert first.name == "arm.costs.breadth_first_wall_cell"
     moved = [
-        with_values(ARM, {first.name: written(end, "s")}).figure(FIGURES["energy_j"])
-        for end in first.figure.interval
+        with_values(ARM, {first.name: written(end, "s")}).figure(FIGURES["energy_j"]) for end in first.figure.interval
     ]
     assert moved == pytest.approx([first.least, first.most], rel=1e-9)
     assert all(first.most - first.least >= other.most - other.least for other in others)

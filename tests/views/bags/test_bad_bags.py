@@ -86,9 +86,7 @@ def test_a_native_trace_is_no_bag(hwsw: Callable[..., Result], specs: tuple[Path
 def test_a_bag_without_a_map_names_the_topics(hwsw: Callable[..., Result], tmp_path: Path) -> None:
     bare = write(tmp_path / "bare", (0.0, "/goal_pose", make().goal(0.0, (1.0, 1.0))))
     refused(hwsw, bare, "has no topic /map", "topics: /goal_pose")
-    other = write(
-        tmp_path / "other", (0.0, "/static_map", make().map(hall())), (0.0, "/old_map", make().map(hall()))
-    )
+    other = write(tmp_path / "other", (0.0, "/static_map", make().map(hall())), (0.0, "/old_map", make().map(hall())))
     refused(hwsw, other, "/old_map, /static_map", "--map-topic /old_map")
     wrong = write(tmp_path / "wrong", (0.0, "/map", make().goal(0.0, (1.0, 1.0))))
     refused(hwsw, wrong, "topic /map has messages of geometry_msgs/msg/PoseStamped")
@@ -100,9 +98,7 @@ def test_a_bag_with_a_map_alone_has_no_mission(hwsw: Callable[..., Result], tmp_
     alone = write(tmp_path / "alone", (0.0, "/map", make().map(hall())))
     refused(hwsw, alone, "shows no goal, no plan and no robot")
     lost = write(
-        tmp_path / "lost",
-        (0.0, "/map", make().map(hall())),
-        (1.0, "/goal_pose", make().goal(1.0, (1.0, 1.0))),
+        tmp_path / "lost", (0.0, "/map", make().map(hall())), (1.0, "/goal_pose", make().goal(1.0, (1.0, 1.0)))
     )
     refused(hwsw, lost, "does not show where the robot is")
 
@@ -122,13 +118,9 @@ def test_of_two_maps_one_is_taken_and_that_is_said(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("jump", "words"),
-    [(-30.0, "goes back by"), (5000.0, "jumps ahead by"), (20.0, None)],
-    ids=["back", "ahead", "gap"],
+    ("jump", "words"), [(-30.0, "goes back by"), (5000.0, "jumps ahead by"), (20.0, None)], ids=["back", "ahead", "gap"]
 )
-def test_clocks_that_jump(
-    hwsw: Callable[..., Result], tmp_path: Path, jump: float, words: str | None
-) -> None:
+def test_clocks_that_jump(hwsw: Callable[..., Result], tmp_path: Path, jump: float, words: str | None) -> None:
     messages = [(0.0, "/map", make().map(hall())), (0.0, "/goal_pose", make().goal(0.0, (1.0, 1.0)))]
     for step in range(200):
         stamp = step * 0.1 + (jump if step >= 100 else 0.0)

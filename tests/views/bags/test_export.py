@@ -18,14 +18,7 @@ from places import ROOT, SHARED
 pytest.importorskip("rosbags", reason="rosbags is not installed: pip install 'hwsw-codesign[ros2]'")
 
 import codesign
-from codesign.ground.records import (
-    CommandRecord,
-    MapRecord,
-    PoseRecord,
-    PositionsRecord,
-    Record,
-    TrajectoryRecord,
-)
+from codesign.ground.records import CommandRecord, MapRecord, PoseRecord, PositionsRecord, Record, TrajectoryRecord
 from codesign.maps import read_map
 from codesign.views.bags import BagListener
 from codesign.views.trace import MemoryListener
@@ -63,9 +56,7 @@ def test_the_bag_has_every_topic_with_its_type(mission: tuple[Path, list[Record]
 
     with Reader(mission[0]) as reader:
         assert {each.topic: each.msgtype for each in reader.connections} == TOPICS
-        durability = {
-            each.topic: each.ext.offered_qos_profiles[0].durability.name for each in reader.connections
-        }
+        durability = {each.topic: each.ext.offered_qos_profiles[0].durability.name for each in reader.connections}
         assert reader.message_count == sum(each.msgcount for each in reader.connections)
     latched = {topic for topic, name in durability.items() if name == "TRANSIENT_LOCAL"}
     assert latched == {"/map", "/belief", "/true_map", "/tf_static"}
@@ -108,11 +99,7 @@ def test_scans_meet_the_obstacles_of_the_true_map(mission: tuple[Path, list[Reco
     hits = hidden = beside = 0
     for (_, scan), (_, odom) in zip(found["/scan"], found["/odom"], strict=True):
         turn, place = odom.pose.pose.orientation, odom.pose.pose.position
-        angles = (
-            scan.angle_min
-            + np.arange(len(scan.ranges)) * scan.angle_increment
-            + 2 * math.atan2(turn.z, turn.w)
-        )
+        angles = scan.angle_min + np.arange(len(scan.ranges)) * scan.angle_increment + 2 * math.atan2(turn.z, turn.w)
         met = np.isfinite(scan.ranges)
         assert (scan.ranges[met] <= scan.range_max * (1 + 1e-6)).all()
         for angle, length in zip(angles[met], scan.ranges[met], strict=True):
@@ -153,16 +140,7 @@ def test_the_belief_ends_with_what_the_robot_met(mission: tuple[Path, list[Recor
 
 def test_run_and_export_write_the_same_bytes(hwsw: Callable[..., Result], tmp_path: Path) -> None:
     platform, workload = write_mission(tmp_path)
-    done = hwsw(
-        "run",
-        platform,
-        workload,
-        "--no-levers",
-        "--trace",
-        "run.mcap",
-        "--ros2",
-        "bag",
-    )
+    done = hwsw("run", platform, workload, "--no-levers", "--trace", "run.mcap", "--ros2", "bag")
     assert done.exit_code == 0, done.output
     assert "bag: bag" in done.output
     (tmp_path / "again").mkdir()
@@ -172,9 +150,7 @@ def test_run_and_export_write_the_same_bytes(hwsw: Callable[..., Result], tmp_pa
         assert (tmp_path / "bag" / name).read_bytes() == (tmp_path / "again" / "bag" / name).read_bytes()
     later = hwsw("trace", "export", "run.mcap", "--ros2", "later", "--ros2-begin", "1700000000")
     assert later.exit_code == 0, later.output
-    times = [
-        [time for time, _ in messages_of(tmp_path / name, ["/odom"])["/odom"]] for name in ("bag", "later")
-    ]
+    times = [[time for time, _ in messages_of(tmp_path / name, ["/odom"])["/odom"]] for name in ("bag", "later")]
     assert [time + 1_700_000_000 * 10**9 for time in times[0]] == times[1]
     assert not [path for path in tmp_path.iterdir() if path.name.endswith(".part")]
 
@@ -210,26 +186,16 @@ def test_the_robots_of_a_fleet_have_a_namespace_each(tmp_path: Path) -> None:
         bag(PositionsRecord(10**12, "fleet", 1, np.array([[0.0, 1.0], [6.0, 7.0]])))
         bag(TrajectoryRecord(10**12, "robot_0", np.array([[0.0, 0.0], [0.0, 1.0]]), False))
     found = messages_of(tmp_path / "bag")
-    assert {
-        "/robot_0/odom",
-        "/robot_1/odom",
-        "/robot_0/goal_pose",
-        "/robot_1/goal_pose",
-        "/robot_0/path",
-    } <= set(found)
+    assert {"/robot_0/odom", "/robot_1/odom", "/robot_0/goal_pose", "/robot_1/goal_pose", "/robot_0/path"} <= set(found)
     first, second = (found[f"/robot_{robot}/odom"][1][1] for robot in (0, 1))
     assert (first.header.frame_id, first.child_frame_id) == ("robot_0/odom", "robot_0/base_link")
     assert first.twist.twist.linear.x == pytest.approx(0.5)
-    turns = [
-        2 * math.atan2(each.pose.pose.orientation.z, each.pose.pose.orientation.w) for each in (first, second)
-    ]
+    turns = [2 * math.atan2(each.pose.pose.orientation.z, each.pose.pose.orientation.w) for each in (first, second)]
     assert turns == pytest.approx([0.0, math.pi / 2])
     assert [len(message.transforms) for _, message in found["/tf"]] == [2, 2]
 
 
-def test_a_plan_of_a_map_has_its_goal_and_paths(
-    hwsw: Callable[..., Result], specs: tuple[Path, Path]
-) -> None:
+def test_a_plan_of_a_map_has_its_goal_and_paths(hwsw: Callable[..., Result], specs: tuple[Path, Path]) -> None:
     done = hwsw("run", *specs, "--ros2", "bag", "-q")
     assert done.exit_code == 0, done.output
     found = messages_of(Path("bag"))
@@ -237,12 +203,8 @@ def test_a_plan_of_a_map_has_its_goal_and_paths(
     assert len(found["/goal_pose"]) == 1
 
 
-def test_a_design_that_does_not_fit_leaves_no_bag(
-    hwsw: Callable[..., Result], specs: tuple[Path, Path]
-) -> None:
-    done = hwsw(
-        "run", *specs, "--set", "fpga.part=XC3S500E-4", "--set", "relax.block=[24, 36]", "--ros2", "bag"
-    )
+def test_a_design_that_does_not_fit_leaves_no_bag(hwsw: Callable[..., Result], specs: tuple[Path, Path]) -> None:
+    done = hwsw("run", *specs, "--set", "fpga.part=XC3S500E-4", "--set", "relax.block=[24, 36]", "--ros2", "bag")
     assert done.exit_code == 3, done.output
     assert "bag: bag is not written" in done.output
     assert not Path("bag").exists()
@@ -316,24 +278,14 @@ def test_without_the_library_the_command_to_install_it_is_named(
 
 
 @pytest.mark.skipif(shutil.which("rerun") is None, reason="rerun is not installed: pip install rerun-sdk")
-def test_rerun_decodes_grids_transforms_goals_and_log(
-    mission: tuple[Path, list[Record]], tmp_path: Path
-) -> None:
+def test_rerun_decodes_grids_transforms_goals_and_log(mission: tuple[Path, list[Record]], tmp_path: Path) -> None:
     """Rerun's own converter. It keeps paths, scans and odometry as messages that it does not draw."""
     out = tmp_path / "run.rrd"
-    subprocess.run(
-        ["rerun", "mcap", "convert", mission[0] / "bag.mcap", "-o", out], check=True, capture_output=True
-    )
+    subprocess.run(["rerun", "mcap", "convert", mission[0] / "bag.mcap", "-o", out], check=True, capture_output=True)
     text = subprocess.run(["rerun", "rrd", "print", out], check=True, capture_output=True, text=True).stdout
     rows: dict[tuple[str, str], int] = {}
     for count, entity, columns in re.findall(r"with (\d+) rows .*? - (/\w+) - data columns: \[(.*)\]", text):
-        for kind in (
-            "GridMap:data",
-            "Transform3D:translation",
-            "InstancePoses3D",
-            "TextLog:text",
-            "LaserScan:message",
-        ):
+        for kind in ("GridMap:data", "Transform3D:translation", "InstancePoses3D", "TextLog:text", "LaserScan:message"):
             if kind in columns:
                 rows[entity, kind] = rows.get((entity, kind), 0) + int(count)
     found = {topic: len(each) for topic, each in messages_of(mission[0]).items()}

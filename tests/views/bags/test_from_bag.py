@@ -83,9 +83,7 @@ def test_the_crate_is_the_only_obstacle_while_it_stands(facts: BagFacts) -> None
         rim |= {frame.cell(CRATE[0] + 0.01, y), frame.cell(CRATE[2] - 0.01, y)}
     stands = covered(facts.obstacles.obstacles, 55.0)
     assert len(stands & rim) >= 0.7 * len(rim)
-    near = {
-        (row + down, column + right) for row, column in rim for down in (-1, 0, 1) for right in (-1, 0, 1)
-    }
+    near = {(row + down, column + right) for row, column in rim for down in (-1, 0, 1) for right in (-1, 0, 1)}
     assert stands <= near
     assert covered(facts.obstacles.obstacles, CRATE_TIMES[0] - facts.begin - 1.0) == set()
     assert covered(facts.obstacles.obstacles, 88.0) == set()
@@ -128,9 +126,7 @@ def test_the_command_writes_files_that_run(hwsw: Callable[..., Result], bag: Pat
     assert "exists already" in again.output
 
 
-def test_a_run_exported_and_made_a_workload_reaches_the_same_goals(
-    hwsw: Callable[..., Result], tmp_path: Path
-) -> None:
+def test_a_run_exported_and_made_a_workload_reaches_the_same_goals(hwsw: Callable[..., Result], tmp_path: Path) -> None:
     platform, workload = write_mission(tmp_path)
     done = hwsw("run", platform, workload, "--no-levers", "--ros2", "first")
     assert done.exit_code == 0, done.output
@@ -190,9 +186,7 @@ def test_stamps_of_another_clock_are_put_on_that_of_the_bag(tmp_path: Path, fact
 def test_a_bag_without_a_topic_gives_what_it_can(
     tmp_path: Path, skip: set[str], source: str, remark: str | None
 ) -> None:
-    made = facts_of(
-        read_bag(record(tmp_path / "hall", replace(SHORT, skip=frozenset(skip))), Topics()), Choices()
-    )
+    made = facts_of(read_bag(record(tmp_path / "hall", replace(SHORT, skip=frozenset(skip))), Topics()), Choices())
     assert source in made.speed.source
     assert made.speed.value == pytest.approx(0.5, rel=0.1)
     assert remark is None or any(remark in each for each in made.remarks)
@@ -212,9 +206,7 @@ def test_without_robot_and_scans_plans_give_start_and_goals(tmp_path: Path) -> N
 
 
 def test_names_of_topics_are_options(hwsw: Callable[..., Result], bag: Path) -> None:
-    done = hwsw(
-        "workload", "from-bag", bag, "--scan-topic", "none", "--command-topic", "none", "--name", "quiet"
-    )
+    done = hwsw("workload", "from-bag", bag, "--scan-topic", "none", "--command-topic", "none", "--name", "quiet")
     assert done.exit_code == 0, done.output
     text = Path("quiet.yaml").read_text()
     assert "control_period: 50 ms # median step of 1,800 messages of /odom" in text

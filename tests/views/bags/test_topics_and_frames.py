@@ -70,9 +70,7 @@ def test_the_topics_of_two_robots_are_never_mixed(
     st.sampled_from(["", "_filtered", "_raw"]),
 )
 @settings(max_examples=examples(200))
-def test_one_robot_is_found_whatever_its_topics_are_called(
-    inside: dict[str, str], space: str, ending: str
-) -> None:
+def test_one_robot_is_found_whatever_its_topics_are_called(inside: dict[str, str], space: str, ending: str) -> None:
     """By its type a topic is found at any depth of the robot's namespace, and under other names."""
     usual = {"odom": f"{space}/odom"}
     present = {usual["odom"]: TYPES["odom"], "/map": TYPES["map"]}
@@ -114,11 +112,7 @@ def test_names_that_robots_have(names: list[str], expected: dict[str, str]) -> N
     [
         (Topics(scan="/scn"), {"/scan": "scan"}, "did you mean /scan?"),
         (Topics(namespace="/c"), {"/a/odom": "odom"}, "namespaces of robots: /a"),
-        (
-            Topics(),
-            {"/front/scan": "scan", "/rear/scan": "scan", "/odom": "odom"},
-            "--scan-topic /front/scan",
-        ),
+        (Topics(), {"/front/scan": "scan", "/rear/scan": "scan", "/odom": "odom"}, "--scan-topic /front/scan"),
         (Topics(), {"/a/odom": "odom", "/b/goal_pose": "goal"}, "--namespace /a"),
         (Topics(odom="/scan"), {"/scan": "scan"}, "accepted: nav_msgs/msg/Odometry"),
     ],
@@ -319,9 +313,7 @@ def test_a_bag_of_two_robots_needs_a_namespace(hwsw: Callable[..., Result], flee
     text = Path("made/fleet.yaml").read_text()
     assert "/tb3_1/goal_pose" in text
     made = facts_of(read_bag(fleet, Topics(namespace="/tb3_1")), Choices())
-    assert [each.cell for each in made.goals] == [
-        made.map.frame.cell(*goal) for goal in GOALS[: len(made.goals)]
-    ]
+    assert [each.cell for each in made.goals] == [made.map.frame.cell(*goal) for goal in GOALS[: len(made.goals)]]
     assert made.start == made.map.frame.cell(0.0, 0.0)
     assert made.goals[0].reached is not None
     assert made.reach.value == pytest.approx(3.5)
@@ -352,19 +344,11 @@ def test_times_are_those_of_every_moving_edge(length: int, seed: int) -> None:
     random = np.random.default_rng(seed)
     frames = [f"f{index}" for index in range(length + 1)]
     moving = random.random(length) < 0.6
-    edges = {
-        (frames[index], frames[index + 1]): random_series(random, bool(moving[index]))
-        for index in range(length)
-    }
+    edges = {(frames[index], frames[index + 1]): random_series(random, bool(moving[index])) for index in range(length)}
     path = chain(edges, frames[0], frames[-1])
     assert path is not None
     expected = sorted(
-        {
-            time
-            for each, moves in zip(edges.values(), moving, strict=True)
-            if moves
-            for time in each.times.tolist()
-        }
+        {time for each, moves in zip(edges.values(), moving, strict=True) if moves for time in each.times.tolist()}
     )
     assert known_times(edges, path).tolist() == expected
 
@@ -372,9 +356,7 @@ def test_times_are_those_of_every_moving_edge(length: int, seed: int) -> None:
 def test_the_frame_of_a_robot_lies_in_its_namespace() -> None:
     """Without odometry, /tf has the frames of two robots: the namespace tells them apart."""
     edges = {
-        ("map", f"{name}/base_link"): replace(
-            moving_base()["map", "base_link"], places=np.full((101, 3), offset)
-        )
+        ("map", f"{name}/base_link"): replace(moving_base()["map", "base_link"], places=np.full((101, 3), offset))
         for name, offset in (("tb3_0", 5.0), ("tb3_1", -5.0))
     }
     for name, offset in (("tb3_0", 5.0), ("tb3_1", -5.0)):

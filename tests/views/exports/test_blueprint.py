@@ -20,9 +20,7 @@ from codesign.views.trace import open_trace
 
 def printed(path: Path) -> str:
     rerun = shutil.which("rerun") or str(Path(sys.executable).with_name("rerun"))
-    return subprocess.run(
-        [rerun, "rrd", "print", "-vvv", path], check=True, capture_output=True, text=True
-    ).stdout
+    return subprocess.run([rerun, "rrd", "print", "-vvv", path], check=True, capture_output=True, text=True).stdout
 
 
 def test_a_blueprint_shows_the_views_of_the_trace(tmp_path: Path) -> None:

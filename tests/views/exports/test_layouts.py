@@ -58,9 +58,7 @@ def visible(panel: dict[str, Any]) -> set[str]:
     return {topic for topic, config in panel["topics"].items() if config["visible"]}
 
 
-def test_a_layout_names_topics_of_the_trace_alone_and_places_each_panel_once(
-    mission: Path, plan: Path
-) -> None:
+def test_a_layout_names_topics_of_the_trace_alone_and_places_each_panel_once(mission: Path, plan: Path) -> None:
     for path in (mission, plan):
         opened = open_trace(path)
         layout = json.loads(foxglove_layout(opened))
@@ -111,9 +109,7 @@ def test_the_camera_sees_the_whole_map_wherever_it_lies(tmp_path: Path) -> None:
     ]
     x, y, _ = camera["targetOffset"]
     assert all(math.dist((x, y), corner) <= camera["distance"] for corner in corners)
-    assert all(
-        abs(px - x) <= camera["distance"] / 2 and abs(py - y) <= camera["distance"] / 2 for px, py in corners
-    )
+    assert all(abs(px - x) <= camera["distance"] / 2 and abs(py - y) <= camera["distance"] / 2 for px, py in corners)
 
 
 def test_the_layout_of_the_bag_names_topics_of_the_bag(mission: Path, tmp_path: Path) -> None:

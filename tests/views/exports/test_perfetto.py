@@ -55,9 +55,7 @@ class Shown:
                     "begin": packet.timestamp,
                     "flows": set(event.flow_ids),
                     "ended": set(event.terminating_flow_ids),
-                    "args": {
-                        each.name: getattr(each, each.WhichOneof("value")) for each in event.debug_annotations
-                    },
+                    "args": {each.name: getattr(each, each.WhichOneof("value")) for each in event.debug_annotations},
                 }
                 opened.setdefault(event.track_uuid, []).append(span)
                 self.spans.append(span)
@@ -119,9 +117,7 @@ def test_a_plan_is_a_span_from_request_to_answer_and_events_are_marks() -> None:
 
 
 def test_a_plan_that_was_never_answered_ends_with_the_mission() -> None:
-    seen = shown(
-        [MissionRecord(5, "r", "plan_requested", ""), MissionRecord(9_000_005, "r", "ended", "walled in")]
-    )
+    seen = shown([MissionRecord(5, "r", "plan_requested", ""), MissionRecord(9_000_005, "r", "ended", "walled in")])
     plan = seen.named("plan")
     assert (plan["end"], plan["args"]["answer"]) == (9000, "ended")
 
@@ -163,8 +159,7 @@ def test_spans_of_one_track_never_overlap(begins: list[tuple[int, int]]) -> None
     """Tasks that preempt or run on several cores, emitted as they end; times are no whole nanoseconds."""
     spans = sorted(((begin + length, begin) for begin, length in begins))
     tasks: list[Record] = [
-        TaskRecord(begin * 300, "host", f"task {number}", end * 300, 1)
-        for number, (end, begin) in enumerate(spans)
+        TaskRecord(begin * 300, "host", f"task {number}", end * 300, 1) for number, (end, begin) in enumerate(spans)
     ]
     lanes: dict[str, list[tuple[int, int]]] = {}
     seen = shown(tasks)
@@ -172,9 +167,7 @@ def test_spans_of_one_track_never_overlap(begins: list[tuple[int, int]]) -> None
         lanes.setdefault(span["track"], []).append((span["begin"], span["end"]))
     assert sum(map(len, lanes.values())) == len(spans)
     for lane in lanes.values():
-        assert all(first[1] <= second[0] for first, second in itertools.pairwise(lane)), (
-            "in the order of the file"
-        )
+        assert all(first[1] <= second[0] for first, second in itertools.pairwise(lane)), "in the order of the file"
 
 
 def test_names_with_markup_stay_text() -> None:

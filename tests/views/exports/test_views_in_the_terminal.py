@@ -59,9 +59,7 @@ def test_tables_have_a_row_for_each() -> None:
     assert len(latencies_table(found).rows) == len(found.latencies)
 
 
-_SPANS = st.lists(
-    st.tuples(st.integers(0, 60), st.integers(0, 20)).map(lambda pair: (pair[0], sum(pair))), max_size=12
-)
+_SPANS = st.lists(st.tuples(st.integers(0, 60), st.integers(0, 20)).map(lambda pair: (pair[0], sum(pair))), max_size=12)
 
 
 @given(_SPANS, st.integers(1, 9))
@@ -127,9 +125,7 @@ def test_the_command_line(tmp_path: Path) -> None:
     other = invoke(main, ["trace", "diff", str(run), str(mission)])
     assert other.exit_code == 3
     assert other.output.startswith("first difference at 0 ps: ")
-    assert (
-        json.loads(invoke(main, ["trace", "diff", str(run), str(mission), "--json"]).output)["equal"] is False
-    )
+    assert json.loads(invoke(main, ["trace", "diff", str(run), str(mission), "--json"]).output)["equal"] is False
     chart = invoke(main, ["trace", "timeline", str(mission), "--width", "80"])
     assert chart.exit_code == 0
     assert invoke(main, ["trace", "timeline", str(mission), "--from", "2 s", "--to", "1 s"]).exit_code == 2

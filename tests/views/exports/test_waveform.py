@@ -92,9 +92,7 @@ def test_the_same_run_gives_the_same_files(tmp_path: Path) -> None:
     for folder in ("one", "two"):
         (tmp_path / folder).mkdir()
         write_waveform(waveform_of(a_mission()), tmp_path / folder / "run.vcd")
-    one, two = (
-        {path.name: path.read_bytes() for path in (tmp_path / folder).iterdir()} for folder in ("one", "two")
-    )
+    one, two = ({path.name: path.read_bytes() for path in (tmp_path / folder).iterdir()} for folder in ("one", "two"))
     assert one == two
 
 
@@ -104,7 +102,5 @@ def test_the_command_line_says_what_it_wrote(tmp_path: Path) -> None:
     assert done.exit_code == 0, done.output
     written = {Path(line.removeprefix("written: ")) for line in done.output.splitlines()}
     assert written == {each for each in tmp_path.iterdir() if each != path}
-    late = CliRunner().invoke(
-        main, ["trace", "export", str(path), "--vcd", str(vcd), "--from", "2 s", "--to", "1 s"]
-    )
+    late = CliRunner().invoke(main, ["trace", "export", str(path), "--vcd", str(vcd), "--from", "2 s", "--to", "1 s"])
     assert late.exit_code == 2

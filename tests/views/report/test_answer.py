@@ -65,9 +65,7 @@ def test_the_time_stands_against_what_is_asked() -> None:
     )
     tight = [Constraint(figure="plan_time_worst_s", at_most=0.001), Constraint(figure="power", at_most=1.0)]
     sentence = answer(all_arriving(), tight).sentence
-    assert (
-        "fits, but misses what is asked for (worst plan time at most: 3.21 ms against 1 ms; power" in sentence
-    )
+    assert "fits, but misses what is asked for (worst plan time at most: 3.21 ms against 1 ms; power" in sentence
     assert "is feasible" not in sentence
 
 
@@ -91,21 +89,9 @@ def test_the_reason_that_is_passed_by_the_largest_factor_comes_first() -> None:
 @pytest.mark.parametrize(
     ("busy", "changes", "remedy"),
     [
-        (
-            {"fpga": 0.6, "pci": 0.4},
-            {},
-            "planning on fpga takes 60 % of the time, link pci takes 40 %: a faster clock",
-        ),
-        (
-            {"fpga": 0.4, "pci": 0.6},
-            {},
-            "link pci takes 60 % of the time, planning on fpga takes 40 %: a faster link",
-        ),
-        (
-            {"fpga": 0.1, "host": 0.9},
-            {},
-            "host takes 90 % of the time, planning on fpga takes 10 %: a faster host",
-        ),
+        ({"fpga": 0.6, "pci": 0.4}, {}, "planning on fpga takes 60 % of the time, link pci takes 40 %: a faster clock"),
+        ({"fpga": 0.4, "pci": 0.6}, {}, "link pci takes 60 % of the time, planning on fpga takes 40 %: a faster link"),
+        ({"fpga": 0.1, "host": 0.9}, {}, "host takes 90 % of the time, planning on fpga takes 10 %: a faster host"),
         ({"fpga": 1.0, "dimm": 0.9}, DIMM, "memory dimm is busy 90 % of it: a faster memory dimm"),
         ({"fpga": 1.0, "dimm": 0.2}, DIMM, "memory dimm is busy 20 % of it: a faster clock of fpga"),
         ({"fpga": 1.0}, {"clock": None}, "planning on fpga takes 100 % of the time: a faster fpga"),
@@ -130,10 +116,7 @@ def test_a_run_of_no_time_has_no_bottleneck() -> None:
 
 def test_a_mission_leads_with_its_end_and_its_figures() -> None:
     result = a_mission_result()
-    assert (
-        "is feasible: reached after 100 s; 2 missed deadlines; the pace is set by uart"
-        in answer(result).sentence
-    )
+    assert "is feasible: reached after 100 s; 2 missed deadlines; the pace is set by uart" in answer(result).sentence
     assert figures(result) == {
         "mission time": "100 s",
         "mission energy": "2 kJ",
@@ -146,9 +129,7 @@ def test_a_mission_leads_with_its_end_and_its_figures() -> None:
 def test_a_mission_without_its_goal_is_no_success() -> None:
     result = a_mission_result(mission=a_mission(reached=False, ended="walled in", contacts=1))
     sentence = answer(result).sentence
-    assert (
-        "fits, but the mission ends without its goal: walled in after 100 s; 1 contact, 2 missed" in sentence
-    )
+    assert "fits, but the mission ends without its goal: walled in after 100 s; 1 contact, 2 missed" in sentence
     assert figures(result)["mission time"] == "–"
 
 

@@ -47,9 +47,7 @@ FLIP = "flips at arm.costs.breadth_first_wall_cell = 84.33 ns (assumed 138 ns, 3
         (None, (1.0, 2.0), "–"),
     ],
 )
-def test_a_figure_with_its_interval(
-    value: float | None, interval: tuple[float, float] | None, text: str
-) -> None:
+def test_a_figure_with_its_interval(value: float | None, interval: tuple[float, float] | None, text: str) -> None:
     cell = figure_cell(TIME, value, interval)
     assert (cell.text, cell.value) == (text, value)
 
@@ -68,9 +66,7 @@ def test_verdicts_in_words() -> None:
     results = [result_of(ARM), result_of(FPGA)]
     assert verdict_text(winner_verdict([result_of(ARTY), result_of(FPGA)], TIME)).startswith(HOLDS)
     assert verdict_text(winner_verdict(results, FIGURES["share_reaching_goal"])) == "all others are equal"
-    assert verdict_text(winner_verdict(results, FIGURES["cycles"])).startswith(
-        "not assessed: the cycles rest"
-    )
+    assert verdict_text(winner_verdict(results, FIGURES["cycles"])).startswith("not assessed: the cycles rest")
     assert verdict_text(need_verdict(result_of(FPGA), "block_rams", 1000)) == EXACT
     # A law of slices has an interval.
     assert verdict_text(need_verdict(result_of(FPGA), "slices", 1000)) == HOLDS
@@ -120,10 +116,7 @@ def test_the_tables_of_a_study_say_how_sure_its_winners_are() -> None:
 
 
 def test_a_winner_that_may_not_reach_its_clock_wins_if_it_fits() -> None:
-    tiles = [
-        result_of(design("zynq", "wavefront-tiles")),
-        result_of(design("virtex4-pci", "wavefront-tiles")),
-    ]
+    tiles = [result_of(design("zynq", "wavefront-tiles")), result_of(design("virtex4-pci", "wavefront-tiles"))]
     assert verdict_text(winner_verdict(tiles, FIGURES["energy_j"])) == f"{HOLDS}, if the design fits"
 
 

@@ -20,9 +20,7 @@ from codesign.views.report.comparison_page import comparison_html
 from codesign.views.report.comparison_tables import Designs
 
 EVIL = "<script>alert(1)</script>\"'&</style>]]><!--"
-FAULT = SpecError(
-    [Fault("mine.yaml", 3, 5, "map", f"no path leads from start (1, 2) {EVIL}", "move the start")]
-)
+FAULT = SpecError([Fault("mine.yaml", 3, 5, "map", f"no path leads from start (1, 2) {EVIL}", "move the start")])
 SURE = ("zynq", "wavefront-tiles"), ("virtex4-pci", "wavefront-tiles")
 
 
@@ -36,14 +34,7 @@ def designs() -> Designs:
 
 def test_a_page_leads_with_the_winners_and_how_sure_they_are() -> None:
     page = Page(comparison_html(designs(), needs=[constraint_of("slices < 30000")]))
-    order = [
-        "2 of 4 feasible",
-        "least slices: ",
-        "how sure",
-        "Needs",
-        "Why designs are not feasible",
-        "Each design",
-    ]
+    order = ["2 of 4 feasible", "least slices: ", "how sure", "Needs", "Why designs are not feasible", "Each design"]
     text = " ".join(page.text.split())
     places = [text.index(each) for each in order]
     assert places == sorted(places)

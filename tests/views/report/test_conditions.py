@@ -52,9 +52,7 @@ def study(cells: list[list[Result]] = CELLS, **changes: Any) -> Study:
 
 def test_the_head_says_decisions_conditions_and_rule() -> None:
     told = summary(study())
-    assert told.startswith(
-        "3 designs × 2 conditions = 6 points, compared by the worst over the conditions: 2 feasible"
-    )
+    assert told.startswith("3 designs × 2 conditions = 6 points, compared by the worst over the conditions: 2 feasible")
     mixed = summary(study(aggregate={"first_plan_s": "mean"}))
     assert "compared over the conditions, first plan time by the mean; slices by the worst" in mixed
 

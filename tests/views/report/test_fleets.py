@@ -43,35 +43,20 @@ def test_collisions_stand_first_in_table_and_headline() -> None:
 
 def test_the_first_rows_of_a_fleet_say_how_it_ended() -> None:
     first = result_tables(a_fleet_result(a_fleet(ended="an update limit", completed=False)))[0]
-    assert [row[0].text for row in first.rows[:2]] == [
-        "ended",
-        "all robots at their targets without a contact",
-    ]
+    assert [row[0].text for row in first.rows[:2]] == ["ended", "all robots at their targets without a contact"]
     assert [row[1].value for row in first.rows[:2]] == ["an update limit", False]
 
 
 def test_every_number_of_a_fleet_is_told() -> None:
     """A figure that the models gain must be shown, or be left out here on purpose."""
     fleet = a_fleet()
-    shown = {
-        cell.value for table in fleet_tables(a_fleet_result(fleet)) for row in table.rows for cell in row
-    }
+    shown = {cell.value for table in fleet_tables(a_fleet_result(fleet)) for row in table.rows for cell in row}
     told = {name: getattr(fleet, name) for name in FleetFigures.model_fields}
-    nested = {
-        name: told.pop(name) for name in ("decide", "period", "frames", "shares", "fpga_utilisation", "pace")
-    }
-    told |= {
-        name: getattr(FRAMES, name)
-        for name in Frames.model_fields
-        if name not in ("receiver", "dropped", "age")
-    }
+    nested = {name: told.pop(name) for name in ("decide", "period", "frames", "shares", "fpga_utilisation", "pace")}
+    told |= {name: getattr(FRAMES, name) for name in Frames.model_fields if name not in ("receiver", "dropped", "age")}
     assert set(told.values()) <= shown
     assert {3, *nested["fpga_utilisation"], *nested["shares"].values()} <= shown
-    every = [
-        getattr(span, name)
-        for span in (fleet.decide, fleet.period, FRAMES.age)
-        for name in Spread.model_fields
-    ]
+    every = [getattr(span, name) for span in (fleet.decide, fleet.period, FRAMES.age) for name in Spread.model_fields]
     assert set(every) <= shown
 
 
@@ -140,9 +125,7 @@ def told_rates(text: str) -> list[float]:
     return [float(rate.replace(",", "")) for rate in found.groups() if rate]
 
 
-@given(
-    st.integers(1, 64), st.sampled_from([9600, 115_200, 921_600]), st.integers(1, 300), st.floats(1e-6, 0.2)
-)
+@given(st.integers(1, 64), st.sampled_from([9600, 115_200, 921_600]), st.integers(1, 300), st.floats(1e-6, 0.2))
 def test_what_twice_the_baud_or_the_clock_gives_is_what_the_closed_form_says(
     robots: int, baud: int, fifo: int, decide: float
 ) -> None:
@@ -179,9 +162,7 @@ def test_in_real_time_the_time_step_is_told_apart_from_decisions_that_miss_it() 
 
 def test_frames_skipped_in_real_time_are_told_with_the_baud_that_shows_all() -> None:
     text = pace_text(in_real_time(reachable_a_second=4.0))
-    assert (
-        "7 frames of 100 are skipped, as the line takes 250 ms for each: 2.5 times the baud shows all" in text
-    )
+    assert "7 frames of 100 are skipped, as the line takes 250 ms for each: 2.5 times the baud shows all" in text
     assert "skipped" not in pace_text(in_real_time(frames=FRAMES.model_copy(update={"skipped": 0})))
 
 

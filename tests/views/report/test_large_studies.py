@@ -76,9 +76,7 @@ def counted(monkeypatch: pytest.MonkeyPatch, owner: Any, name: str) -> Counter[A
 
 
 @pytest.mark.parametrize("computed", [4, 50, 5_280])
-def test_few_settings_are_shown_and_the_others_counted(
-    computed: int, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_few_settings_are_shown_and_the_others_counted(computed: int, monkeypatch: pytest.MonkeyPatch) -> None:
     study = wide(computed)
     verdicts = counted(monkeypatch, StudyRivals, "verdict")
     table = winners_table(study)

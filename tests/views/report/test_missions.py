@@ -59,9 +59,7 @@ def a_drive(**ended: str) -> list[Record]:
         MissionRecord(SECOND, "robot", "plan_ready", "after 1 s"),
         MessageRecord(SECOND, "uart", "fpga", "host", "direction", 64, 2 * SECOND, 3 * SECOND),
     ]
-    records += [
-        PoseRecord((index + 1) * 10 * SECOND, "robot", *point, 0.0, 0.5) for index, point in enumerate(way)
-    ]
+    records += [PoseRecord((index + 1) * 10 * SECOND, "robot", *point, 0.0, 0.5) for index, point in enumerate(way)]
     records += [
         ObstacleRecord(15 * SECOND, "world", np.array([[9, 28], [10, 28]], np.int32), True),
         ObstacleRecord(16 * SECOND, "world", np.array([[9, 28]], np.int32), False),
@@ -95,18 +93,14 @@ def test_every_number_of_a_mission_is_told() -> None:
     no_numbers = {"ended", "reached", "energy", "account", "latency", "control", "bottleneck", "levers"}
     # Contacts have a table of their own, and a share is none of 1000.
     numbers = {
-        name: float(value)
-        for name, value in told.items()
-        if name not in no_numbers | {"contact_points", "known_share"}
+        name: float(value) for name, value in told.items() if name not in no_numbers | {"contact_points", "known_share"}
     }
     shown = {cell.value for row in mission_table(a_mission(**numbers)).rows for cell in row}
     assert set(numbers.values()) <= shown
 
 
 def test_more_contacts_than_are_shown_are_counted() -> None:
-    points = tuple(
-        ContactPoint(time_s=number, row=number + 0.5, column=2.0, speed_m_s=0.1) for number in range(100)
-    )
+    points = tuple(ContactPoint(time_s=number, row=number + 0.5, column=2.0, speed_m_s=0.1) for number in range(100))
     table = contacts_table(a_mission(contacts=130, contact_points=points))
     assert [row[0].value for row in table.rows] == [*range(20)]
     assert [cell.text for cell in table.rows[1]] == ["1 s", "1.500", "2.000", "0.1 m/s"]
@@ -135,9 +129,7 @@ def test_energy_of_what_declares_no_power_is_told_as_not_declared() -> None:
         "memories whose power is not declared count as 0 J: sram",
     )
     nothing = energy.model_copy(update={"links_j": 0.0, "not_declared": {"links": ("wire",)}})
-    assert {row[0].text: row[1].text for row in energy_table("Energy", nothing).rows}[
-        "links"
-    ] == "not declared"
+    assert {row[0].text: row[1].text for row in energy_table("Energy", nothing).rows}["links"] == "not declared"
     assert not energy_table("Energy", energy).notes
     plan = a_result()
     assert plan.energy is not None
@@ -163,10 +155,7 @@ def test_messages_that_were_sent_are_all_accounted_for_with_reasons() -> None:
     names = [column.name for column in table.columns]
     told = dict(zip(names, row, strict=True))
     assert told["sent"] == told["delivered"] + told["dropped"] + told["in flight"]  # type: ignore[operator]
-    assert table.notes == (
-        "uart: 7 messages dropped: link down",
-        "uart: 2 messages dropped: damaged after 4 attempts",
-    )
+    assert table.notes == ("uart: 7 messages dropped: link down", "uart: 2 messages dropped: damaged after 4 attempts")
 
 
 def test_a_result_shows_its_mission_and_a_plan_alone_none() -> None:
@@ -294,18 +283,14 @@ spans = st.lists(st.tuples(st.integers(0, 90), st.integers(0, 40)), max_size=12)
 
 
 @given(spans, st.integers(1, 30))
-def test_busy_shares_are_what_counting_each_picosecond_gives(
-    begins: list[tuple[int, int]], bins: int
-) -> None:
+def test_busy_shares_are_what_counting_each_picosecond_gives(begins: list[tuple[int, int]], bins: int) -> None:
     found = [(begin, begin + length) for begin, length in begins]
     end = 120 * bins
     busy = np.zeros(end, bool)
     for begin, stop in found:
         busy[begin * bins : stop * bins] = True
     shares = busy_shares([(begin * bins, stop * bins) for begin, stop in found], end, bins)
-    expected = (
-        np.diff(np.concatenate(([0], np.cumsum(busy)))[np.linspace(0, end, bins + 1).astype(int)]) / 120
-    )
+    expected = np.diff(np.concatenate(([0], np.cumsum(busy)))[np.linspace(0, end, bins + 1).astype(int)]) / 120
     assert np.allclose(shares, expected)
 
 

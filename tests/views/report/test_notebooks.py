@@ -45,9 +45,7 @@ def a_reproduction(rows: int = 500) -> Reproduction:
 
 
 def shown() -> list[Any]:
-    table = Table(
-        EVIL, left(*[EVIL] * 40), tuple(words(*[EVIL * 100] * 40) for _ in range(3000)), (EVIL,) * 90
-    )
+    table = Table(EVIL, left(*[EVIL] * 40), tuple(words(*[EVIL * 100] * 40) for _ in range(3000)), (EVIL,) * 90)
     many = replace(a_study(), platform=EVIL * 1000, workload=EVIL)
     return [
         table,
@@ -85,9 +83,7 @@ def test_records_of_figures_are_cut() -> None:
 
 def test_a_trace_and_specs_are_one_line() -> None:
     channels = [Channel(f"/{number}", "schema", "MapRecord", "map", 2) for number in range(1000)]
-    assert (
-        repr(Trace(Path("run.mcap"), channels=channels)) == "Trace(run.mcap: 1,000 channels, 2,000 messages)"
-    )
+    assert repr(Trace(Path("run.mcap"), channels=channels)) == "Trace(run.mcap: 1,000 channels, 2,000 messages)"
     assert repr(Trace(Path("run.mcap"), fault="cut")).endswith("0 messages, not complete)")
     assert repr(codesign.load_workload("labyrinth")) == "Workload('labyrinth')"
 

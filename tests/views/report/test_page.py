@@ -91,9 +91,7 @@ def test_a_page_asks_for_nothing_from_outside(kind: str) -> None:
             assert (attributes[name] or "").startswith("data:image/")
         assert not any(name.startswith("on") for name in attributes)
     policy = next(
-        a["content"]
-        for tag, a in page.elements
-        if tag == "meta" and "Content-Security" in (a.get("http-equiv") or "")
+        a["content"] for tag, a in page.elements if tag == "meta" and "Content-Security" in (a.get("http-equiv") or "")
     )
     assert policy is not None
     assert policy.startswith("default-src 'none'")
@@ -158,16 +156,10 @@ def test_the_data_of_the_page_are_the_figures_of_the_study() -> None:
     study = a_study()
     data = data_of(study_html(study))
     frame = data["frames"][0]
-    assert [each["key"] for each in frame["figures"][: data["main"]]] == [
-        str(each) for each in study.objectives
-    ]
+    assert [each["key"] for each in frame["figures"][: data["main"]]] == [str(each) for each in study.objectives]
     for shown in frame["figures"][: data["main"]]:
         figure = FIGURES[shown["key"]]
-        assert (shown["name"], shown["unit"], shown["maximise"]) == (
-            figure.label,
-            figure.unit,
-            figure.maximise,
-        )
+        assert (shown["name"], shown["unit"], shown["maximise"]) == (figure.label, figure.unit, figure.maximise)
         values = column(data, shown["column"])
         for value, point in zip(values, study.points, strict=True):
             own = point.figure(figure)
@@ -276,9 +268,7 @@ def test_landmarks_have_names_of_their_own_and_what_scrolls_has_focus(kind: str)
 
 @pytest.mark.parametrize("kind", ["study", "result", "reproduction"])
 def test_narrow_tables_are_no_cards(kind: str) -> None:
-    tables = re.findall(
-        r'<table class="(cards|slim)[^"]*">\s*<thead><tr>(.*?)</tr>', _pages()[kind], re.DOTALL
-    )
+    tables = re.findall(r'<table class="(cards|slim)[^"]*">\s*<thead><tr>(.*?)</tr>', _pages()[kind], re.DOTALL)
     assert {name for name, _ in tables} == {"cards", "slim"}
     for name, head in tables:
         assert (name == "slim") == (head.count("<th") <= 3)
@@ -289,9 +279,7 @@ def test_the_sentence_that_answers_comes_first() -> None:
     html = study_html(study)
     sentence = f'<p class="answer">{escape(study_sentence(study))}</p>'
     assert sentence in html
-    assert (
-        html.index("</h1>") < html.index(sentence) < html.index('<ul class="counts">') < html.index("<table")
-    )
+    assert html.index("</h1>") < html.index(sentence) < html.index('<ul class="counts">') < html.index("<table")
 
 
 def test_a_button_is_named_by_what_stands_on_it() -> None:
@@ -317,8 +305,7 @@ def test_text_on_every_shade_of_the_matrix_can_be_read(scheme: int) -> None:
         return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
 
     shares = re.findall(
-        r"\.shade-\d+ \{ background: color-mix\(in srgb, var\(--accent\) (\d+)%",
-        template_text("study/study.css"),
+        r"\.shade-\d+ \{ background: color-mix\(in srgb, var\(--accent\) (\d+)%", template_text("study/study.css")
     )
     assert len(shares) == 10
     for share in (int(each) / 100 for each in shares):

@@ -58,9 +58,7 @@ def painted(tab: Any) -> int:
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 @pytest.mark.parametrize("width", [1600, 900, 400])
-def test_a_page_is_drawn_at_any_width_and_in_both_colours(
-    browser: Any, page: Path, width: int, scheme: str
-) -> None:
+def test_a_page_is_drawn_at_any_width_and_in_both_colours(browser: Any, page: Path, width: int, scheme: str) -> None:
     with opened(browser, page, viewport={"width": width, "height": 900}, color_scheme=scheme) as tab:
         assert painted(tab) > 100
         # Nothing but tables with a bar of their own is wider than the page.
@@ -70,9 +68,7 @@ def test_a_page_is_drawn_at_any_width_and_in_both_colours(
         assert light == (scheme == "light")
         filtered = tab.evaluate("getComputedStyle(document.querySelector('figure img')).filter")
         assert (filtered == "none") == (scheme == "light")
-        is_card = (
-            tab.evaluate("getComputedStyle(document.querySelector('#points tbody td')).display") == "flex"
-        )
+        is_card = tab.evaluate("getComputedStyle(document.querySelector('#points tbody td')).display") == "flex"
         assert is_card == (width == 400)
         if is_card:
             before = "getComputedStyle(document.querySelectorAll('#points tbody td')[1], '::before').content"
@@ -97,9 +93,7 @@ def test_a_printed_page_keeps_its_figure_and_its_columns(browser: Any, page: Pat
         assert tab.evaluate("getComputedStyle(document.querySelector('.wide')).overflowX") == "visible"
         assert tab.evaluate("getComputedStyle(document.body).color") == "rgb(0, 0, 0)"
         tab.set_viewport_size({"width": 980, "height": 900})
-        wide = (
-            "Math.max(...[...document.querySelectorAll('table')].map((t) => t.getBoundingClientRect().right))"
-        )
+        wide = "Math.max(...[...document.querySelectorAll('table')].map((t) => t.getBoundingClientRect().right))"
         assert tab.evaluate(wide) <= 980
         assert len(tab.pdf(prefer_css_page_size=True)) > 20_000
         tab.set_viewport_size({"width": 1600, "height": 900})
@@ -162,9 +156,7 @@ def test_infeasible_points_are_shown_on_demand_with_what_they_lack(browser: Any,
 def test_any_axis_or_figure_can_be_placed_coloured_and_shaped_by(browser: Any, page: Path) -> None:
     with opened(browser, page) as tab:
         for select in ("#choose-x", "#choose-y", "#choose-colour", "#choose-shape"):
-            for value in tab.eval_on_selector_all(
-                f"{select} option", "(all) => all.map((each) => each.value)"
-            ):
+            for value in tab.eval_on_selector_all(f"{select} option", "(all) => all.map((each) => each.value)"):
                 tab.select_option(select, value)
                 assert shown(tab)
                 assert tab.locator("#plot canvas").count() == 1
@@ -274,9 +266,7 @@ def test_hostile_names_are_shown_as_they_are(browser: Any, tmp_path: Path) -> No
 
 def figures_and_values() -> list[tuple[ResultFigure, float]]:
     drawn, pairs = random.Random(5), []
-    kinds = [
-        ResultFigure("x", "", "", unit=unit) for unit in ("s", "Hz", "W", "J", "1", "cells", "m/s", "bits")
-    ]
+    kinds = [ResultFigure("x", "", "", unit=unit) for unit in ("s", "Hz", "W", "J", "1", "cells", "m/s", "bits")]
     kinds += [FIGURES["slices"], FIGURES["share_reaching_goal"], FIGURES["precision"]]
     for figure in kinds:
         values = [0.0, 1.0, 0.5, 2.5, 0.125, 1234.5, 12345.0, 9999.5, 0.00012345, 1e15, 3.3e22, 999.95, 1e-13]
@@ -340,9 +330,7 @@ def conditions_page(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
-def test_conditions_are_aggregated_shown_by_themselves_or_side_by_side(
-    browser: Any, conditions_page: Path
-) -> None:
+def test_conditions_are_aggregated_shown_by_themselves_or_side_by_side(browser: Any, conditions_page: Path) -> None:
     with opened(browser, conditions_page) as tab:
         assert shown(tab) == "6 of 8 designs shown"
         tab.select_option("#choose-view", "2")

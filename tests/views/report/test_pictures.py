@@ -9,14 +9,7 @@ from report_samples import a_hopeless_study, a_study
 
 from codesign.ground.errors import InputError
 from codesign.ground.figures import FIGURES, ResultFigure
-from codesign.ground.records import (
-    MapRecord,
-    MessageRecord,
-    Record,
-    StageRecord,
-    TaskRecord,
-    TrajectoryRecord,
-)
+from codesign.ground.records import MapRecord, MessageRecord, Record, StageRecord, TaskRecord, TrajectoryRecord
 from codesign.views.report import front_picture, map_picture, run_pictures, schedule_picture
 from codesign.views.report.front_picture import _staircase
 
@@ -44,10 +37,7 @@ def test_pictures_are_what_they_say_and_the_same_every_time() -> None:
     assert ElementTree.fromstring(svg.data).tag.endswith("svg")
     assert svg.data == front_picture(study, format="svg").data
     assert png.data == front_picture(study).data
-    assert (
-        png.alt
-        == "Scatter plot of slices against first plan time, 18 feasible points, front outlined and joined"
-    )
+    assert png.alt == "Scatter plot of slices against first plan time, 18 feasible points, front outlined and joined"
 
 
 def test_a_dollar_in_a_name_is_no_formula() -> None:

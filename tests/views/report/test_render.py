@@ -12,14 +12,7 @@ from report_samples import a_study
 
 from codesign.ground.errors import RunError
 from codesign.ground.figures import FIGURES
-from codesign.views.report import (
-    render_csv,
-    render_markdown,
-    render_text,
-    study_table,
-    write_csv,
-    write_study_csv,
-)
+from codesign.views.report import render_csv, render_markdown, render_text, study_table, write_csv, write_study_csv
 from codesign.views.report.render import printable
 from codesign.views.report.table import Cell, Column, Table, left, words
 

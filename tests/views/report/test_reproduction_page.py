@@ -111,9 +111,7 @@ def test_a_page_that_cannot_be_written_leaves_nothing(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_a_reproduction_stands_at_any_width_in_both_colours_and_on_paper(
-    browser: Any, tmp_path: Path
-) -> None:
+def test_a_reproduction_stands_at_any_width_in_both_colours_and_on_paper(browser: Any, tmp_path: Path) -> None:
     path = tmp_path / "page.html"
     reproduction_page(papers(), path)
     stands_at_any_width(browser, path)

@@ -57,9 +57,7 @@ def test_a_run_stands_at_any_width_in_both_colours_and_on_paper(
     stands_at_any_width(browser, pages[name])
     tables_fit(browser, pages[name])
     for width in (1600, 900, 400):
-        with opened(
-            browser, pages[name], viewport={"width": width, "height": 900}, color_scheme="dark"
-        ) as tab:
+        with opened(browser, pages[name], viewport={"width": width, "height": 900}, color_scheme="dark") as tab:
             colours, dark = pixels_of(tab)
             assert colours > 5
             box = tab.locator("#stage").bounding_box()
@@ -138,9 +136,7 @@ def test_a_run_is_scrubbed_with_the_keyboard(browser: Any, pages: dict[str, Path
         assert {"play", "time", "pace", "trail"} <= reached
 
 
-def test_cells_and_robots_of_the_script_are_those_of_the_records(
-    browser: Any, pages: dict[str, Path]
-) -> None:
+def test_cells_and_robots_of_the_script_are_those_of_the_records(browser: Any, pages: dict[str, Path]) -> None:
     records: list[Record] = a_drive()
     script = "\n".join(template_text(name) for name in ("columns.js", "run/timeline.js"))
     read = """async (ticks) => { %s;
@@ -189,9 +185,7 @@ def test_a_fleet_of_64_can_be_read(browser: Any, pages: dict[str, Path]) -> None
         # Sorted by any column; what has no value comes last.
         heading = tab.locator("table.robots thead button").nth(1)
         heading.click()
-        cells = (
-            "[...document.querySelectorAll('table.robots tbody tr')].map((row) => row.cells[1].dataset.value)"
-        )
+        cells = "[...document.querySelectorAll('table.robots tbody tr')].map((row) => row.cells[1].dataset.value)"
         rising = tab.evaluate(cells)
         assert [float(value) for value in rising[:-1]] == sorted(float(value) for value in rising[:-1])
         assert rising[-1] == ""
@@ -222,9 +216,7 @@ def test_a_plan_shows_the_field_of_each_stage(browser: Any, pages: dict[str, Pat
 @pytest.mark.parametrize(
     "address", ["#t=nan&robot=-1", "#t=1e99&robot=1.5", "#t=-5", "#robot=__proto__&t=", "#%E0%A4%A"]
 )
-def test_an_address_that_says_nonsense_does_no_harm(
-    browser: Any, pages: dict[str, Path], address: str
-) -> None:
+def test_an_address_that_says_nonsense_does_no_harm(browser: Any, pages: dict[str, Path], address: str) -> None:
     with opened(browser, pages["fleet"], address) as tab:
         assert 0 <= tick_of(tab) <= 1e7
         assert "rest at their targets" in tab.inner_text("#facts") or "drive" in tab.inner_text("#facts")

@@ -101,22 +101,12 @@ def test_the_reproduction_reads_as_agreed() -> None:
     assert render_text(findings_table(a_reproduction())).splitlines()[3:] == [
         "Tables 1 to 3 are met exactly.   yes     rows     12"
     ]
-    assert values(reproduction_sources_table(a_reproduction()), "tables") == [
-        "Table 3, Section 5.4",
-        "Section 5.4",
-    ]
+    assert values(reproduction_sources_table(a_reproduction()), "tables") == ["Table 3, Section 5.4", "Section 5.4"]
 
 
 @pytest.mark.parametrize(
     ("error", "text"),
-    [
-        (0.0, "0 %"),
-        (1e-9, "<0.001 %"),
-        (9e-5, "+0.009 %"),
-        (-0.0043, "-0.43 %"),
-        (0.996, "+100 %"),
-        (2.46, "+246 %"),
-    ],
+    [(0.0, "0 %"), (1e-9, "<0.001 %"), (9e-5, "+0.009 %"), (-0.0043, "-0.43 %"), (0.996, "+100 %"), (2.46, "+246 %")],
 )
 def test_errors_are_told_with_their_sign_and_no_exponent(error: float, text: str) -> None:
     assert error_text(error) == text
@@ -228,9 +218,7 @@ def test_a_row_of_reasons_is_of_one_point() -> None:
     """The levers stand beside the gap that they close, though another point's are more frequent."""
 
     def short(gap: int, *levers: str) -> Reason:
-        return Reason(
-            kind="resource", name="block_rams", demand=144 + gap, limit=144, gap=gap, unit="", levers=levers
-        )
+        return Reason(kind="resource", name="block_rams", demand=144 + gap, limit=144, gap=gap, unit="", levers=levers)
 
     far, near = (a_result(slices=99_999, reasons=(each,)) for each in (short(90, "far"), short(2, "near")))
     outcomes = Outcomes.of([far, far, near, far, near, "no such_file: x"])
@@ -278,13 +266,8 @@ def test_a_comparison_shows_multiples_of_the_first() -> None:
 
 
 def test_a_comparison_is_with_the_first_design_that_has_a_plan() -> None:
-    lost = a_result(
-        time_s=0.001,
-        quality=Quality(**(QUALITY | {"share_reaching_goal": 0.5, "starts_arrived": 0})),
-    )
-    fault = Fault(
-        "a.yaml", 3, 1, "relax.block", "a block of 36 × 66 nodes on a map of 40 × 60 cells", "change block"
-    )
+    lost = a_result(time_s=0.001, quality=Quality(**(QUALITY | {"share_reaching_goal": 0.5, "starts_arrived": 0})))
+    fault = Fault("a.yaml", 3, 1, "relax.block", "a block of 36 × 66 nodes on a map of 40 × 60 cells", "change block")
     results: list[tuple[str, Result | CodesignError]] = [
         ("refused", SpecError([fault])),
         ("large", a_result(slices=50_000)),
@@ -297,17 +280,8 @@ def test_a_comparison_is_with_the_first_design_that_has_a_plan() -> None:
     assert rows["feasible"] == ["not run", "no", "yes", "yes", "yes"]
     assert rows["starts that arrive"] == ["–", "–", "0 of 64", "63 of 64", "63 of 64"]
     assert rows["first plan time"] == ["–", "–", "1 ms (×0.312)", "3.21 ms", "6.42 ms (×2)"]
-    why = zip(
-        *([c.text for c in row[1:]] for row in table.rows if row[0].text in {"why infeasible", ""}),
-        strict=True,
-    )
-    assert [" ".join(lines).strip() for lines in why] == [
-        fault.what,
-        "slices: 50,000 against 33,792",
-        "–",
-        "–",
-        "–",
-    ]
+    why = zip(*([c.text for c in row[1:]] for row in table.rows if row[0].text in {"why infeasible", ""}), strict=True)
+    assert [" ".join(lines).strip() for lines in why] == [fault.what, "slices: 50,000 against 33,792", "–", "–", "–"]
     assert "in brackets: as a multiple of base" in table.notes
     alone = comparison_table(results[:3])
     assert not any("×" in cell.text for row in alone.rows if row[0].text == "first plan time" for cell in row)
@@ -316,9 +290,7 @@ def test_a_comparison_is_with_the_first_design_that_has_a_plan() -> None:
 
 def test_a_plan_that_fails_is_told_beside_feasible() -> None:
     def overview(arrived: int) -> dict[str, str]:
-        result = a_result(
-            quality=Quality(**(QUALITY | {"share_reaching_goal": 0.5, "starts_arrived": arrived}))
-        )
+        result = a_result(quality=Quality(**(QUALITY | {"share_reaching_goal": 0.5, "starts_arrived": arrived})))
         return {row[0].text: row[1].text for row in result_tables(result)[0].rows}
 
     assert overview(0)["starts that arrive"] == "0 of 64"
@@ -335,10 +307,7 @@ def test_what_displays_read_is_told() -> None:
 
 def test_a_figure_of_quality_has_the_unit_that_its_field_declares() -> None:
     quality = Quality(share_reaching_goal=0.5, **QUALITY)
-    rows = {
-        row[0].text: row[1].text
-        for row in named(result_tables(a_result(quality=quality)), "Plan quality").rows
-    }
+    rows = {row[0].text: row[1].text for row in named(result_tables(a_result(quality=quality)), "Plan quality").rows}
     assert (rows["clearance, mean"], rows["clearance, least"]) == ("1.7 cells", "0.5 cells")
 
 
@@ -366,9 +335,7 @@ def test_results_side_by_side_say_what_was_asked() -> None:
             if point.result is not None
         ]
     )
-    assert (
-        front_table(replace(study, outcomes=outcomes)).notes[0].startswith("2 different questions were asked")
-    )
+    assert front_table(replace(study, outcomes=outcomes)).notes[0].startswith("2 different questions were asked")
     winners = winners_table(replace(study, outcomes=outcomes), axis="relax.schedule")
     assert winners is not None
     assert {row[-1].text.count("another question") for row in winners.rows} == {2}
@@ -387,9 +354,7 @@ def test_figures_of_cells_are_compared_where_every_plan_covers_all_cells() -> No
     assert any(note.startswith("left out: share reaching goal") for note in without.notes)
 
 
-def test_points_are_written_in_blocks_as_they_are_at_once(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_points_are_written_in_blocks_as_they_are_at_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     study = a_study()
     write_study_csv(study, tmp_path / "whole.csv")
     monkeypatch.setattr(sys.modules[write_study_csv.__module__], "_ROWS_AT_ONCE", 7)

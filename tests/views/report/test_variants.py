@@ -75,10 +75,7 @@ def test_the_winner_of_each_setting_and_by_how_much() -> None:
 
 
 def test_most_is_best_where_more_is_better() -> None:
-    cells = {
-        ("base", 10): result(share=0.9),
-        ("on-host", 10): result(share=0.45),
-    }
+    cells = {("base", 10): result(share=0.9), ("on-host", 10): result(share=0.45)}
     table = winners_table(study(cells), F["share_reaching_goal"])
     assert table is not None
     assert table.title.endswith("most share reaching goal")
@@ -116,10 +113,7 @@ def test_a_mission_that_missed_its_goals_wins_nothing() -> None:
 
 
 def test_a_figure_of_zero_has_no_ratio() -> None:
-    cells = {
-        ("base", 10): result(slices=0),
-        ("b", 10): result(slices=9),
-    }
+    cells = {("base", 10): result(slices=0), ("b", 10): result(slices=9)}
     table = winners_table(study(cells), F["slices"])
     assert table is not None
     assert texts(table) == [["base", "0", "b", "9", "–", EXACT]]
@@ -144,19 +138,13 @@ def test_of_whole_problems_only_what_differs_is_told() -> None:
         {"map": {"generate": "empty", "rows": rows, "columns": 12, "seed": 0}, "goals": [[rows - 1, 3]]}
         for rows in (10, 20)
     ]
-    axes: dict[str, tuple[Any, ...]] = {
-        "workload.problem": tuple(problems),
-        "workload.variant": ("base", "b"),
-    }
+    axes: dict[str, tuple[Any, ...]] = {"workload.problem": tuple(problems), "workload.variant": ("base", "b")}
     outcomes = Outcomes.of([result(seconds=1 + index) for index in range(4)])
     made = Study("bench", "maze", axes, (F["first_plan_s"],), (), outcomes)
     table = winners_table(made)
     assert table is not None
     assert [row[0] for row in texts(table)] == ["rows 10, goals 9, 3", "rows 20, goals 19, 3"]
-    assert [row[1].text for row in study_table(made).rows][::2] == [
-        "rows 10, goals 9, 3",
-        "rows 20, goals 19, 3",
-    ]
+    assert [row[1].text for row in study_table(made).rows][::2] == ["rows 10, goals 9, 3", "rows 20, goals 19, 3"]
     assert chart_data(made)["axes"][0]["levels"] == ["rows 10, goals 9, 3", "rows 20, goals 19, 3"]
     # A program gets all of it.
     assert '"generate": "empty"' in study_csv(made).rows[0][1].text
@@ -165,14 +153,7 @@ def test_of_whole_problems_only_what_differs_is_told() -> None:
 def test_values_that_are_alike_for_long_are_still_told_apart() -> None:
     same = {f"parameter{number}": number for number in range(40)}
     axes: dict[str, tuple[Any, ...]] = {"workload.scenario": ({**same, "last": 1}, {**same, "last": 2})}
-    made = Study(
-        "bench",
-        "maze",
-        axes,
-        (F["first_plan_s"],),
-        (),
-        Outcomes.of([result(), None]),
-    )
+    made = Study("bench", "maze", axes, (F["first_plan_s"],), (), Outcomes.of([result(), None]))
     assert axis_levels(made, "workload.scenario") == ["last 1", "last 2"]
 
 

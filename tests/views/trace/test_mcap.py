@@ -63,9 +63,7 @@ def test_the_mcap_library_reads_it_with_its_checksums(tmp_path: Path) -> None:
         "/map", "/pci/message", "/fpga/visits", "/fpga/stage", "/host/task", "/trajectory",
         "/fpga/utilisation", "/pci/utilisation", "/summary", "/fpga/sample",
     }  # fmt: skip
-    assert [channel.metadata["record"] for _, channel, _ in records] == [
-        type(record).__name__ for record in a_run()
-    ]
+    assert [channel.metadata["record"] for _, channel, _ in records] == [type(record).__name__ for record in a_run()]
     assert len(messages) == summary.statistics.message_count
     assert (summary.statistics.message_start_time, summary.statistics.message_end_time) == (0, 10_000)
     assert [message.log_time for _, _, message in records] == [record.time // 1000 for record in a_run()]
@@ -107,9 +105,7 @@ def test_arrays_are_stored_in_few_bytes_without_loss() -> None:
 
 
 def test_a_missing_field_has_its_default() -> None:
-    message = message_class(MessageRecord)(
-        picoseconds=1, source="pci", sender="host", end=1
-    ).SerializeToString()
+    message = message_class(MessageRecord)(picoseconds=1, source="pci", sender="host", end=1).SerializeToString()
     assert decode(MessageRecord, message, 0) == MessageRecord(1, "pci", "host", "", "", 0, 1, 2)
 
 
@@ -215,9 +211,7 @@ os.kill(os.getpid(), signal.SIGKILL)
 """
 
 
-def test_a_killed_run_leaves_a_file_whose_complete_chunks_are_read(
-    tmp_path: Path, hwsw: Callable[..., Any]
-) -> None:
+def test_a_killed_run_leaves_a_file_whose_complete_chunks_are_read(tmp_path: Path, hwsw: Callable[..., Any]) -> None:
     killed = subprocess.run([sys.executable, "-c", KILLED, tmp_path / "run.mcap"], check=False)
     assert killed.returncode == -signal.SIGKILL
     (part,) = tmp_path.iterdir()

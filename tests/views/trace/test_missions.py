@@ -158,17 +158,13 @@ def test_a_robot_is_never_where_its_trace_has_an_obstacle(
 
 
 @pytest.mark.parametrize("name", ENDINGS)
-def test_the_trace_tells_what_the_result_counts(
-    runs: dict[str, tuple[Path, Result, list[Record]]], name: str
-) -> None:
+def test_the_trace_tells_what_the_result_counts(runs: dict[str, tuple[Path, Result, list[Record]]], name: str) -> None:
     path, result, _ = runs[name]
     mission, links = result.mission, result.links
     assert mission is not None
     assert links is not None
     trace = whole(path)
-    messages = [
-        record for record in trace.records(kinds=[MessageRecord]) if isinstance(record, MessageRecord)
-    ]
+    messages = [record for record in trace.records(kinds=[MessageRecord]) if isinstance(record, MessageRecord)]
     for link, use in links.items():
         mine = [message for message in messages if message.source == link]
         assert sum(message.outcome == "delivered" for message in mine) == use.delivered
@@ -177,8 +173,7 @@ def test_the_trace_tells_what_the_result_counts(
         assert sum(message.bits for message in mine if message.outcome == "delivered") == use.bits
     events = [record for record in trace.records(kinds=[MissionRecord]) if isinstance(record, MissionRecord)]
     counted = {
-        event: sum(one.event == event for one in events)
-        for event in ("contact", "safety_stop", "deadline_missed")
+        event: sum(one.event == event for one in events) for event in ("contact", "safety_stop", "deadline_missed")
     }
     assert counted == {
         "contact": mission.contacts,
@@ -198,9 +193,7 @@ def test_what_the_robot_knows_at_the_end_is_what_the_result_says(
     assert any(isinstance(record, BeliefRecord) for record in records)
 
 
-def test_a_scan_is_recorded_each_five_seconds(
-    runs: dict[str, tuple[Path, Result, list[Record]]],
-) -> None:
+def test_a_scan_is_recorded_each_five_seconds(runs: dict[str, tuple[Path, Result, list[Record]]]) -> None:
     """Its ranges are those of the rays on the true map, where the robot was at that time."""
     path, _, records = runs["out of time"]
     scans = [each for each in runs["reached"][2] if isinstance(each, ScanRecord)]
@@ -237,9 +230,7 @@ def test_a_level_without_scans_makes_none(tmp_path: Path, monkeypatch: pytest.Mo
 
 
 @pytest.mark.parametrize("name", ENDINGS)
-def test_every_mission_has_its_pictures(
-    runs: dict[str, tuple[Path, Result, list[Record]]], name: str
-) -> None:
+def test_every_mission_has_its_pictures(runs: dict[str, tuple[Path, Result, list[Record]]], name: str) -> None:
     records = runs[name][2]
     drive, busy = run_pictures(records)
     assert drive.title == "Where the robot drove"

@@ -46,18 +46,14 @@ def a_room() -> list[Record]:
     free[1:4, 0] = True
     free[2, 2:] = False
     free[3, 3] = False
-    seen = np.argwhere(np.ones((5, 5), bool) & (np.add.outer(np.arange(5), np.arange(5)) < 6)).astype(
-        np.int32
-    )
+    seen = np.argwhere(np.ones((5, 5), bool) & (np.add.outer(np.arange(5), np.arange(5)) < 6)).astype(np.int32)
     return [
         MapRecord(0, "map", free, np.array([[3, 4]], np.int32), 0.1),
         BeliefRecord(0, "robot", seen, np.zeros(len(seen), bool)),
         PoseRecord(0, "robot", 0.0, 0.0, 0.0, 0.0),
         TrajectoryRecord(SECOND, "robot", np.array([[0.0, 0.0], [3.0, 0.0], [3.0, 2.0]]), False),
         ObstacleRecord(2 * SECOND, "map", np.array([[1, 2]], np.int32), True),
-        BeliefRecord(
-            3 * SECOND, "robot", np.array([[1, 2], [3, 3], [1, 3]], np.int32), np.array([True, True, True])
-        ),
+        BeliefRecord(3 * SECOND, "robot", np.array([[1, 2], [3, 3], [1, 3]], np.int32), np.array([True, True, True])),
         PoseRecord(3 * SECOND, "robot", 3.0, 0.0, np.pi / 2, 0.25),
         MissionRecord(3 * SECOND, "robot", "plan_requested", "the way is blocked"),
         ObstacleRecord(4 * SECOND, "map", np.array([[1, 2]], np.int32), False),
@@ -210,9 +206,7 @@ def test_the_command_line_shows_a_moment_and_draws_it(tmp_path: Path) -> None:
         (("--at", "1s", "--picture", "room.gif"), "neither PNG nor SVG"),
     ],
 )
-def test_a_bad_time_or_picture_is_refused_with_a_remedy(
-    tmp_path: Path, words: tuple[str, ...], why: str
-) -> None:
+def test_a_bad_time_or_picture_is_refused_with_a_remedy(tmp_path: Path, words: tuple[str, ...], why: str) -> None:
     path = write(tmp_path / "room.mcap", a_room())
     done = CliRunner().invoke(main, ["trace", "show", str(path), *words])
     assert done.exit_code == 2

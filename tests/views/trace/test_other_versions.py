@@ -116,19 +116,16 @@ def test_a_field_of_another_type_is_no_damage(tmp_path: Path, name: str) -> None
 
 
 @pytest.mark.parametrize("name", RECORD_TYPES)
-def test_a_field_that_an_older_version_lacks_takes_its_default_or_is_refused(
-    tmp_path: Path, name: str
-) -> None:
+def test_a_field_that_an_older_version_lacks_takes_its_default_or_is_refused(tmp_path: Path, name: str) -> None:
     record, kind = SAMPLES[name], RECORD_TYPES[name]
     last = plan_of(kind)[-1]
     kept = [plan.name for plan in plan_of(kind)][:-1]
     whole = another(kind)
     older = make_dataclass(
         kind.__name__,
-        [
-            (each.name, each.type, *([each.default] if each.default is not MISSING else []))
-            for each in fields(whole)
-        ][:-1],
+        [(each.name, each.type, *([each.default] if each.default is not MISSING else [])) for each in fields(whole)][
+            :-1
+        ],
         bases=(Record,),
         frozen=True,
         namespace={"TIMES": tuple(name for name in kind.TIMES if name in kept)},
@@ -151,9 +148,7 @@ def test_a_format_that_would_be_misread_is_refused_and_its_facts_are_shown(tmp_p
             read()
 
 
-def test_a_fault_of_the_installation_is_not_said_of_the_file(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_fault_of_the_installation_is_not_said_of_the_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     record = SAMPLES["MapRecord"]
     trace = open_trace(written(tmp_path / "run.mcap", record, type(record)))
     monkeypatch.setattr("codesign.views.trace.schemas._PLANS", {})

@@ -136,9 +136,7 @@ def test_an_uncompressed_and_an_lz4_file_are_read(tmp_path: Path) -> None:
             with path.open("wb") as stream:
                 writer = Writer(stream, compression=compression, use_chunking=chunked)
                 writer.start()
-                channel = writer.register_channel(
-                    "/map", "protobuf", 0, {"record": "MapRecord", "source": "host"}
-                )
+                channel = writer.register_channel("/map", "protobuf", 0, {"record": "MapRecord", "source": "host"})
                 writer.add_message(channel, 0, encode(record), 0)
                 writer.finish()  # type: ignore[no-untyped-call]
             trace = open_trace(path)
@@ -172,9 +170,7 @@ def test_a_cut_file_gives_all_that_is_complete_and_says_so(tmp_path: Path) -> No
 def test_a_run_cut_at_half_keeps_about_half_of_its_stages(tmp_path: Path) -> None:
     """Twenty stages of a map of 200 × 200, 320 kB each, in chunks of 1 MiB."""
     fall = np.random.default_rng(1).random((200, 200))
-    run = [
-        StageRecord(time, "fpga", time, time, 7, 3, 50, 222, 1998, 4, fall / time) for time in range(1, 21)
-    ]
+    run = [StageRecord(time, "fpga", time, time, 7, 3, 50, 222, 1998, 4, fall / time) for time in range(1, 21)]
     whole = write(tmp_path / "run.mcap", list(run)).read_bytes()
     cut = tmp_path / "cut.mcap"
     cut.write_bytes(whole[: len(whole) // 2])
@@ -245,11 +241,7 @@ def test_a_message_that_is_none_is_refused(record_type: str, message: bytes, why
         (MapRecord, {"free": {"shape": [6], "dtype": "bits", "data": b"\0"}}, "free has shape"),
         (MapRecord, {"free": {"shape": [1] * 9, "dtype": "bits", "data": b"\0"}}, "free has shape"),
         (MapRecord, {"free": {"shape": [1, 1], "dtype": "object", "data": b"\0"}}, "free is no bool array"),
-        (
-            StageRecord,
-            {"potential": {"shape": [1, 1], "dtype": "bits", "data": b"\0"}},
-            "is no float64 array",
-        ),
+        (StageRecord, {"potential": {"shape": [1, 1], "dtype": "bits", "data": b"\0"}}, "is no float64 array"),
         (TrajectoryRecord, {"points": [1.0] * 3}, "points has 3 elements"),
         (VisitsRecord, {"block": [1], "iterations": []}, "numbers of blocks and of iterations differ"),
         (BeliefRecord, {"cells": [1, 2], "blocked": []}, "numbers of cells and of blocked flags differ"),

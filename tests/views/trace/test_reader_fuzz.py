@@ -24,15 +24,7 @@ from codesign.views.exports.poses import POSE_KINDS, poses_csv
 from codesign.views.exports.statistics import latencies_table, shares_table, statistics
 from codesign.views.exports.waveform import waveform_of, write_waveform
 from codesign.views.report.render import render_text
-from codesign.views.trace import (
-    MOMENT_KINDS,
-    Trace,
-    moment,
-    moment_lines,
-    open_trace,
-    timeline,
-    trace_thumbnail,
-)
+from codesign.views.trace import MOMENT_KINDS, Trace, moment, moment_lines, open_trace, timeline, trace_thumbnail
 from codesign.views.trace.json_messages import decode_json
 from codesign.views.trace.messages import decode, encode
 from codesign.views.trace.scan import scan
@@ -69,9 +61,7 @@ def test_only_trace_errors_come_out_of_mutated_files(
     content = bytearray(seed.read_bytes())
     for _ in range(data.draw(st.integers(1, 4))):
         place = data.draw(st.integers(0, len(content) - 1))
-        new = data.draw(
-            st.binary(max_size=9) | st.sampled_from([b"\xff" * 8, b"\x00" * 8, b"[", b'"', b"-1"])
-        )
+        new = data.draw(st.binary(max_size=9) | st.sampled_from([b"\xff" * 8, b"\x00" * 8, b"[", b'"', b"-1"]))
         content[place : place + data.draw(st.sampled_from([0, 1, len(new)]))] = new
     path = folder / "mutated.mcap"
     path.write_bytes(content)
@@ -109,10 +99,7 @@ def test_only_trace_errors_come_out_of_mutated_messages(record: Record, data: st
     check(record, lambda: decode(type(record), bytes(message), record.time // 1000))
 
 
-OLD = {
-    name: [item for item in scan(Path(__file__).parent / "old" / f"{name}.mcap")]
-    for name in ("records", "mission")
-}
+OLD = {name: [item for item in scan(Path(__file__).parent / "old" / f"{name}.mcap")] for name in ("records", "mission")}
 
 values = st.recursive(
     st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=8),

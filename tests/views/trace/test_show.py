@@ -46,9 +46,7 @@ def test_the_timeline_of_a_run(tmp_path: Path) -> None:
 
 @given(st.lists(st.integers(0, 5)), st.integers(0, 8))
 def test_rows_that_begin_together_keep_their_order(begins: list[int], limit: int) -> None:
-    records = [
-        MessageRecord(0, "pci", "a", "b", str(index), 8, begin, 9) for index, begin in enumerate(begins)
-    ]
+    records = [MessageRecord(0, "pci", "a", "b", str(index), 8, begin, 9) for index, begin in enumerate(begins)]
     trace = SimpleNamespace(records=lambda _: records)
     rows = timeline(trace)
     assert [(row.begin, row.what) for row in rows] == [

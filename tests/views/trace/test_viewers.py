@@ -32,17 +32,14 @@ def program(name: str) -> str:
 @TRACES
 def test_the_doctor_of_pymcap_finds_nothing(tmp_path: Path, records: list[Record]) -> None:
     path = write(tmp_path / "run.mcap", records)
-    done = subprocess.run(
-        [program("pymcap-cli"), "doctor", path], capture_output=True, text=True, check=False
-    )
+    done = subprocess.run([program("pymcap-cli"), "doctor", path], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stdout + done.stderr
 
 
 @TRACES
 def test_the_embedded_schemas_decode_every_message(tmp_path: Path, records: list[Record]) -> None:
     decoder = pytest.importorskip(
-        "mcap_protobuf.decoder",
-        reason="mcap-protobuf-support is not installed: pip install codesign[viewers]",
+        "mcap_protobuf.decoder", reason="mcap-protobuf-support is not installed: pip install codesign[viewers]"
     )
     from mcap.reader import make_reader
 
@@ -61,10 +58,7 @@ def test_rerun_draws_map_poses_paths_and_log(tmp_path: Path, records: list[Recor
     path = write(tmp_path / "run.mcap", records)
     recording = tmp_path / "run.rrd"
     converted = subprocess.run(
-        [rerun, "mcap", "convert", path, "-o", recording],
-        capture_output=True,
-        text=True,
-        check=False,
+        [rerun, "mcap", "convert", path, "-o", recording], capture_output=True, text=True, check=False
     )
     assert converted.returncode == 0, converted.stderr
     printed = subprocess.run([rerun, "rrd", "print", recording], capture_output=True, text=True, check=True)

@@ -99,10 +99,7 @@ def test_a_map_lies_at_its_own_origin_and_robots_on_it(tmp_path: Path, yaw: floa
     assert (grid.column_count, grid.row_stride, grid.cell_stride) == (6, 24, 4)
     assert [field.name for field in grid.fields] == ["red", "green", "blue", "alpha"]
     assert grid.data[:4] == coloured("true", np.array([[WALL]], np.uint8))
-    place = (
-        -10 + 0.75 * math.cos(yaw) - 0.25 * math.sin(yaw),
-        -10 + 0.75 * math.sin(yaw) + 0.25 * math.cos(yaw),
-    )
+    place = (-10 + 0.75 * math.cos(yaw) - 0.25 * math.sin(yaw), -10 + 0.75 * math.sin(yaw) + 0.25 * math.cos(yaw))
     (transform,) = messages["/tf"].transforms
     assert (transform.parent_frame_id, transform.child_frame_id) == ("map", "robot")
     goal, cube = messages["/goals"].entities[0].spheres[0], messages["/obstacles"].entities[0].cubes[0]
@@ -139,9 +136,7 @@ def test_all_robots_of_a_fleet_point_where_they_drive(tmp_path: Path) -> None:
     assert len(trails.entities[0].lines) == 64
 
 
-@pytest.mark.parametrize(
-    ("event", "level"), [("plan_ready", 2), ("contact", 3), ("safety_stop", 3), ("ended", 2)]
-)
+@pytest.mark.parametrize(("event", "level"), [("plan_ready", 2), ("contact", 3), ("safety_stop", 3), ("ended", 2)])
 def test_events_are_lines_of_a_log(tmp_path: Path, event: str, level: int) -> None:
     (message,) = shown(tmp_path, [MissionRecord(0, "robot", event, "why")], "/log")
     assert (message.level, message.name) == (level, "robot")

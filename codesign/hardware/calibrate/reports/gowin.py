@@ -44,9 +44,7 @@ def read(text: Text) -> Report:
         if not text.has("</html>"):
             raise text.cut_off("</html>")
         tables = _Tables(text)
-        head = {
-            row.cells[0]: row.cells[1] for rows in tables.rows.values() for row in rows if len(row.cells) == 2
-        }
+        head = {row.cells[0]: row.cells[1] for rows in tables.rows.values() for row in rows if len(row.cells) == 2}
         if "Max Frequency Summary:" in tables.rows:
             clocks = _clocks(text, tables.rows["Max Frequency Summary:"])
         elif "Power Information:" in tables.rows:
@@ -62,9 +60,7 @@ def read(text: Text) -> Report:
         file=text.file,
         digest=text.digest,
         tool="Gowin EDA",
-        version=(
-            head.get("Tool Version") or head.get("GOWIN Version") or head.get("GOWIN version") or ""
-        ).lstrip("V"),
+        version=(head.get("Tool Version") or head.get("GOWIN Version") or head.get("GOWIN version") or "").lstrip("V"),
         stage=Stage.ROUTED,
         date=head.get("Created Time", ""),
         top=design.rpartition(".")[0],

@@ -101,9 +101,7 @@ def _clocks_of_radiant(text: Text) -> tuple[ClockReading, ...]:
     """The slowest of the corners of each clock: rows ``Target`` and ``Actual (all paths)``."""
     slowest: dict[str, ClockReading] = {}
     name, target = "", None
-    rows = (
-        r"From (\S+)\s*\|\s*Target\s*\|[^|]*\|\s*([\d.]+) MHz|Actual \(all paths\)\s*\|[^|]*\|\s*([\d.]+) MHz"
-    )
+    rows = r"From (\S+)\s*\|\s*Target\s*\|[^|]*\|\s*([\d.]+) MHz|Actual \(all paths\)\s*\|[^|]*\|\s*([\d.]+) MHz"
     for line, match in text.all(rows):
         if match.group(1):
             name, target = match.group(1), text.number(match.group(2), line) * 1e6

@@ -31,13 +31,7 @@ _HALF = ("Embedded Multiplier 9-bit elements",)
 """Two of them make one multiplier of 18 × 18 bits."""
 
 _VERSION = r"Quartus (?:Prime|II).*?Version\s*[:;]?\s*(?:Version\s+)?(\d[\w.]*)"
-_KINDS = (
-    "Fitter",
-    "Timing Analyzer",
-    "TimeQuest Timing Analyzer",
-    "Power Analyzer",
-    "PowerPlay Power Analyzer",
-)
+_KINDS = ("Fitter", "Timing Analyzer", "TimeQuest Timing Analyzer", "Power Analyzer", "PowerPlay Power Analyzer")
 
 
 _SNAPSHOTS = {"synthesized": Stage.SYNTHESISED, "planned": Stage.SYNTHESISED, "placed": Stage.PLACED}
@@ -47,9 +41,7 @@ _SNAPSHOTS = {"synthesized": Stage.SYNTHESISED, "planned": Stage.SYNTHESISED, "p
 def is_report(text: Text) -> bool:
     """Whether Quartus wrote it."""
     kinds = "|".join(_KINDS)
-    return (
-        text.find(_VERSION) is not None and text.find(rf"^(?:{kinds}) (?:report for|Status\s*:)") is not None
-    )
+    return text.find(_VERSION) is not None and text.find(rf"^(?:{kinds}) (?:report for|Status\s*:)") is not None
 
 
 def read(text: Text) -> Report:

@@ -85,9 +85,7 @@ class Text:
         """
         match = _NUMBER.fullmatch(text.strip())
         if match is None:
-            raise self.fault(
-                line, f"{clip(text.strip(), 40)!r} is not a number", "write the report in English"
-            )
+            raise self.fault(line, f"{clip(text.strip(), 40)!r} is not a number", "write the report in English")
         value = float(match.group().replace(",", ""))
         if abs(value) > MAX_COUNT:
             raise self.fault(line, f"{clip(text.strip(), 40)} is out of bounds", f"up to {MAX_COUNT:,}")

@@ -34,12 +34,7 @@ COLUMNS: Mapping[str, tuple[str, float]] = {
 }
 """Columns of a report by hierarchy."""
 
-_STAGES = {
-    "postrout": Stage.ROUTED,
-    "routed": Stage.ROUTED,
-    "synth": Stage.SYNTHESISED,
-    "opted": Stage.SYNTHESISED,
-}
+_STAGES = {"postrout": Stage.ROUTED, "routed": Stage.ROUTED, "synth": Stage.SYNTHESISED, "opted": Stage.SYNTHESISED}
 """Words in the state of a design, or in the name of the file of a report."""
 
 _NETS = {"unplaced": Stage.SYNTHESISED, "estimated": Stage.PLACED, "routed": Stage.ROUTED}
@@ -216,9 +211,7 @@ def _clocks(text: Text) -> tuple[ClockReading, ...]:
             continue
         least = period - text.number(slack.cells[1], slack.line)
         if period <= 0 or least <= 0:
-            raise text.fault(
-                slack.line, f"clock {name} has a slack of its whole period", "check the constraint"
-            )
+            raise text.fault(slack.line, f"clock {name} has a slack of its whole period", "check the constraint")
         clocks.append(ClockReading(name, Reading(1e9 / least, slack.line), 1e9 / period))
     return tuple(clocks)
 

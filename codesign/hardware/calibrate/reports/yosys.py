@@ -28,8 +28,7 @@ def is_report(text: Text) -> bool:
     if text.whole.lstrip().startswith("{"):
         return '"num_cells_by_type"' in text.whole and '"modules"' in text.whole
     return (
-        text.find(_TITLE) is not None
-        and text.find(r"^\s*(?:[\d-]+ +)?(?:[\d-]+ cells$|Number of cells:)") is not None
+        text.find(_TITLE) is not None and text.find(r"^\s*(?:[\d-]+ +)?(?:[\d-]+ cells$|Number of cells:)") is not None
     )
 
 
@@ -164,9 +163,7 @@ def load_json(text: Text) -> dict[str, Any]:
 def _count(text: Text, kind: str, count: Any) -> int:
     if isinstance(count, dict):
         hint = "write it with stat -json alone, or as text"
-        raise text.fault(
-            _line_of(text, kind), "counts inner modules twice: the JSON of stat -hierarchy", hint
-        )
+        raise text.fault(_line_of(text, kind), "counts inner modules twice: the JSON of stat -hierarchy", hint)
     if isinstance(count, bool) or not isinstance(count, int) or not 0 <= count <= 10**9:
         raise text.fault(_line_of(text, kind), f"the number of {_plain(kind)} is no count", "write it again")
     return count

@@ -122,9 +122,7 @@ def words_of(job: Job[Any, Any], design: Design) -> str:
     problem = job.problem
     size = "{} × {}".format(*problem.shape) if isinstance(problem, Problem) else f"{problem.count} robots"
     texts = {
-        name: (" × " if name == "block" else ", ").join(map(str, value))
-        if isinstance(value, tuple)
-        else str(value)
+        name: (" × " if name == "block" else ", ").join(map(str, value)) if isinstance(value, tuple) else str(value)
         for name, value in design.parameters.items()
         if isinstance(value, int | str | tuple)
     }

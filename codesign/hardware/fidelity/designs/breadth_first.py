@@ -29,10 +29,7 @@ CLOCKS = [
     Placed(engine(30, 30, "pipelined", "linear"), "LFE5U-85F-8"),
     *(Placed(engine(side, side, "pipelined", "linear"), "LFE5U-85F-8", ONE) for side in (60, 100)),
     Placed(engine(30, 30, "pipelined"), "LFE5U-85F-6", ONE),
-    *(
-        Placed(engine(60, 60, "three_cycles", display=each), "LFE5U-85F-8", ONE)
-        for each in ("copy", "shared")
-    ),
+    *(Placed(engine(60, 60, "three_cycles", display=each), "LFE5U-85F-8", ONE) for each in ("copy", "shared")),
     Placed(engine(60, 60, "two_cycles", queue_words=256), "LFE5U-85F-8", ONE),
 ]
 

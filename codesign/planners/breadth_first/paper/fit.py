@@ -89,9 +89,7 @@ def errors(candidate: Candidate, rows: Sequence[HardwareRun], count: int) -> lis
 def candidates(fills: Sequence[str]) -> Iterator[Candidate]:
     """All candidates. Both families of a candidate have the same obstacles and border, and places of their own."""
     for fill, bordered, sparse, dense in product(fills, (False, True), PLACES, PLACES):
-        for micro_architecture, init_timed, path_timed in product(
-            MicroArchitecture, (False, True), (False, True)
-        ):
+        for micro_architecture, init_timed, path_timed in product(MicroArchitecture, (False, True), (False, True)):
             yield Candidate(
                 Family(fill, bordered, sparse),
                 Family(fill, bordered, dense),

@@ -17,12 +17,7 @@ from numpy.typing import NDArray
 from codesign import maps
 from codesign.planners.breadth_first.plan import search
 
-FILLS = {
-    "thrown with replacement": 1,
-    "exact share": 1,
-    "squares of 2 × 2": 2,
-    "squares of 3 × 3": 3,
-}
+FILLS = {"thrown with replacement": 1, "exact share": 1, "squares of 2 × 2": 2, "squares of 3 × 3": 3}
 """How obstacles fall, with their side in cells. Thrown with replacement, a share of d covers 1 - exp(-d)."""
 PLACES = ("corners", "opposite sides", "anywhere")
 FEWEST_WITH_A_PATH = 0.01

@@ -100,12 +100,7 @@ def circuit(runs: MapRuns, case: Case) -> Words:
 def clocks(_runs: MapRuns, case: Case) -> Words:
     """Time at 120 MHz over time at 150 MHz, from the paper's own numbers."""
     times = case.microseconds_at_120, case.microseconds_at_150
-    return {
-        "value": 150 / 120,
-        "printed": times[0] / times[1],
-        "at_120": times[0] * 120,
-        "at_150": times[1] * 150,
-    }
+    return {"value": 150 / 120, "printed": times[0] / times[1], "at_120": times[0] * 120, "at_150": times[1] * 150}
 
 
 @measure
@@ -129,10 +124,7 @@ def memory(_runs: MapRuns, _case: Case) -> Words:
     part, alone = load_part(PART), SearchParameters(display=VgaController.NONE)
     budget = int(part.resources["block_rams"].value)
     need, largest = resources.block_ram_total(100, 100, alone, part), resources.largest_side(alone, part)
-    counts = [
-        resources.counted(piece, (100, 100), SearchParameters(), part)
-        for piece in ("state machine", "display")
-    ]
+    counts = [resources.counted(piece, (100, 100), SearchParameters(), part) for piece in ("state machine", "display")]
     return {
         "part": part.name,
         "budget": budget,
@@ -172,13 +164,11 @@ def times_by_side(runs: MapRuns, _case: Case) -> Iterator[Series]:
     sides = tuple(float(run.side) for run in published.HARDWARE)
     for name, clock in CLOCKS.items():
         microseconds = tuple(
-            run.microseconds_at_120 if name == "Table 2" else run.microseconds_at_150
-            for run in published.HARDWARE
+            run.microseconds_at_120 if name == "Table 2" else run.microseconds_at_150 for run in published.HARDWARE
         )
         yield Series(f"{name}, published", sides, microseconds)
         modelled = tuple(
-            hardware_microseconds(runs.chosen, run.side, run.obstacles, clock)[0]
-            for run in published.HARDWARE
+            hardware_microseconds(runs.chosen, run.side, run.obstacles, clock)[0] for run in published.HARDWARE
         )
         yield Series(f"{name}, modelled", sides, modelled)
 

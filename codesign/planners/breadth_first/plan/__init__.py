@@ -3,14 +3,4 @@
 from codesign.planners.breadth_first.plan.reference import EAST, NEIGHBOURS, NORTH, SOUTH, UNKNOWN, WEST
 from codesign.planners.breadth_first.plan.search import BreadthFirstPlan, search, search_nearest
 
-__all__ = [
-    "EAST",
-    "NEIGHBOURS",
-    "NORTH",
-    "SOUTH",
-    "UNKNOWN",
-    "WEST",
-    "BreadthFirstPlan",
-    "search",
-    "search_nearest",
-]
+__all__ = ["EAST", "NEIGHBOURS", "NORTH", "SOUTH", "UNKNOWN", "WEST", "BreadthFirstPlan", "search", "search_nearest"]

@@ -68,12 +68,12 @@ class SearchParameters(TaskParameters):
             " a side is a little over a power of two"
         ),
     ] = Address.SIDE_BY_SIDE
-    memory: Annotated[
-        MemoryPlace, Field(description="where the cells, the directions and the queue are kept")
-    ] = MemoryPlace.BLOCK_RAM
-    display: Annotated[
-        VgaController, Field(description="VGA controller: none, shared (second port) or copy")
-    ] = VgaController.SHARED
+    memory: Annotated[MemoryPlace, Field(description="where the cells, the directions and the queue are kept")] = (
+        MemoryPlace.BLOCK_RAM
+    )
+    display: Annotated[VgaController, Field(description="VGA controller: none, shared (second port) or copy")] = (
+        VgaController.SHARED
+    )
     queue_words: Annotated[
         int | None,
         Field(

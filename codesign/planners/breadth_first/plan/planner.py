@@ -18,11 +18,7 @@ from codesign.ground.errors import InputError
 from codesign.ground.models import Task, TaskParameters
 from codesign.planners.breadth_first.plan.parameters import SearchParameters, TrackParameters
 from codesign.planners.breadth_first.plan.reference import NEIGHBOURS, UNKNOWN, Cell
-from codesign.planners.breadth_first.plan.search import (
-    BreadthFirstPlan,
-    search_everywhere,
-    search_nearest,
-)
+from codesign.planners.breadth_first.plan.search import BreadthFirstPlan, search_everywhere, search_nearest
 from codesign.planners.interface import LoadParameters, Planner, Problem
 from codesign.planners.job import Job
 from codesign.planners.paths import by_sides, cell_of, from_position, judge_arrival, judge_paths
@@ -76,9 +72,7 @@ class BreadthFirst(Planner):
         """A search begins at a start, so one is required; the search of a field begins at its only goal."""
         problem = job.problem
         if problem.task is Task.FIELD and len(problem.goals) > 1:
-            text = (
-                f"task field is one search that begins at the goal, and there are {len(problem.goals)} goals"
-            )
+            text = f"task field is one search that begins at the goal, and there are {len(problem.goals)} goals"
             return "goals", f"{text}: name one, or take task path"
         return None if problem.starts else ("starts", NO_START)
 
@@ -158,9 +152,7 @@ class BreadthFirst(Planner):
             }
         }
 
-    def trajectory(
-        self, problem: Problem, plan: BreadthFirstPlan, start: Cell
-    ) -> tuple[NDArray[np.float64], bool]:
+    def trajectory(self, problem: Problem, plan: BreadthFirstPlan, start: Cell) -> tuple[NDArray[np.float64], bool]:
         """The path from ``start``, cell by cell: of the plan, of a search from there, or along the directions."""
         if plan.everywhere:
             back = _back_to_path(plan, start)

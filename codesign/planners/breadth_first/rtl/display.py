@@ -44,14 +44,7 @@ _SETTLED = 3
 """Cycles from the last one of a run to a pixel that shows what it left in the memories."""
 
 
-def shown_pins(
-    problem: Problem,
-    plan: BreadthFirstPlan,
-    visited: int,
-    tracked: bool,
-    end: int,
-    screen: Screen,
-) -> Pins:
+def shown_pins(problem: Problem, plan: BreadthFirstPlan, visited: int, tracked: bool, end: int, screen: Screen) -> Pins:
     """The outputs over a run of ``end`` cycles, and over one frame and the lines of the map after it.
 
     ``visited``: how many cells the search marked; it may have ended early. ``tracked``: whether a path was marked.
@@ -61,8 +54,7 @@ def shown_pins(
     pixels = shown + -(-(end + _SETTLED) // screen.pixel_cycles)
     begin = _LATER + screen.pixel_cycles * np.arange(pixels, dtype=np.int64)
     value, known = (
-        np.resize(each, pixels)
-        for each in _frame(problem, screen, *_memories(problem, plan, visited, tracked))
+        np.resize(each, pixels) for each in _frame(problem, screen, *_memories(problem, plan, visited, tracked))
     )
     known[(begin < end + _SETTLED) & _on_map(problem, screen, pixels)] = _SYNCS
     both = value | known << np.uint16(8)

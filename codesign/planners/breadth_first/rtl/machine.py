@@ -26,14 +26,7 @@ from codesign.planners.breadth_first.rtl.display import PINS, SCREEN, Screen, sh
 from codesign.planners.breadth_first.rtl.samples import random_job
 from codesign.planners.breadth_first.styles import resources, timing
 from codesign.planners.breadth_first.styles.state_machine import StateMachine
-from codesign.planners.breadth_first.styles.steps import (
-    INIT,
-    PATH,
-    SEARCH,
-    TRACK,
-    discoverers,
-    expansions,
-)
+from codesign.planners.breadth_first.styles.steps import INIT, PATH, SEARCH, TRACK, discoverers, expansions
 from codesign.planners.circuits import Circuit, CircuitStyle, Events, Expected, Image, phase_cycles
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
@@ -75,9 +68,7 @@ def refuse(job: SearchJob) -> None:
         )
     pipelined = parameters.micro_architecture is MicroArchitecture.PIPELINED
     if parameters.display is VgaController.SHARED and pipelined:
-        raise unsuited(
-            "search.display", "a pipelined search leaves no port to a display", "take copy or none"
-        )
+        raise unsuited("search.display", "a pipelined search leaves no port to a display", "take copy or none")
     if parameters.display is not VgaController.NONE and not resources.on_screen(problem.shape):
         raise unsuited("search.display", "the map is larger than the screen", "take none")
     if not job.does(TRACK):
@@ -87,14 +78,10 @@ def refuse(job: SearchJob) -> None:
             "place track where search is placed",
         )
     if problem.task is not Task.FIELD and problem.starts[0] in problem.goals:
-        raise unsuited(
-            "problem.starts", "two bits a cell cannot say both start and goal", "name another start"
-        )
+        raise unsuited("problem.starts", "two bits a cell cannot say both start and goal", "name another start")
 
 
-def addresses(
-    cells: NDArray[np.integer], shape: tuple[int, int], parameters: SearchParameters
-) -> NDArray[np.uint64]:
+def addresses(cells: NDArray[np.integer], shape: tuple[int, int], parameters: SearchParameters) -> NDArray[np.uint64]:
     """Uint64: the addresses of ``cells``, row × columns + column, in the memories of the circuit."""
     rows, columns = np.divmod(cells.astype(np.uint64), np.uint64(shape[1]))
     stride = shape[1] + 1
@@ -227,9 +214,7 @@ def _path(plan: BreadthFirstPlan, begin: int) -> Iterator[Part]:
     rows, columns = plan.path[::-1].T.astype(np.int64)
     cycle = begin + timing.PATH_CYCLES * (np.arange(len(rows), dtype=np.int64) + 1) - 1
     side = plan.directions[rows, columns].astype(np.int64)
-    yield _events(
-        PATH_CELL, cycle, np.concatenate(([0], side[:-1])), rows * plan.directions.shape[1] + columns
-    )
+    yield _events(PATH_CELL, cycle, np.concatenate(([0], side[:-1])), rows * plan.directions.shape[1] + columns)
 
 
 def _overflow(plan: BreadthFirstPlan, events: Events, parameters: SearchParameters) -> int | None:

@@ -5,12 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from codesign.ground.models import Task
-from codesign.planners.breadth_first.plan.parameters import (
-    Address,
-    MicroArchitecture,
-    SearchParameters,
-    VgaController,
-)
+from codesign.planners.breadth_first.plan.parameters import Address, MicroArchitecture, SearchParameters, VgaController
 from codesign.planners.breadth_first.plan.planner import searched
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
@@ -33,9 +28,7 @@ def random_job(seed: int) -> Job[Problem, SearchParameters]:
     free.ravel()[cells] = True
     start, *goals = ((int(cell) // shape[1], int(cell) % shape[1]) for cell in cells)
     field = random.random() < 1 / 8
-    problem = Problem(
-        free, tuple(goals[:1] if field else goals), (start,), task=Task.FIELD if field else Task.PATH
-    )
+    problem = Problem(free, tuple(goals[:1] if field else goals), (start,), task=Task.FIELD if field else Task.PATH)
     micro_architecture = MicroArchitecture(random.choice(list(MicroArchitecture)))
     displays = set(VgaController)
     if micro_architecture is MicroArchitecture.PIPELINED:

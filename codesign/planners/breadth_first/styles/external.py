@@ -59,10 +59,7 @@ def entry_bits(problem: Problem, parameters: SearchParameters) -> int:
 def contents(problem: Problem, parameters: SearchParameters) -> dict[str, int]:
     """Bits of every external memory, by name."""
     words = 1 << address_bits(*problem.shape, parameters.address)
-    process = {
-        "directions": BYTE * words,
-        "queue": entry_bits(problem, parameters) * (parameters.queue_words or words),
-    }
+    process = {"directions": BYTE * words, "queue": entry_bits(problem, parameters) * (parameters.queue_words or words)}
     return {"cells": BYTE * words, **process} if parameters.memory is MemoryPlace.EXTERNAL else process
 
 
@@ -108,9 +105,7 @@ def init(problem: Problem, parameters: SearchParameters, memory: ExternalMemoryL
     return max(inside, outside), _traffic(outside, words)
 
 
-def path(
-    plan: BreadthFirstPlan, parameters: SearchParameters, memory: ExternalMemoryLaw
-) -> tuple[int, Traffic]:
+def path(plan: BreadthFirstPlan, parameters: SearchParameters, memory: ExternalMemoryLaw) -> tuple[int, Traffic]:
     """Cycles of state Path, and its traffic: one cell after the other, as each direction gives the next cell."""
     accesses = CELLS_A_PATH_CELL[parameters.memory] * len(plan.path)
     outside = memory.refreshed(accesses * _cell_cycles(memory))

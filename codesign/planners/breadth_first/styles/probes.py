@@ -39,11 +39,7 @@ def _wall() -> Probe:
     """A search over small rooms, less one that pops as many cells without obstacles. A quarter lie beside a wall."""
     free = maps.rooms(_SIDE, _SIDE, room=(15, 15), door=2, wall=1, seed=1).free
     plan = search_everywhere(free, (8, 8))
-    return Probe(
-        wall_cells(free, plan),
-        lambda: search_everywhere(free, (8, 8)),
-        _open(math.isqrt(plan.popped_cells)),
-    )
+    return Probe(wall_cells(free, plan), lambda: search_everywhere(free, (8, 8)), _open(math.isqrt(plan.popped_cells)))
 
 
 def _map() -> Probe:
@@ -51,9 +47,5 @@ def _map() -> Probe:
     return Probe(_SIDE * _SIDE, _prepare)
 
 
-PROBES: Mapping[str, Callable[[], Probe]] = {
-    CELL_KERNEL: _breadth_first,
-    MAP_KERNEL: _map,
-    WALL_KERNEL: _wall,
-}
+PROBES: Mapping[str, Callable[[], Probe]] = {CELL_KERNEL: _breadth_first, MAP_KERNEL: _map, WALL_KERNEL: _wall}
 """The measurement of each kernel, by the name of its cost in a platform."""

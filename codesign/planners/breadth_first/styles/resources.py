@@ -133,9 +133,7 @@ def items(
         source = f"the order of a controller of {kind}; the paper has none"
         logic.append(_assumed("memory controller", *controller(external), source))
         if external is not None:
-            logic.append(
-                _assumed("queue buffers", BUFFERS * bits, BUFFERS * bits, "two of 16 entries, in LUT")
-            )
+            logic.append(_assumed("queue buffers", BUFFERS * bits, BUFFERS * bits, "two of 16 entries, in LUT"))
     lines = [line for piece in logic for line in (packed(piece), *piece)]
     for name, (words, width) in memories(*problem.shape, parameters).items():
         law = f"{words:,} words of {width} bits, as synthesis counts the RTL of this package"
@@ -191,9 +189,7 @@ def levers(problem: Problem, parameters: SearchParameters, part: Part) -> dict[s
         text = f"at most {queue:,} words fit; a search that needs more is refused"
         advice.append(Lever("search.queue_words", text, axes={"search.queue_words": queue}))
     side = largest_side(parameters, part)
-    advice.append(
-        Lever("problem.map", f"at most {side} × {side} cells fit {part.name} with these parameters")
-    )
+    advice.append(Lever("problem.map", f"at most {side} × {side} cells fit {part.name} with these parameters"))
     advice.append(part_lever("block_rams", need))
     return {"block_rams": tuple(advice)}
 

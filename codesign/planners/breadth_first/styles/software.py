@@ -44,9 +44,7 @@ JAVA_BYTES_A_CELL_HIGH = JAVA_HEAP / LARGEST_CELLS_RUN
 JAVA_BYTES_A_CELL = math.sqrt(JAVA_BYTES_A_CELL_LOW * JAVA_BYTES_A_CELL_HIGH)
 """About 3,355: between the bounds from 200 × 200 and from 100 × 100 cells."""
 
-BYTES = assumed_bytes(
-    6, "map and direction in a byte each, and a queue of 32-bit cells for all of them", 1, 8
-)
+BYTES = assumed_bytes(6, "map and direction in a byte each, and a queue of 32-bit cells for all of them", 1, 8)
 
 
 def heap_bound(cells: int) -> Line:
@@ -56,9 +54,7 @@ def heap_bound(cells: int) -> Line:
         f"{published.PAPER}, section 2.2: ran at 100 × 100, not at 200 × 200; {JAVA_BYTES_A_CELL_LOW:,.0f} to"
         f" {JAVA_BYTES_A_CELL_HIGH:,.0f} bytes a cell in 64 MB"
     )
-    value, low, high = (
-        cells * each for each in (JAVA_BYTES_A_CELL, JAVA_BYTES_A_CELL_LOW, JAVA_BYTES_A_CELL_HIGH)
-    )
+    value, low, high = (cells * each for each in (JAVA_BYTES_A_CELL, JAVA_BYTES_A_CELL_LOW, JAVA_BYTES_A_CELL_HIGH))
     return Line.bound(
         name="heap of the Java program",
         demand=Figure(value, "bytes", Status.ASSUMED, source, low, high),
@@ -68,11 +64,7 @@ def heap_bound(cells: int) -> Line:
         source=source,
         levers=(
             Lever("problem.map", f"at most about {side} × {side} cells"),
-            Lever(
-                "search.style",
-                "software (arrays), or state_machine on an FPGA",
-                axes={"search.style": "software"},
-            ),
+            Lever("search.style", "software (arrays), or state_machine on an FPGA", axes={"search.style": "software"}),
         ),
     )
 

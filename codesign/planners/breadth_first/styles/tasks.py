@@ -46,14 +46,7 @@ class PathMachine(TaskStyle):
         return Demand(
             items=(
                 *(
-                    Line.item(
-                        "path",
-                        item.resource,
-                        item.amount,
-                        Status.ASSUMED,
-                        bound,
-                        (0, item.figure.interval[1]),
-                    )
+                    Line.item("path", item.resource, item.amount, Status.ASSUMED, bound, (0, item.figure.interval[1]))
                     for item in logic
                     if item.name == "state machine"
                 ),
@@ -65,9 +58,7 @@ class PathMachine(TaskStyle):
         """The limit of the whole machine, Hz: the task by itself was not placed."""
         machine = StateMachine().clock_limit(job)
         return replace(
-            machine,
-            status=weakest(machine.status, Status.ASSUMED),
-            source=f"as the whole machine: {machine.source}",
+            machine, status=weakest(machine.status, Status.ASSUMED), source=f"as the whole machine: {machine.source}"
         )
 
     def steps(self, job: Job[Problem, SearchParameters]) -> Generator[Step, None, Path]:

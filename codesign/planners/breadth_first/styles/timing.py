@@ -24,12 +24,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from functools import cache
 
-from codesign.planners.breadth_first.plan.parameters import (
-    Address,
-    MemoryPlace,
-    MicroArchitecture,
-    SearchParameters,
-)
+from codesign.planners.breadth_first.plan.parameters import Address, MemoryPlace, MicroArchitecture, SearchParameters
 from codesign.planners.clock_law import Placement, Registers
 from codesign.planners.measured import clock_rows
 
@@ -38,11 +33,7 @@ INIT_CYCLES = 1
 PATH_CYCLES = 2
 """c_path: cycles for each cell of the path."""
 
-EXPANSION_CYCLES = {
-    MicroArchitecture.THREE_CYCLES: 14,
-    MicroArchitecture.TWO_CYCLES: 9,
-    MicroArchitecture.PIPELINED: 6,
-}
+EXPANSION_CYCLES = {MicroArchitecture.THREE_CYCLES: 14, MicroArchitecture.TWO_CYCLES: 9, MicroArchitecture.PIPELINED: 6}
 """b: cycles from one pop to the next."""
 
 PUSH_CYCLES = {
@@ -52,18 +43,10 @@ PUSH_CYCLES = {
 }
 """Cycles from a pop to the push of its northern, southern, western and eastern neighbour."""
 
-SEARCH_ADDRESSES = {
-    MicroArchitecture.THREE_CYCLES: 1,
-    MicroArchitecture.TWO_CYCLES: 1,
-    MicroArchitecture.PIPELINED: 2,
-}
+SEARCH_ADDRESSES = {MicroArchitecture.THREE_CYCLES: 1, MicroArchitecture.TWO_CYCLES: 1, MicroArchitecture.PIPELINED: 2}
 """Addresses that the memory of the cells gets in a cycle. Pipelined, one neighbour is read while another is marked."""
 
-DRAIN_CYCLES = {
-    MicroArchitecture.THREE_CYCLES: 0,
-    MicroArchitecture.TWO_CYCLES: 0,
-    MicroArchitecture.PIPELINED: 2,
-}
+DRAIN_CYCLES = {MicroArchitecture.THREE_CYCLES: 0, MicroArchitecture.TWO_CYCLES: 0, MicroArchitecture.PIPELINED: 2}
 """Cycles of state Init after the last cell. Pipelined, the port that writes gets its address through two registers."""
 
 SEARCH_CHANGES = 1
@@ -117,12 +100,7 @@ def total_cycles(shape: tuple[int, int], popped: int, path_steps: int, parameter
 
 
 def registers(
-    shape: tuple[int, int],
-    address: Address,
-    *,
-    shown: bool = False,
-    short: bool = False,
-    external: bool = False,
+    shape: tuple[int, int], address: Address, *, shown: bool = False, short: bool = False, external: bool = False
 ) -> Registers:
     """What the clock of an engine depends on: its address and its cells. All micro-architectures are as fast.
 

@@ -74,9 +74,7 @@ class HarmonicRuns(Runs[HarmonicSettings]):
         """Figure 5."""
         seeds = figures.LABYRINTH_SEEDS[: 1 if self.quick else None]
         consecutive = (1, 4, 16, 256) if self.quick else figures.CONSECUTIVE
-        return figures.still_blocks(
-            self.sides, consecutive, self.settings.labyrinth_seeds or seeds, self.progress
-        )
+        return figures.still_blocks(self.sides, consecutive, self.settings.labyrinth_seeds or seeds, self.progress)
 
     @cached_property
     def shares(self) -> list[Series]:
@@ -452,12 +450,7 @@ def shares_of_visits(runs: HarmonicRuns, _case: Case) -> list[Series]:
 def spread_of_curve(_runs: HarmonicRuns, case: Case) -> Words:
     """The spread of Î/I in the middle of a run."""
     begin, end = plateau(case.item)
-    return {
-        "value": figures.settled_spread(case.item),
-        "mean": fmean(case.item.y),
-        "begin": begin,
-        "end": end,
-    }
+    return {"value": figures.settled_spread(case.item), "mean": fmean(case.item.y), "begin": begin, "end": end}
 
 
 @measure

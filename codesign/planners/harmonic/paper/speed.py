@@ -81,9 +81,7 @@ def circuit_run(
     return cycles[RELAX] / published.ESTIMATED_CLOCK, plan
 
 
-def measurements(
-    quick: bool, progress: Progress, seeds: Sequence[int] | None = None
-) -> tuple[Measurement, ...]:
+def measurements(quick: bool, progress: Progress, seeds: Sequence[int] | None = None) -> tuple[Measurement, ...]:
     """The measurements of all mazes; ``quick``: of one maze. ``seeds``: others than the published ones."""
     runs: list[Measurement] = []
     for corridor in CORRIDORS[2:3] if quick else CORRIDORS:

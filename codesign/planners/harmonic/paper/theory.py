@@ -117,9 +117,7 @@ def _synchronous(place: Environment, schedule: list[int]) -> HarmonicPlan:
 
 def _best_schedule(place: Environment) -> tuple[tuple[int, ...], int]:
     """The fastest schedule of synchronous stages, and its cycles."""
-    parameters = RelaxParameters(
-        blocks=(1, 1), iterations=1_000_000, schedule=(LAST,), stop=Stop.SCHEDULE_END
-    )
+    parameters = RelaxParameters(blocks=(1, 1), iterations=1_000_000, schedule=(LAST,), stop=Stop.SCHEDULE_END)
     schedule = optimise_schedule(Problem(place.free, (place.goal,), ()), parameters, CANDIDATES)
     return schedule.precisions, schedule.cost
 

@@ -4,14 +4,4 @@ from codesign.planners.harmonic.plan.fixed_point import Field
 from codesign.planners.harmonic.plan.relax import HarmonicPlan, VisitRecord, relax, stage_cost, work
 from codesign.planners.harmonic.plan.stages import Stage, StageEnd, VisitBatch
 
-__all__ = [
-    "Field",
-    "HarmonicPlan",
-    "Stage",
-    "StageEnd",
-    "VisitBatch",
-    "VisitRecord",
-    "relax",
-    "stage_cost",
-    "work",
-]
+__all__ = ["Field", "HarmonicPlan", "Stage", "StageEnd", "VisitBatch", "VisitRecord", "relax", "stage_cost", "work"]

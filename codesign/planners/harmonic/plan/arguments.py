@@ -57,14 +57,7 @@ class Arguments:
 
 
 def check_arguments(
-    free: Any,
-    goals: Any,
-    *,
-    block: Any,
-    iterations: Any,
-    schedule: Any,
-    termination: Any,
-    start: Any,
+    free: Any, goals: Any, *, block: Any, iterations: Any, schedule: Any, termination: Any, start: Any
 ) -> Arguments:
     """Check the arguments of ``relax``: MapError for an unusable map or goal, InputError for any other argument."""
     cells = _check_map(free)
@@ -91,9 +84,7 @@ def _whole_number(value: Any, where: str) -> int:
 def _check_map(free: Any) -> NDArray[np.bool_]:
     array = np.asarray(free)
     if array.ndim != 2:
-        raise MapError(
-            f"the map has {array.ndim} dimensions, not 2", "free", "give a bool array, rows × columns"
-        )
+        raise MapError(f"the map has {array.ndim} dimensions, not 2", "free", "give a bool array, rows × columns")
     if array.size == 0:
         raise MapError(f"the map is empty: {array.shape[0]} × {array.shape[1]} cells", "free")
     if array.size > MAX_CELLS:
@@ -103,9 +94,7 @@ def _check_map(free: Any) -> NDArray[np.bool_]:
             "use a coarser map, or a part of it",
         )
     if array.dtype != np.bool_ and not (array.dtype.kind in "iu" and np.isin(array, (0, 1)).all()):
-        raise MapError(
-            f"the map holds {array.dtype}, not bool", "free", "True for free cells, False for obstacles"
-        )
+        raise MapError(f"the map holds {array.dtype}, not bool", "free", "True for free cells, False for obstacles")
     return array.astype(np.bool_)
 
 
@@ -122,9 +111,7 @@ def _check_goals(goals: Any, free: NDArray[np.bool_]) -> tuple[tuple[int, int], 
             what, hint = outside_map((row, column), free.shape, "goal")
             raise MapError(what, "goals", hint)
         if not free[row, column]:
-            raise MapError(
-                f"goal ({row}, {column}) is on an obstacle", "goals", "move the goal to a free cell"
-            )
+            raise MapError(f"goal ({row}, {column}) is on an obstacle", "goals", "move the goal to a free cell")
         cells[row, column] = None
     if not cells:
         raise MapError("no goal is given", "goals", "give at least one (row, column) on a free cell")
@@ -143,9 +130,7 @@ def _check_block(block: Any, free: NDArray[np.bool_]) -> tuple[int, int]:
     blocks = -(-rows // height) * -(-columns // width)
     if blocks > MAX_BLOCKS:
         raise InputError(
-            f"{blocks} blocks of {height} × {width} nodes are more than {MAX_BLOCKS}",
-            "block",
-            "use larger blocks",
+            f"{blocks} blocks of {height} × {width} nodes are more than {MAX_BLOCKS}", "block", "use larger blocks"
         )
     return height, width
 
@@ -168,32 +153,23 @@ def _check_schedule(schedule: Any) -> tuple[int, ...]:
             raise InputError(f"precision {precision} is outside 1..{MAX_PRECISION} bits", "schedule")
     for earlier, later in itertools.pairwise(precisions):
         if later <= earlier:
-            raise InputError(
-                f"precision {later} follows {earlier}", "schedule", "precisions rise from stage to stage"
-            )
+            raise InputError(f"precision {later} follows {earlier}", "schedule", "precisions rise from stage to stage")
     return precisions
 
 
 def _check_termination(termination: Any) -> Termination:
     words = [word.value for word in Termination]
     if not isinstance(termination, str) or termination not in words:
-        raise InputError(
-            f"termination {termination!r} is unknown", "termination", choose_hint(str(termination), words)
-        )
+        raise InputError(f"termination {termination!r} is unknown", "termination", choose_hint(str(termination), words))
     return Termination(termination)
 
 
-def _check_start(
-    start: Any, free: NDArray[np.bool_], goals: tuple[tuple[int, int], ...], precision: int
-) -> Field:
+def _check_start(start: Any, free: NDArray[np.bool_], goals: tuple[tuple[int, int], ...], precision: int) -> Field:
     if start is None:
         start = Field(np.zeros((*free.shape, limbs_needed(precision)), np.uint64), precision)
     field = start if isinstance(start, Field) else Field.from_ints(start, precision)
     if field.shape != free.shape:
-        raise InputError(
-            f"start of {field.shape} values for a map of {free.shape} cells",
-            "start",
-        )
+        raise InputError(f"start of {field.shape} values for a map of {free.shape} cells", "start")
     shifted = field.shifted(precision)
     # A field of the same precision belongs to the caller.
     limbs = shifted.limbs.copy() if shifted is field else shifted.limbs

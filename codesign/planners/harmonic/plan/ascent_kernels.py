@@ -97,9 +97,7 @@ def _mantissa(value: Any, top: int) -> Any:
 
 
 @njit(cache=True, nogil=True)
-def choose_side(
-    limbs: Any, row: int, column: int, axis: int, chosen: Any, other: Any, only_ascending: bool
-) -> Any:
+def choose_side(limbs: Any, row: int, column: int, axis: int, chosen: Any, other: Any, only_ascending: bool) -> Any:
     """The side (north or south for axis 0, else east or west) of the greater |h' - h|, and the sign of h' - h.
 
     ``chosen`` gets |h' - h|; ``other`` is overwritten. Ties go to north and to east.

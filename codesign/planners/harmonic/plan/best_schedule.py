@@ -136,9 +136,7 @@ class _Search:
                 if after > end:
                     heapq.heappush(waiting, self._entry(price, end, after, ahead))
 
-    def _entry(
-        self, so_far: Price, begin: int, end: int, ahead: dict[int, int]
-    ) -> tuple[Price, bool, int, int, Price]:
+    def _entry(self, so_far: Price, begin: int, end: int, ahead: dict[int, int]) -> tuple[Price, bool, int, int, Price]:
         """A stage in the queue: a bound on every schedule that begins with ``so_far`` and goes on with it."""
         known = self._costs.get((begin, end))
         stage = self._stages.least(begin, end) if known is None else known

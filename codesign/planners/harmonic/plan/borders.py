@@ -11,16 +11,7 @@ import numpy as np
 from numba import njit
 
 from codesign.planners.harmonic.plan.lanes import any_bit, get, load, put, spread, store, zeros
-from codesign.planners.harmonic.plan.layout import (
-    EAST,
-    INSIDE,
-    LANES,
-    NORTH,
-    SOUTH,
-    WEST,
-    WORD_BITS,
-    WORD_BYTES,
-)
+from codesign.planners.harmonic.plan.layout import EAST, INSIDE, LANES, NORTH, SOUTH, WEST, WORD_BITS, WORD_BYTES
 from codesign.planners.harmonic.plan.planes import add_gains, add_signed_gains, clear_planes, needed_planes
 from codesign.planners.harmonic.plan.visits import trim
 

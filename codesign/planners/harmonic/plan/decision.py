@@ -38,9 +38,7 @@ class Rule(StrEnum):
     NEIGHBOUR = "neighbour"
 
 
-def directions(
-    field: Field, free: NDArray[np.bool_], rule: Rule | str = Rule.TRIANGLE
-) -> NDArray[np.float64]:
+def directions(field: Field, free: NDArray[np.bool_], rule: Rule | str = Rule.TRIANGLE) -> NDArray[np.float64]:
     """Float64 rows × columns × 2: unit vectors (row, column) up the field; zero on obstacles and where it is flat.
 
     The choice of triangle is exact at any precision. Components come from the leading 65 to 128 bits of the
@@ -56,9 +54,7 @@ def directions(
     if rule is Rule.NEIGHBOUR:
         steps = np.array([(-1.0, 0.0), (0.0, 1.0), (1.0, 0.0), (0.0, -1.0), (0.0, 0.0)])
         return np.asarray(steps[ascent_kernels.best_neighbours(field.limbs, free)])
-    result: NDArray[np.float64] = ascent_kernels.triangle_directions(
-        field.limbs, free, rule is Rule.ASCENDING_TRIANGLE
-    )
+    result: NDArray[np.float64] = ascent_kernels.triangle_directions(field.limbs, free, rule is Rule.ASCENDING_TRIANGLE)
     return result
 
 
@@ -89,9 +85,7 @@ def best_neighbours(field: Field, free: NDArray[np.bool_]) -> NDArray[np.int8]:
     return result
 
 
-def local_maxima(
-    field: Field, free: NDArray[np.bool_], goals: Sequence[tuple[int, int]]
-) -> NDArray[np.bool_]:
+def local_maxima(field: Field, free: NDArray[np.bool_], goals: Sequence[tuple[int, int]]) -> NDArray[np.bool_]:
     """Bool rows × columns: reachable free cells, goals left out, with no strictly greater neighbour (4.1)."""
     cells = reachable(free, goals) & ~goal_mask(free, goals)
     return cells & (best_neighbours(field, free) < 0)

@@ -12,13 +12,7 @@ from codesign.ground.errors import RunError
 from codesign.planners.harmonic.plan import kernels
 from codesign.planners.harmonic.plan.arguments import Arguments
 from codesign.planners.harmonic.plan.fixed_point import Field, limbs_needed
-from codesign.planners.harmonic.plan.layout import (
-    addresses,
-    better_transposed,
-    make_layout,
-    make_state,
-    segmented,
-)
+from codesign.planners.harmonic.plan.layout import addresses, better_transposed, make_layout, make_state, segmented
 from codesign.planners.harmonic.plan.limbs import (
     count_local_maxima,
     fill_mask,
@@ -167,12 +161,8 @@ class Engine:
         for name, source in old._asdict().items():
             target = getattr(new, name)
             if name in ("residual", "odometer", "visit", "snapshot"):
-                depth = min(
-                    old_planes, int(max(old.active.max() + 2, old.deepest.max(), old.visit_width.max()))
-                )
-                self._by_plane(target, self._layout.planes)[:, :depth] = self._by_plane(source, old_planes)[
-                    :, :depth
-                ]
+                depth = min(old_planes, int(max(old.active.max() + 2, old.deepest.max(), old.visit_width.max())))
+                self._by_plane(target, self._layout.planes)[:, :depth] = self._by_plane(source, old_planes)[:, :depth]
             elif name != "ring":
                 target[:] = source
         self._addresses = addresses(new)

@@ -43,9 +43,7 @@ class Field:
 
     def __post_init__(self) -> None:
         if self.limbs.ndim != 3 or self.limbs.shape[2] != limbs_needed(self.precision):
-            raise InputError(
-                f"limbs of shape {self.limbs.shape} cannot hold precision {self.precision}", "limbs"
-            )
+            raise InputError(f"limbs of shape {self.limbs.shape} cannot hold precision {self.precision}", "limbs")
         self.limbs.flags.writeable = False
 
     @classmethod
@@ -60,16 +58,12 @@ class Field:
         if array.dtype.kind not in "iuO" or not all(
             isinstance(value, int | np.integer) for value in (array.flat if array.dtype == object else ())
         ):
-            raise InputError(
-                f"values of type {array.dtype} are not integers", "values", "give integers in 0..2^p"
-            )
+            raise InputError(f"values of type {array.dtype} are not integers", "values", "give integers in 0..2^p")
         exact = np.frompyfunc(int, 1, 1)(array)
         lowest, highest = min(exact.flat, default=0), max(exact.flat, default=0)
         if lowest < 0 or highest > 1 << precision:
             at_fault = lowest if lowest < 0 else highest
-            raise InputError(
-                f"value {at_fault} is outside 0..2^{precision}", "values", "values have p fractional bits"
-            )
+            raise InputError(f"value {at_fault} is outside 0..2^{precision}", "values", "values have p fractional bits")
         limbs = np.empty((*array.shape, limbs_needed(precision)), np.uint64)
         for index in range(limbs.shape[2]):
             limbs[:, :, index] = ((exact >> (LIMB_BITS * index)) & ((1 << LIMB_BITS) - 1)).astype(np.uint64)

@@ -53,7 +53,7 @@ from codesign.planners.harmonic.plan.layout import LANES
 from codesign.planners.harmonic.plan.visits import trim, visit_block
 
 CALLED = ("borders", "lanes", "layout", "planes", "visits")
-CALLED_DIGEST = "08d15176e332166b"
+CALLED_DIGEST = "3eaddb90b9f76595"
 
 RUNNING, CONVERGED, GROW, CYCLE = range(4)
 POSITION, DONE_ITERATIONS, UNSETTLED, SWEEPS, POWER, SINCE = range(6)
@@ -178,9 +178,7 @@ def advance(layout, state, control, counts, iterations, budget, published, signe
         else:
             if not _has_room(layout, state, block, iterations):
                 return GROW, written
-            done, budget = visit_block(
-                layout, state, block, control[DONE_ITERATIONS], iterations, budget, signed
-            )
+            done, budget = visit_block(layout, state, block, control[DONE_ITERATIONS], iterations, budget, signed)
             finished = done == iterations
             if get(state.active, block) > 0 and not finished:
                 control[DONE_ITERATIONS] = done

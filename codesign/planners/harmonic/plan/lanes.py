@@ -141,9 +141,7 @@ def _funnel(name, what):
     def shift(typing_context, a, b):
         def generate(context, builder, signature, arguments):
             kind = ir.FunctionType(_VECTOR, [_VECTOR] * 3)
-            function = cgutils.get_or_insert_function(
-                builder.module, kind, f"llvm.{name}.v{LANES}i{WORD_BITS}"
-            )
+            function = cgutils.get_or_insert_function(builder.module, kind, f"llvm.{name}.v{LANES}i{WORD_BITS}")
             return builder.call(function, [*arguments, ir.Constant(_VECTOR, [1] * LANES)])
 
         return lanes_type(lanes_type, lanes_type), generate
@@ -153,9 +151,7 @@ def _funnel(name, what):
 
 
 shift_up = _funnel("fshl", "The first, one bit up; the lowest bit of a word is the highest of the second's.")
-shift_down = _funnel(
-    "fshr", "The second, one bit down; the highest bit of a word is the lowest of the first's."
-)
+shift_down = _funnel("fshr", "The second, one bit down; the highest bit of a word is the lowest of the first's.")
 
 
 @intrinsic
@@ -166,9 +162,7 @@ def spread(typing_context, word):
         # Into lane 0, then from there to all: the form that LLVM knows as a broadcast.
         single = builder.insert_element(ir.Constant(_VECTOR, ir.Undefined), arguments[0], ir.IntType(32)(0))
         return builder.shuffle_vector(
-            single,
-            ir.Constant(_VECTOR, ir.Undefined),
-            ir.Constant(ir.VectorType(ir.IntType(32), LANES), [0] * LANES),
+            single, ir.Constant(_VECTOR, ir.Undefined), ir.Constant(ir.VectorType(ir.IntType(32), LANES), [0] * LANES)
         )
 
     return lanes_type(types.uint64), generate

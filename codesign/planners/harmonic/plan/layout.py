@@ -109,9 +109,7 @@ class State(NamedTuple):
     snapshot_active: np.ndarray
 
 
-def make_layout(
-    shape: tuple[int, int], block: tuple[int, int], planes: int, transposed: bool = False
-) -> Layout:
+def make_layout(shape: tuple[int, int], block: tuple[int, int], planes: int, transposed: bool = False) -> Layout:
     """The layout of a map of ``shape`` in blocks of ``block``, with room for ``planes`` planes."""
     pitch, words = _packed(block)
     columns = -(-block[1] // WORD_BITS)

@@ -18,13 +18,7 @@ _HALF = np.int64((1 << HALF_BITS) - 1)
 @njit(cache=True, nogil=True)
 def _half(limbs, row, column, half):
     """Half a limb of a value as int64; 0 outside the map and beyond the last limb."""
-    if (
-        row < 0
-        or column < 0
-        or row >= limbs.shape[0]
-        or column >= limbs.shape[1]
-        or half >= 2 * limbs.shape[2]
-    ):
+    if row < 0 or column < 0 or row >= limbs.shape[0] or column >= limbs.shape[1] or half >= 2 * limbs.shape[2]:
         return np.int64(0)
     limb = limbs[row, column, half // 2]
     return np.int64(limb >> np.uint64(HALF_BITS)) if half % 2 else np.int64(limb & np.uint64(_HALF))

@@ -187,36 +187,29 @@ class RelaxParameters(TaskParameters):
     """
 
     alternatives: ClassVar[dict[str, tuple[str, ...]]] = {"block": ("blocks",), "blocks": ("block",)}
-    shared_across: ClassVar[frozenset[str]] = frozenset(
-        {"schedule", "termination", "stop", "pipeline", "digit_bits"}
-    )
+    shared_across: ClassVar[frozenset[str]] = frozenset({"schedule", "termination", "stop", "pipeline", "digit_bits"})
 
     block: Annotated[
         tuple[Side, Side] | None,
         Field(description="rows and columns of one block, in nodes; those beyond the map hold obstacles"),
     ] = None
     blocks: Annotated[tuple[Side, Side] | None, Field(description="number of blocks, down and across")] = None
-    iterations: Annotated[
-        int, Field(ge=1, le=1_000_000, description="most iterations of one visit, the paper's I")
-    ]
+    iterations: Annotated[int, Field(ge=1, le=1_000_000, description="most iterations of one visit, the paper's I")]
     schedule: Annotated[
         PrecisionRange | OptimalSchedule | tuple[Precision, ...], Field(description=SCHEDULE_DESCRIPTION)
     ]
     termination: Annotated[
-        Termination,
-        Field(description="sound: no visit of the sweep changed a bit; published: as in the paper"),
+        Termination, Field(description="sound: no visit of the sweep changed a bit; published: as in the paper")
     ] = Termination.SOUND
     stop: Annotated[Stop, Field(description=STOP_DESCRIPTION)] = Stop.FIRST_WITHOUT_LOCAL_MAXIMA
     promote: Annotated[Promotion | Literal["never"], Field(description=PROMOTE_DESCRIPTION)] = "never"
     start: Annotated[Start | None, Field(description=START_DESCRIPTION)] = None
     pockets: Annotated[Pockets, Field(description=POCKETS_DESCRIPTION)] = Pockets.KEPT
     pipeline: Annotated[
-        int,
-        Field(ge=0, le=1, description="1: registers after the memory, on the streams and before the memory"),
+        int, Field(ge=0, le=1, description="1: registers after the memory, on the streams and before the memory")
     ] = 0
     digit_bits: Annotated[
-        Literal[1, 2, 4, 8],
-        Field(description="bits of every value that a node of the circuit takes in a cycle"),
+        Literal[1, 2, 4, 8], Field(description="bits of every value that a node of the circuit takes in a cycle")
     ] = 1
 
     @field_validator("schedule", mode="before")
@@ -261,8 +254,7 @@ class RelaxParameters(TaskParameters):
         if (self.block is None) == (self.blocks is None):
             given = "both block and blocks" if self.block else "neither block nor blocks"
             raise RefusalError(
-                f"{given} given",
-                "give exactly one: block: [rows, columns], or blocks: [how many down, across]",
+                f"{given} given", "give exactly one: block: [rows, columns], or blocks: [how many down, across]"
             )
         return self
 

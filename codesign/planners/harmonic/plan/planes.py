@@ -11,16 +11,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from codesign.planners.harmonic.plan.lanes import (
-    any_bit,
-    load,
-    majority,
-    shift_down,
-    shift_up,
-    spread,
-    store,
-    zeros,
-)
+from codesign.planners.harmonic.plan.lanes import any_bit, load, majority, shift_down, shift_up, spread, store, zeros
 from codesign.planners.harmonic.plan.layout import EAST, INSIDE, LANES, WEST
 
 

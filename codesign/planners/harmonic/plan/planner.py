@@ -63,9 +63,7 @@ class Harmonic(Planner):
     """
 
     name = "harmonic"
-    description = (
-        "A potential without local maxima, relaxed block by block at rising precision; Girau et al. 2008"
-    )
+    description = "A potential without local maxima, relaxed block by block at rising precision; Girau et al. 2008"
     planning_task = "relax"
     policies: tuple[Policy, ...] = ("restart", "lower_bound", "continue")
 
@@ -94,9 +92,7 @@ class Harmonic(Planner):
             if parted != parameters.blocks:
                 wanted = f"{parameters.blocks[0]} × {parameters.blocks[1]}"
                 size = f"{problem.rows} × {problem.columns}"
-                sentence = (
-                    f"{wanted} equal blocks do not part a map of {size} cells: blocks of {height} × {width} "
-                )
+                sentence = f"{wanted} equal blocks do not part a map of {size} cells: blocks of {height} × {width} "
                 return "blocks", f"{sentence}nodes make {parted[0]} × {parted[1]}, or {parted[0] * parted[1]}"
         count = parameters.block_count(*problem.shape)
         if count > MAX_BLOCKS:
@@ -117,9 +113,7 @@ class Harmonic(Planner):
         parameters = job.parameters
         last = parameters.precisions[-1]
         # Doublings, with a value between each two.
-        ends = sorted(
-            {min(last * factor // 2, MAX_PRECISION) for factor in (3, 4, 6, 8, 12, 16, 24, 32)} - {last}
-        )
+        ends = sorted({min(last * factor // 2, MAX_PRECISION) for factor in (3, 4, 6, 8, 12, 16, 24, 32)} - {last})
         changes: dict[str, dict[str, dict[str, Any]]] = {
             "schedule": {f"end at {end} bits": {"schedule": [*parameters.precisions, end]} for end in ends}
         }
@@ -209,10 +203,7 @@ class Harmonic(Planner):
 
     def figures(self, plan: HarmonicPlan) -> dict[str, Any]:
         """The stages and the final precision; the fault of a field that did not settle."""
-        stages = [
-            {"stage": index, "cycles": stage.cycles, **asdict(stage)}
-            for index, stage in enumerate(plan.stages)
-        ]
+        stages = [{"stage": index, "cycles": stage.cycles, **asdict(stage)} for index, stage in enumerate(plan.stages)]
         figures: dict[str, Any] = {"stages": stages, "precision": plan.precision}
         return figures | ({"details": {"fault": plan.fault}} if plan.fault else {})
 

@@ -107,11 +107,7 @@ def required_precision(
 
 
 def converged_field(
-    free: NDArray[np.bool_],
-    goals: Sequence[tuple[int, int]],
-    precision: int,
-    *,
-    bounds: FieldBounds | None = None,
+    free: NDArray[np.bool_], goals: Sequence[tuple[int, int]], precision: int, *, bounds: FieldBounds | None = None
 ) -> Field:
     """The converged field L_p, computed fast on a host: relaxed from a warm start, the map as one block.
 

@@ -72,11 +72,6 @@ def _least_fixed_point(problem: Problem, field: Field, from_below: bool) -> Fiel
     if not from_below:
         return converged_field(problem.free, problem.goals, field.precision)
     _, settled = stage_cost(
-        problem.free,
-        problem.goals,
-        field,
-        field.precision,
-        block=problem.shape,
-        iterations=_CONSECUTIVE_ITERATIONS,
+        problem.free, problem.goals, field, field.precision, block=problem.shape, iterations=_CONSECUTIVE_ITERATIONS
     )
     return settled

@@ -119,22 +119,13 @@ def work(
     ten thousand visits. The caller may stop at any point.
     """
     arguments = check_arguments(
-        free,
-        goals,
-        block=block,
-        iterations=iterations,
-        schedule=schedule,
-        termination=termination,
-        start=start,
+        free, goals, block=block, iterations=iterations, schedule=schedule, termination=termination, start=start
     )
     return _run(arguments, stop_without_local_maxima, most_sweeps, promote_after)
 
 
 def _run(
-    arguments: Arguments,
-    stop_without_local_maxima: bool,
-    most_sweeps: int | None,
-    promote_after: Mapping[int, int],
+    arguments: Arguments, stop_without_local_maxima: bool, most_sweeps: int | None, promote_after: Mapping[int, int]
 ) -> Iterator[VisitBatch | StageEnd]:
     from codesign.planners.harmonic.plan.engine import Engine
 
@@ -143,9 +134,7 @@ def _run(
     for index, precision in enumerate(schedule):
         for item in engine.run(index, precision, most_sweeps, promote_after.get(precision)):
             yield item
-            if isinstance(item, StageEnd) and (
-                item.fault or (stop_without_local_maxima and item.stage.ends_a_run)
-            ):
+            if isinstance(item, StageEnd) and (item.fault or (stop_without_local_maxima and item.stage.ends_a_run)):
                 return
 
 
@@ -197,13 +186,7 @@ def relax(
     stages: list[Stage] = []
     batches: list[VisitBatch] = []
     arguments = check_arguments(
-        free,
-        goals,
-        block=block,
-        iterations=iterations,
-        schedule=schedule,
-        termination=termination,
-        start=start,
+        free, goals, block=block, iterations=iterations, schedule=schedule, termination=termination, start=start
     )
     reachable = arguments.reachable
     run = _run(arguments, stop_without_local_maxima, most_sweeps, promote_after)

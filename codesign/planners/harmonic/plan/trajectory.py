@@ -16,13 +16,7 @@ from numpy.typing import NDArray
 
 from codesign.ground.errors import InputError
 from codesign.maps.reach import reachable
-from codesign.planners.harmonic.plan.decision import (
-    Rule,
-    best_neighbours,
-    check_field,
-    directions,
-    goal_mask,
-)
+from codesign.planners.harmonic.plan.decision import Rule, best_neighbours, check_field, directions, goal_mask
 from codesign.planners.harmonic.plan.fixed_point import Field
 
 DEFAULT_STEP = 0.5
@@ -129,9 +123,7 @@ class Ascent:
         from codesign.planners.harmonic.plan import ascent_kernels
 
         y, x = self._check_start(start)
-        points, ending, fallbacks = ascent_kernels.follow(
-            *self._arrays, y, x, self.step, self.most_steps, self.guarded
-        )
+        points, ending, fallbacks = ascent_kernels.follow(*self._arrays, y, x, self.step, self.most_steps, self.guarded)
         return Trajectory(points.copy(), _ENDINGS[ending], int(fallbacks))
 
     def endings(self, cells: NDArray[np.bool_]) -> dict[Ending, int]:

@@ -85,9 +85,7 @@ def _begin_turn(layout, state, block, own):
     _widest_around(layout, state.turn_width, state.read_width)
     for segment in range(layout.segments):
         begin, end = get(state.begin, segment), get(state.end, segment)
-        clear_planes(
-            own, begin, end, layout.plane, get(widths, segment) + 2, get(state.read_width, segment) + 2
-        )
+        clear_planes(own, begin, end, layout.plane, get(widths, segment) + 2, get(state.read_width, segment) + 2)
 
 
 @njit(nogil=True)

@@ -51,10 +51,7 @@ class DecisionCircuit(CircuitStyle):
             phases=(LOAD, DECIDE),
             kinds=("decision",),
             event_bits=DECISION_BITS,
-            pieces={
-                "decision": ("harmonic_decide", "harmonic_decision", "harmonic_field"),
-                "field": ("ram_1w1r",),
-            },
+            pieces={"decision": ("harmonic_decide", "harmonic_decision", "harmonic_field"), "field": ("ram_1w1r",)},
             notes=(
                 f"The field is loaded once a plan. A run of the circuit decides for one position: {place_words(job)}.",
             ),

@@ -104,9 +104,7 @@ def _check(job: Job[Problem, RelaxParameters]) -> None:
     if job.start is not None:
         faults.append(("start", "no circuit loads start values", "plan from zero: policy restart"))
     if not job.does(DETECT):
-        faults.append(
-            ("detect", "no circuit leaves the test of a sweep to another component", "place it with relax")
-        )
+        faults.append(("detect", "no circuit leaves the test of a sweep to another component", "place it with relax"))
     if parameters.promote_after:
         what = "no circuit leaves a stage before it has settled"
         faults.append(("relax.promote", what, "plan with promote: never"))

@@ -26,8 +26,7 @@ def random_job(seed: int) -> Job[Problem, RelaxParameters]:
     cells = [(int(row), int(column)) for row, column in np.argwhere(free)]
     # Three goals or less: no free cell has four of them around it.
     goals = tuple(
-        cells[index]
-        for index in random.choice(len(cells), min(len(cells), int(random.integers(1, 4))), False)
+        cells[index] for index in random.choice(len(cells), min(len(cells), int(random.integers(1, 4))), False)
     )
     parameters = _parameters(random, shape)
     start = cells[int(random.integers(len(cells)))]

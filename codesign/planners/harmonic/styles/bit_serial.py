@@ -21,14 +21,7 @@ from codesign.planners.harmonic.plan.stages import Visits
 from codesign.planners.harmonic.styles import geometry, levers, resources, timing
 from codesign.planners.harmonic.styles.designs import block_designs
 from codesign.planners.harmonic.styles.find import find_schedule
-from codesign.planners.harmonic.styles.steps import (
-    DECIDE,
-    LOAD,
-    READ,
-    Costs,
-    notes,
-    relax_steps,
-)
+from codesign.planners.harmonic.styles.steps import DECIDE, LOAD, READ, Costs, notes, relax_steps
 from codesign.planners.host import one_step
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
@@ -41,9 +34,7 @@ class BitSerial(Architecture):
 
     planner = "harmonic"
     style = "bit_serial"
-    description = (
-        "a bit-serial circuit for each node of a block: p + 2 cycles an iteration, whatever the block"
-    )
+    description = "a bit-serial circuit for each node of a block: p + 2 cycles an iteration, whatever the block"
     component_type = "fpga"
 
     def notes(self, job: Job[Problem, RelaxParameters]) -> tuple[str, ...]:
@@ -55,9 +46,7 @@ class BitSerial(Architecture):
         last = job.parameters.precisions[-1]
         # Any schedule has at least this one's demand.
         demand = self.demand(replace(job, parameters=job.parameters.model_copy(update={"schedule": (last,)})))
-        broken = [
-            bound for bound in demand.bounds if bound.limit is not None and bound.figure.value > bound.limit
-        ]
+        broken = [bound for bound in demand.bounds if bound.limit is not None and bound.figure.value > bound.limit]
         fits = not broken and not short_resources(demand.items, job.chip)
         return find_schedule(self.style, job, relax_costs(job), fits=fits)
 
@@ -130,9 +119,7 @@ class BitSerial(Architecture):
 
 
 @lru_cache(maxsize=1024)
-def _demand(
-    shape: tuple[int, int], machine: resources.Machine, precisions: tuple[int, ...], on: Same[Part]
-) -> Demand:
+def _demand(shape: tuple[int, int], machine: resources.Machine, precisions: tuple[int, ...], on: Same[Part]) -> Demand:
     """See ``BitSerial.demand``; designs that differ in iterations and termination have one object of it."""
     part = on.it
     depth = resources.word_depth(part)

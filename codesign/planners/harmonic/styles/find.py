@@ -26,9 +26,7 @@ _stages = Memo(max_bytes=2**27)
 """Stages and fields: searches of designs that differ in costs alone share them."""
 
 
-def find_schedule(
-    style: str, job: Job[Problem, RelaxParameters], costs: Costs, *, fits: bool = True
-) -> Found:
+def find_schedule(style: str, job: Job[Problem, RelaxParameters], costs: Costs, *, fits: bool = True) -> Found:
     """The parameters of a job with the best schedule for its problem, and the proof.
 
     ``fits``: whether any schedule of the design fits its part; where none does, no stage is simulated.
@@ -41,9 +39,7 @@ def find_schedule(
     if parameters.start is Start.LOWER_BOUND and LOWER_BOUND in job.mapped:
         return _found(parameters, (last,), {"reason": "a start at the last precision leaves one stage"})
     if not fits:
-        return _found(
-            parameters, every, {"reason": "not searched, as the design does not fit with any schedule"}
-        )
+        return _found(parameters, every, {"reason": "not searched, as the design does not fit with any schedule"})
 
     def cost(precision: int, visits: Visits) -> int:
         return int(costs.visits(precision, visits).sum()) + costs.stage_end(precision)

@@ -9,12 +9,7 @@ from codesign.ground.figures import Status, label
 from codesign.ground.part import Part
 from codesign.planners.demand import Lever, Line, largest, part_lever
 from codesign.planners.harmonic.styles.geometry import RAM_WIDTH
-from codesign.planners.harmonic.styles.resources import (
-    Machine,
-    largest_precision,
-    totals,
-    words,
-)
+from codesign.planners.harmonic.styles.resources import Machine, largest_precision, totals, words
 
 Shape = tuple[int, int]
 Precisions = tuple[int, ...]
@@ -91,9 +86,7 @@ def _last_within(machine: Machine, part: Part, slices: float) -> int | None:
     return largest(range(1, machine.last), fits)
 
 
-def word_depth_bound(
-    map_shape: Shape, machine: Machine, precisions: Precisions, part: Part, depth: int
-) -> Line:
+def word_depth_bound(map_shape: Shape, machine: Machine, precisions: Precisions, part: Part, depth: int) -> Line:
     """blocks × (p + 1) ≤ words of a block RAM (section 5.4), with levers where the bound is broken."""
     demand = words(block_count(map_shape, machine.block), machine.last, machine.digit_bits)
     return Line.bound(
@@ -168,9 +161,7 @@ def _larger_block(
 
 def _ending(precisions: Precisions, last: int) -> list[int]:
     """A schedule that ends at ``last`` bits, or where it ended before."""
-    return (
-        list(precisions) if last >= precisions[-1] else [*(each for each in precisions if each < last), last]
-    )
+    return list(precisions) if last >= precisions[-1] else [*(each for each in precisions if each < last), last]
 
 
 def _block_changes(block: Shape, precisions: Precisions, last: int) -> dict[str, Any]:

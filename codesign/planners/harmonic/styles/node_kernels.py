@@ -16,9 +16,7 @@ from numpy.typing import NDArray
 
 
 @njit(cache=True, nogil=True)
-def iterate(
-    values: NDArray[np.int64], spare: NDArray[np.int64], movable: NDArray[np.bool_], most: int
-) -> Any:
+def iterate(values: NDArray[np.int64], spare: NDArray[np.int64], movable: NDArray[np.bool_], most: int) -> Any:
     """Iterations until one changes no bit, which counts, or ``most``; returns their number.
 
     Args:
@@ -46,10 +44,7 @@ def iterate(
 
 
 def relax_nodes(
-    free: NDArray[np.bool_],
-    goals: Sequence[tuple[int, int]],
-    schedule: Sequence[int],
-    most: int = 1 << 40,
+    free: NDArray[np.bool_], goals: Sequence[tuple[int, int]], schedule: Sequence[int], most: int = 1 << 40
 ) -> tuple[NDArray[np.int64], list[int]]:
     """The field at the last precision, int64 rows × columns, and the iterations of each stage.
 

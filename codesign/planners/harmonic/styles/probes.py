@@ -29,9 +29,7 @@ def _harmonic() -> Probe:
 def _harmonic_decision() -> Probe:
     """Directions at all free cells of a map of rooms, at 62 bits."""
     free = maps.rooms(128, 128, room=(40, 40), door=8, wall=2, seed=4).free
-    field = relax(
-        free, [(64, 64)], block=free.shape, iterations=64, schedule=(62,), record_visits=False
-    ).field
+    field = relax(free, [(64, 64)], block=free.shape, iterations=64, schedule=(62,), record_visits=False).field
     return Probe(int(free.sum()), lambda: directions(field, free))
 
 

@@ -43,8 +43,7 @@ ARRAY_SLICES = published.BLOCK.slices - NODE_SLICES * published.BLOCK.nodes
 PAPER_FAMILIES = "Virtex-II", "Virtex-4"
 
 _GEOMETRY = {
-    each.__name__: each
-    for each in (border_rams, cluster_count, digits, field_plane, field_rams_a_memory, tree_widths)
+    each.__name__: each for each in (border_rams, cluster_count, digits, field_plane, field_rams_a_memory, tree_widths)
 }
 ARRAY, DIGITS, ALONE = (CountedLaws("harmonic", name, _GEOMETRY) for name in ("array", "digits", "alone"))
 """The logic of the array with its control, bit-serial and with digits of several bits, and of a decision module by
@@ -118,9 +117,7 @@ def _slices_a_border_node() -> float:
         + decision_slices(published.WHOLE_DESIGN_PRECISION)
         + published.ADDRESS_SLICES
     )
-    return (published.WHOLE_DESIGN_SHARE * published.SLICES_OF_XC2V6000 - listed) / border_nodes(
-        rows, columns
-    )
+    return (published.WHOLE_DESIGN_SHARE * published.SLICES_OF_XC2V6000 - listed) / border_nodes(rows, columns)
 
 
 SLICES_A_BORDER_NODE = _slices_a_border_node()
@@ -140,10 +137,7 @@ def items(machine: Machine, family: str) -> tuple[Line, ...]:
     sides = f"RTL of this package, hwsw verify: each side by itself; {PAPER}, section 5.4 has 12 for 36×66"
     bits = machine.digit_bits
     if bits > 1:
-        each = (
-            f"RTL of this package, hwsw verify: {bits} a cluster, one for each bit of a digit",
-            Status.MEASURED,
-        )
+        each = (f"RTL of this package, hwsw verify: {bits} a cluster, one for each bit of a digit", Status.MEASURED)
         sides = f"RTL of this package, hwsw verify: each side by itself, {bits} for one of a bit-serial node"
     clusters, borders = cluster_count(rows, columns), border_rams(rows, columns, machine.down, machine.across)
     rams = (

@@ -36,8 +36,7 @@ DECISION_UPDATES = 4
 def block_cells(map_shape: tuple[int, int], block: tuple[int, int]) -> NDArray[np.int64]:
     """Cells of each block in raster order, int64; the last of a row or column may hold fewer."""
     sides = [
-        np.minimum(size, length - np.arange(0, length, size))
-        for size, length in zip(block, map_shape, strict=True)
+        np.minimum(size, length - np.arange(0, length, size)) for size, length in zip(block, map_shape, strict=True)
     ]
     return np.outer(*sides).astype(np.int64).ravel()
 

@@ -82,8 +82,7 @@ class StageRuns:
         if self.parameters.termination is Termination.PUBLISHED:
             standing.published = True
         return self.memo.get(
-            self._key(precision, start, self.parameters.termination),
-            lambda: self._shared(precision, start, standing),
+            self._key(precision, start, self.parameters.termination), lambda: self._shared(precision, start, standing)
         )
 
     def _partition(self) -> tuple[Any, ...]:
@@ -126,11 +125,7 @@ class StageRuns:
         assert self.memo is not None, "stages are shared under a memo"
         asked = self.parameters.termination
         if published.fault:
-            return (
-                published
-                if asked is Termination.PUBLISHED
-                else self._run(self._engine(precision, start), precision)
-            )
+            return published if asked is Termination.PUBLISHED else self._run(self._engine(precision, start), precision)
         if published.quiet:
             sound = published
         elif engine.settled:
@@ -185,9 +180,7 @@ class StageRuns:
 def _with_a_quiet_sweep(sums: StageSums, most_iterations: int) -> StageSums:
     """The stage with one more sweep of visits of one iteration each."""
     blocks, visits = len(sums.visits.block), sums.visits
-    longer = Visits(
-        visits.block, visits.iterations + 1, visits.count + 1, visits.early + (most_iterations > 1)
-    )
+    longer = Visits(visits.block, visits.iterations + 1, visits.count + 1, visits.early + (most_iterations > 1))
     stage = replace(
         sums.stage,
         sweeps=sums.stage.sweeps + 1,

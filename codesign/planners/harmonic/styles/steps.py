@@ -167,10 +167,7 @@ def _each_sweep(run: _Run, batch: VisitBatch, costs: Costs, clock: _StageClock) 
     # A sweep begins at block 0 and ends at the last block, so a batch shows the ends of its sweeps.
     ends = np.flatnonzero(batch.block == blocks - 1) + 1
     first = 0
-    for last in [
-        *ends.tolist(),
-        *([len(batch.block)] if not len(ends) or ends[-1] < len(batch.block) else []),
-    ]:
+    for last in [*ends.tolist(), *([len(batch.block)] if not len(ends) or ends[-1] < len(batch.block) else [])]:
         part = replace(batch, block=batch.block[first:last], iterations=batch.iterations[first:last])
         yield _visits_step(run, part, costs, clock)
         if part.block[-1] == blocks - 1:

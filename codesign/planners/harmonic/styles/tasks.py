@@ -71,9 +71,7 @@ class DecisionModule(TaskStyle):
         """The fastest published clock of a design with the module, that of the largest block, Hz. Assumed."""
         shown = published.BLOCK.clock
         ram = job.chip.block_ram_clock
-        source = (
-            f"{published.PAPER}, Table 3: the design that the module is a part of; by itself it may be faster"
-        )
+        source = f"{published.PAPER}, Table 3: the design that the module is a part of; by itself it may be faster"
         law = Figure(shown, "Hz", Status.ASSUMED, source, shown, ram.value)
         return on_family(ram if ram.value < shown else law, job.chip, *timing.FITTED)
 

@@ -148,9 +148,7 @@ def field_load_cycles(shape: tuple[int, int], precision: int) -> int:
     return 1 + field_plane(*shape) * (precision + 1)
 
 
-def read_cycles(
-    rows: int, columns: int, blocks: int, precision: int, pipeline: int = 0, digit_bits: int = 1
-) -> int:
+def read_cycles(rows: int, columns: int, blocks: int, precision: int, pipeline: int = 0, digit_bits: int = 1) -> int:
     """Cycles to read the field out: those of an iteration for each row of a block, or for 64 bits of it."""
     passes = read_passes(rows, columns, blocks, digit_bits)
     reads = passes * iteration_cycles(precision, digit_bits)
@@ -203,9 +201,7 @@ def fit_clock(form: str) -> ClockFit:
     x = [grow(point.nodes) for point in POINTS]
     y = [1e9 / point.clock for point in POINTS]
     mean_x, mean_y = sum(x) / len(x), sum(y) / len(y)
-    slope = sum((a - mean_x) * (b - mean_y) for a, b in zip(x, y, strict=True)) / sum(
-        (a - mean_x) ** 2 for a in x
-    )
+    slope = sum((a - mean_x) * (b - mean_y) for a, b in zip(x, y, strict=True)) / sum((a - mean_x) ** 2 for a in x)
     offset = mean_y - slope * mean_x
     return ClockFit(form, offset, slope, tuple(offset + slope * a - b for a, b in zip(x, y, strict=True)))
 
@@ -233,11 +229,7 @@ def registers(
 
 def options(blocks: int, *, decides: bool, sound: bool) -> frozenset[str]:
     """What else the circuit of a block has: borders, no decision module, the published termination."""
-    words = {
-        "several blocks": blocks > 1,
-        "no decision module": not decides,
-        "published termination": not sound,
-    }
+    words = {"several blocks": blocks > 1, "no decision module": not decides, "published termination": not sound}
     return frozenset(word for word, present in words.items() if present)
 
 
@@ -264,12 +256,7 @@ def placements() -> tuple[Placement, ...]:
 
 
 def clock_limit(
-    rows: int,
-    columns: int,
-    part: Part,
-    pipeline: int = 0,
-    digit_bits: int = 1,
-    chosen: frozenset[str] = frozenset(),
+    rows: int, columns: int, part: Part, pipeline: int = 0, digit_bits: int = 1, chosen: frozenset[str] = frozenset()
 ) -> Figure:
     """The fastest clock of a design on a part, Hz: the limit of its size, or of the block RAM where that is lower.
 
@@ -299,9 +286,5 @@ def clock_limit(
         high=min(law * (1 + margin), ram_high),
     )
     return on_family(
-        limit,
-        part,
-        *FITTED,
-        registers=registers(rows, columns, pipeline, digit_bits, chosen),
-        placements=placements(),
+        limit, part, *FITTED, registers=registers(rows, columns, pipeline, digit_bits, chosen), placements=placements()
     )

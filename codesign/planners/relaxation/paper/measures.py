@@ -92,10 +92,7 @@ def tables(runs: MethodsRuns, _case: Case) -> Iterator[Words]:
 def own_run(runs: MethodsRuns, case: Case) -> Words:
     """Iterations on the own map, and the law's time of the published iterations."""
     key = key_of(case.run)
-    return {
-        "iterations": runs.outcomes[key].iterations,
-        "seconds": seconds(key.method, case.run.iterations),
-    }
+    return {"iterations": runs.outcomes[key].iterations, "seconds": seconds(key.method, case.run.iterations)}
 
 
 @measure
@@ -127,13 +124,7 @@ def best_runs(runs: MethodsRuns, _case: Case) -> Words:
     """The best parameters."""
     (am, _), (key, mam) = best(runs.outcomes, Method.AM), best(runs.outcomes, Method.MAM)
     time = seconds(Method.MAM, mam.iterations)
-    return {
-        "am_omega": am.omega,
-        "omega": key.omega,
-        "r": key.r,
-        "iterations": mam.iterations,
-        "seconds": time,
-    }
+    return {"am_omega": am.omega, "omega": key.omega, "r": key.r, "iterations": mam.iterations, "seconds": time}
 
 
 @measure
@@ -143,12 +134,7 @@ def beyond_paper(runs: MethodsRuns, _case: Case) -> Iterator[Words]:
         key, outcome = best(runs.outcomes, method, followed=True)
         remark = "fewest iterations without flat cells"
         name = f"{method} ω={key.omega:g}"
-        yield {
-            "name": f"{name}, iterations",
-            "value": outcome.iterations,
-            "in_unit": "1",
-            "remark": remark,
-        }
+        yield {"name": f"{name}, iterations", "value": outcome.iterations, "in_unit": "1", "remark": remark}
         yield _timed(f"{name}, time", seconds(method, outcome.iterations))
     for method in (Method.AM, Method.MAM):
         key, outcome = best(runs.outcomes, method)
@@ -190,14 +176,10 @@ def iterations_by_r(runs: MethodsRuns, _case: Case) -> Iterator[Series]:
         yield from _published_and_own(runs, f"ω = {omega:g}", [run.r or 0.0 for run in chosen], chosen)
 
 
-def _published_and_own(
-    runs: MethodsRuns, name: str, x: list[float], chosen: list[published.Run]
-) -> Iterator[Series]:
+def _published_and_own(runs: MethodsRuns, name: str, x: list[float], chosen: list[published.Run]) -> Iterator[Series]:
     at = tuple(map(float, x))
     yield Series(f"{name}, published", at, tuple(float(run.iterations) for run in chosen))
-    yield Series(
-        f"{name}, own map", at, tuple(float(runs.outcomes[key_of(run)].iterations) for run in chosen)
-    )
+    yield Series(f"{name}, own map", at, tuple(float(runs.outcomes[key_of(run)].iterations) for run in chosen))
 
 
 # The errors of the map and the cost law on rows that they were not fitted to.

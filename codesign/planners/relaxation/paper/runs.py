@@ -72,11 +72,7 @@ def beyond(quick: bool, sor_omegas: tuple[float, ...] | None = None) -> tuple[Ke
         Key(Method.DIRECT),
         *(
             Key(method, omega, r, Boundary.HIGH_WALLS)
-            for method, omega, r in (
-                (Method.SOR, 1.95, None),
-                (Method.AM, 1.97, None),
-                (Method.MAM, 1.97, 1.92),
-            )
+            for method, omega, r in ((Method.SOR, 1.95, None), (Method.AM, 1.97, None), (Method.MAM, 1.97, 1.92))
         ),
     )
 

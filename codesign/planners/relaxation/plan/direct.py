@@ -46,9 +46,7 @@ def solve_direct(
         matrix = sparse.csc_matrix(
             (np.concatenate(data), (np.concatenate(rows), np.concatenate(columns))), shape=(count, count)
         )
-        factors = splu(
-            matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
-        )
+        factors = splu(matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
         above[unknown], values = factors.solve(right), int(factors.nnz)
     potential = wall + above[1:-1, 1:-1]
     return np.ascontiguousarray(potential), count, values

@@ -364,12 +364,7 @@ def half_sweeps(
 
 @njit(cache=True, error_model="numpy", nogil=True)
 def count_flat(
-    values: Doubles,
-    passable: Mask,
-    judged: Mask,
-    base: NDArray[np.int64],
-    shape: tuple[int, int],
-    sign: float,
+    values: Doubles, passable: Mask, judged: Mask, base: NDArray[np.int64], shape: tuple[int, int], sign: float
 ) -> Any:
     """Nodes of ``judged`` with no lower neighbour among the four that are ``passable``.
 

@@ -135,14 +135,12 @@ def check_method(method: Any) -> Method:
 class RelaxParameters(TaskParameters):
     """The computation of the potential, and the search over it."""
 
-    method: Annotated[
-        Method, Field(description="gs, sor, am, mam, red_black, jacobi, half_sweep_am or direct")
-    ] = DEFAULT_METHOD
+    method: Annotated[Method, Field(description="gs, sor, am, mam, red_black, jacobi, half_sweep_am or direct")] = (
+        DEFAULT_METHOD
+    )
     omega: Annotated[
         float | None,
-        Field(
-            description="over-relaxation of sor, red_black, am, mam, half_sweep_am, between 0 and 2; left out: 1"
-        ),
+        Field(description="over-relaxation of sor, red_black, am, mam, half_sweep_am, between 0 and 2; left out: 1"),
     ] = None
     r: Annotated[
         float | None, Field(description="over-relaxation of mam's second level, between 0 and 2; left out: 1")
@@ -163,12 +161,10 @@ class RelaxParameters(TaskParameters):
             " and 0; high_goal: 0 and 1"
         ),
     ] = DEFAULT_BOUNDARY
-    max_iterations: Annotated[
-        int, Field(ge=1, le=MOST_ITERATIONS, description="most iterations of a run")
-    ] = DEFAULT_MAX_ITERATIONS
-    neighbours: Annotated[
-        Literal[4, 8], Field(description="cells that a step of the search chooses from")
-    ] = 8
+    max_iterations: Annotated[int, Field(ge=1, le=MOST_ITERATIONS, description="most iterations of a run")] = (
+        DEFAULT_MAX_ITERATIONS
+    )
+    neighbours: Annotated[Literal[4, 8], Field(description="cells that a step of the search chooses from")] = 8
 
     @model_validator(mode="after")
     def _acceleration(self) -> RelaxParameters:

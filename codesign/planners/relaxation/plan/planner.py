@@ -16,12 +16,7 @@ from codesign.planners.interface import Cell, LoadParameters, Planner, Policy, P
 from codesign.planners.job import Job
 from codesign.planners.paths import by_sides, cell_of, from_position
 from codesign.planners.quality import Quality
-from codesign.planners.relaxation.plan.parameters import (
-    DEFAULT_METHOD,
-    Method,
-    RelaxParameters,
-    SearchParameters,
-)
+from codesign.planners.relaxation.plan.parameters import DEFAULT_METHOD, Method, RelaxParameters, SearchParameters
 from codesign.planners.relaxation.plan.quality import quality
 from codesign.planners.relaxation.plan.search import Search
 from codesign.planners.relaxation.plan.solve import Solution, refusal, solve
@@ -84,9 +79,7 @@ class Relaxation(Planner):
         names = ("omega", "r", "tolerance", "boundary", "max_iterations")
         plain = {name: type(job.parameters).model_fields[name].default for name in names}
         return {
-            "method": {
-                str(method): {**plain, "method": method.value} for method in (DEFAULT_METHOD, Method.DIRECT)
-            }
+            "method": {str(method): {**plain, "method": method.value} for method in (DEFAULT_METHOD, Method.DIRECT)}
         }
 
     def reachable(self, job: Job[Problem, RelaxParameters]) -> NDArray[np.bool_]:
@@ -152,14 +145,10 @@ class Relaxation(Planner):
         }
         if solution.factors:
             details["factor_values"] = solution.factors
-        details |= {
-            name: value for name, value in (("omega", solution.omega), ("r", solution.r)) if value is not None
-        }
+        details |= {name: value for name, value in (("omega", solution.omega), ("r", solution.r)) if value is not None}
         return {"details": details}
 
-    def trajectory(
-        self, problem: Problem, plan: Plan, start: tuple[int, int]
-    ) -> tuple[NDArray[np.float64], bool]:
+    def trajectory(self, problem: Problem, plan: Plan, start: tuple[int, int]) -> tuple[NDArray[np.float64], bool]:
         """The path of the gradient descent search from ``start``."""
         descent = search_of(problem, plan).follow(start)
         return descent.cells.astype(np.float64), descent.arrived
@@ -168,9 +157,7 @@ class Relaxation(Planner):
         """The potential, rows × columns."""
         return plan.solution.potential
 
-    def path_from(
-        self, problem: Problem, plan: Plan, start: tuple[float, float]
-    ) -> tuple[NDArray[np.float64], bool]:
+    def path_from(self, problem: Problem, plan: Plan, start: tuple[float, float]) -> tuple[NDArray[np.float64], bool]:
         """The path of the gradient descent search from a position: the path of its cell without the cell's middle."""
         cell = cell_of(problem, start)
         if cell is None:

@@ -54,9 +54,7 @@ def _warning(problem: Problem, solution: Solution, lost: NDArray[np.bool_], coun
     share = f"{tenths / 10:g} %" if tenths else "under 0.1 %"
     cause, advice = _cause(solution, lost)
     begun = {End.CONVERGED: "converged, but ", End.STAGNATED: "stagnated: "}.get(solution.ended, "")
-    return (
-        f"{begun}{nowhere:,} of {count:,} cells ({share}) lead nowhere: {cause}; {advice or _mend(problem)}"
-    )
+    return f"{begun}{nowhere:,} of {count:,} cells ({share}) lead nowhere: {cause}; {advice or _mend(problem)}"
 
 
 def _cause(solution: Solution, lost: NDArray[np.bool_]) -> tuple[str, str]:

@@ -138,14 +138,10 @@ class Run:
             kernel = partial(kernels.jacobi_sweeps, values, values.copy(), movable, layout.base, shape)
         elif levels == 2:
             first = values.copy()
-            kernel = partial(
-                kernels.mean_sweeps, values, first, movable, layout.base, shape, self.wall, self.pair
-            )
+            kernel = partial(kernels.mean_sweeps, values, first, movable, layout.base, shape, self.wall, self.pair)
         else:
             colours = 2 if method is Method.RED_BLACK else 1
-            kernel = partial(
-                kernels.in_place_sweeps, values, movable, layout.base, shape, colours, self.omega
-            )
+            kernel = partial(kernels.in_place_sweeps, values, movable, layout.base, shape, colours, self.omega)
         tally = self._tally(Sweeper(kernel, values, movable, levels * values.size, lambda: values))
         return values[layout.position], tally, levels * self.nodes * tally.iterations
 
@@ -166,9 +162,7 @@ class Run:
             whole[np.broadcast_to(i, j.shape)[inside], j[inside]] = values[inside]
             # The mean of the four neighbours, in the kernels' order of additions.
             mean = np.zeros_like(whole)
-            mean[1:-1, 1:-1] = 0.25 * (
-                (whole[:-2, 1:-1] + whole[1:-1, :-2]) + (whole[1:-1, 2:] + whole[2:, 1:-1])
-            )
+            mean[1:-1, 1:-1] = 0.25 * ((whole[:-2, 1:-1] + whole[1:-1, :-2]) + (whole[1:-1, 2:] + whole[2:, 1:-1]))
             whole[others] = mean[others]
             return whole
 

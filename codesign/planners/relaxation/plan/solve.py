@@ -194,8 +194,6 @@ def _iterations(value: int) -> int:
         count = 0
     if isinstance(value, bool) or not 1 <= count <= MOST_ITERATIONS:
         raise InputError(
-            f"{value!r:.80} iterations",
-            "max_iterations",
-            f"give a whole number from 1 to {MOST_ITERATIONS:,}",
+            f"{value!r:.80} iterations", "max_iterations", f"give a whole number from 1 to {MOST_ITERATIONS:,}"
         )
     return count

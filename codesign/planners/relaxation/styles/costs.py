@@ -76,9 +76,7 @@ def unit() -> Figure:
 def mean_units() -> Figure:
     """Units a cell and iteration of the two-level arithmetic mean, with the range of the rows it is fitted to."""
     ratios = [seconds_an_iteration(run) / seconds_an_iteration(published.GS) for run in FITTED]
-    source = (
-        f"{published.PAPER}, Table I: mean of the {len(ratios)} rows of AM with ω ≤ 1.90 over the row of GS"
-    )
+    source = f"{published.PAPER}, Table I: mean of the {len(ratios)} rows of AM with ω ≤ 1.90 over the row of GS"
     return Figure(fmean(ratios), "updates", Status.CALIBRATED, source, min(ratios), max(ratios))
 
 

@@ -169,9 +169,7 @@ class _StageClock:
         self.begin = begin if self.begin is None else self.begin
 
 
-def _stage_record(
-    solution: Solution, flat: int, clock: _StageClock
-) -> Callable[[int, int, str], StageRecord]:
+def _stage_record(solution: Solution, flat: int, clock: _StageClock) -> Callable[[int, int, str], StageRecord]:
     """The record of the relaxation, reported with its last step."""
     wall, goal = solution.boundary.values
 

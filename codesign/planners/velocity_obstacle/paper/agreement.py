@@ -81,10 +81,7 @@ def compare(
     """
     exact, rounded = double(problem, parameters), fixed(problem, parameters)
     real = [in_doubles(rounded, robot) for robot in robots]
-    choices = (
-        reference.choose(rounded, robots, index, parameters),
-        reference.choose(exact, real, index, parameters),
-    )
+    choices = (reference.choose(rounded, robots, index, parameters), reference.choose(exact, real, index, parameters))
     if choices[0].candidate == choices[1].candidate:
         return Verdict.SAME, *choices
     assert rounded.formats is not None

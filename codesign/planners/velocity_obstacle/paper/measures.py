@@ -17,14 +17,7 @@ from codesign.planners.quality import RobotsQuality
 from codesign.planners.reproduction import Series, Use
 from codesign.planners.velocity_obstacle import published
 from codesign.planners.velocity_obstacle.paper.agreement import Verdict, compare
-from codesign.planners.velocity_obstacle.plan import (
-    Avoidance,
-    AvoidParameters,
-    RobotsProblem,
-    avoid,
-    generate,
-    quality,
-)
+from codesign.planners.velocity_obstacle.plan import Avoidance, AvoidParameters, RobotsProblem, avoid, generate, quality
 from codesign.planners.velocity_obstacle.plan.arithmetic import fixed
 from codesign.planners.velocity_obstacle.plan.parameters import Detection, Detector, Responsibility, Unit
 from codesign.planners.velocity_obstacle.plan.problem import ARRANGEMENTS
@@ -42,9 +35,7 @@ LABELS = {
 ROBOTS = (2, 4, 8)
 RUN_STYLES = {2: Style.HYBRID, 4: Style.HYBRID, 8: Style.PIPELINED}
 """The styles that the paper ran: hybrid where it fits."""
-PUBLISHED_RULE = AvoidParameters(
-    detection=Detection.PUBLISHED, responsibility=Responsibility.FULL, margin=0.0
-)
+PUBLISHED_RULE = AvoidParameters(detection=Detection.PUBLISHED, responsibility=Responsibility.FULL, margin=0.0)
 RULES = {
     "equation 4 alone, others passive": PUBLISHED_RULE,
     "and only robots that approach": AvoidParameters(responsibility=Responsibility.FULL, margin=0.0),
@@ -202,9 +193,7 @@ def trial(_runs: RobotsRuns, case: Case) -> Words:
 @measure
 def full_runs(runs: RobotsRuns, _case: Case) -> list[Words]:
     """The single runs, in the style that the paper ran."""
-    return [
-        {"robots": robots, "style": RUN_STYLES[robots], "run": run} for robots, run in runs.single.items()
-    ]
+    return [{"robots": robots, "style": RUN_STYLES[robots], "run": run} for robots, run in runs.single.items()]
 
 
 @measure
@@ -243,10 +232,7 @@ def cycles_by_robots(_runs: RobotsRuns, _case: Case) -> Iterator[Series]:
     """Cycles of a trial over the number of robots, with circuits that the paper did not build."""
     robots = tuple(range(2, 17))
     lanes = {
-        f"{count} lanes": (
-            Style.HYBRID,
-            PARAMETERS.model_copy(update={"update_units": count, "detect_units": count}),
-        )
+        f"{count} lanes": (Style.HYBRID, PARAMETERS.model_copy(update={"update_units": count, "detect_units": count}))
         for count in (2, 4)
     }
     for name, (style, given) in ({LABELS[style]: (style, PARAMETERS) for style in Style} | lanes).items():
@@ -282,8 +268,7 @@ def power_miss(_runs: RobotsRuns, _case: Case) -> Words:
 def energy(_runs: RobotsRuns, _case: Case) -> Words:
     """Energy of a trial with four robots."""
     spent = {
-        style: published.TABLE_III[style][4] * 1e-3 * published.TABLE_II[style][4] / CLOCK * 1e9
-        for style in Style
+        style: published.TABLE_III[style][4] * 1e-3 * published.TABLE_II[style][4] / CLOCK * 1e9 for style in Style
     }
     figures = {f"4 robots, {style}": f"{spent[style]:.0f} nJ" for style in Style}
     return {"figures": figures, "holds": max(spent, key=spent.__getitem__) is Style.SEQUENTIAL}

@@ -231,9 +231,7 @@ def fixed(problem: RobotsProblem, parameters: AvoidParameters, width: int | None
             for level in exact.velocities
         ),
         turns=parameters.turns,
-        bounds=tuple(
-            (quantise(x, formats.direction), quantise(y, formats.direction)) for x, y in exact.bounds
-        ),
+        bounds=tuple((quantise(x, formats.direction), quantise(y, formats.direction)) for x, y in exact.bounds),
     )
 
 
@@ -247,9 +245,7 @@ def width_fault(problem: RobotsProblem, parameters: AvoidParameters, width: int)
     shifts = shifts_of(formats)
     worst = [value for value in vars(shifts).values() if not 0 <= value <= MOST_SHIFT]
     if worst:
-        return (
-            f"arena, speed, acceleration and time step are too far apart in scale: a shift by {worst[0]} bits"
-        )
+        return f"arena, speed, acceleration and time step are too far apart in scale: a shift by {worst[0]} bits"
     slowest = problem.speed / parameters.speeds
     # v t in units of a position: below 1 the slowest velocity may round to no motion at all.
     travel = math.ldexp(slowest * parameters.step, formats.position)
@@ -259,9 +255,7 @@ def width_fault(problem: RobotsProblem, parameters: AvoidParameters, width: int)
             f" velocity, {slowest:g} cells/s, moves a robot by {travel:.2g} of one in {parameters.time_step}"
         )
     if math.ldexp(problem.acceleration * parameters.step, formats.velocity) < 4.0:
-        return (
-            f"at {width} bits the greatest change of velocity in one step is less than 4 steps of a velocity"
-        )
+        return f"at {width} bits the greatest change of velocity in one step is less than 4 steps of a velocity"
     return None
 
 

@@ -73,10 +73,7 @@ def _short_sight(problem: RobotsProblem, parameters: AvoidParameters) -> tuple[s
     sight = least_range(problem, parameters)
     if parameters.range is None or parameters.range >= sight:
         return None
-    return (
-        "range",
-        f"two robots {parameters.range:g} cells apart can no longer brake: {sight:.4g} cells or more",
-    )
+    return ("range", f"two robots {parameters.range:g} cells apart can no longer brake: {sight:.4g} cells or more")
 
 
 def _narrow_words(problem: RobotsProblem, parameters: AvoidParameters) -> tuple[str, str] | None:
@@ -102,8 +99,5 @@ def _wide_constants(problem: RobotsProblem, parameters: AvoidParameters) -> tupl
         away = f"no robot is {parameters.tolerance:g} cells from its target"
         return "tolerance", f"{away}, as {words}: below {reach:g} cells"
     if parameters.range is not None and parameters.range >= 2.0 * math.sqrt(2.0) * reach:
-        return (
-            "range",
-            f"no two robots are {parameters.range:g} cells apart, as {words}: less, or no range at all",
-        )
+        return ("range", f"no two robots are {parameters.range:g} cells apart, as {words}: less, or no range at all")
     return None

@@ -32,10 +32,7 @@ def pair_gaps(
 
 
 def first_touches(
-    before: NDArray[np.float64],
-    after: NDArray[np.float64],
-    drift: NDArray[np.float64],
-    limit: float,
+    before: NDArray[np.float64], after: NDArray[np.float64], drift: NDArray[np.float64], limit: float
 ) -> NDArray[np.float64]:
     """The moment on one leg when the centres of each pair first come nearer than ``limit`` (cells), as a share of it.
 
@@ -58,10 +55,7 @@ def _pair_gaps(cells: Any, speeds: Any, seconds: Any, least: Any) -> None:
             best = math.sqrt(x * x + y * y)
             for leg in range(legs):
                 # The relative motion of the pair: a + b s + c s².
-                ax, ay = (
-                    cells[leg, other, 0] - cells[leg, robot, 0],
-                    cells[leg, other, 1] - cells[leg, robot, 1],
-                )
+                ax, ay = (cells[leg, other, 0] - cells[leg, robot, 0], cells[leg, other, 1] - cells[leg, robot, 1])
                 bx = (speeds[leg, other, 0] - speeds[leg, robot, 0]) * seconds[leg]
                 by = (speeds[leg, other, 1] - speeds[leg, robot, 1]) * seconds[leg]
                 ex, ey = (

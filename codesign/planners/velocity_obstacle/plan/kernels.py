@@ -164,12 +164,8 @@ def _choose(
             # Update: v' = v + a t (2a) and r' = r + v t + a t²/2 (2b).
             new_x = vx + _rescale(ax * constants[STEP], shifts[ACCELERATION_STEP])
             new_y = vy + _rescale(ay * constants[STEP], shifts[ACCELERATION_STEP])
-            there_x = (
-                px + straight_x + _rescale(ax * constants[HALF_SQUARE], shifts[ACCELERATION_HALF_SQUARE])
-            )
-            there_y = (
-                py + straight_y + _rescale(ay * constants[HALF_SQUARE], shifts[ACCELERATION_HALF_SQUARE])
-            )
+            there_x = px + straight_x + _rescale(ax * constants[HALF_SQUARE], shifts[ACCELERATION_HALF_SQUARE])
+            there_y = py + straight_y + _rescale(ay * constants[HALF_SQUARE], shifts[ACCELERATION_HALF_SQUARE])
             # Reciprocal: v' is halfway from v to the velocity that avoids, 2v' - v; the other robot does the rest.
             own_x = 2 * new_x - vx if half else new_x
             own_y = 2 * new_y - vy if half else new_y
@@ -261,17 +257,7 @@ def decide(
         candidate, checks[robot], trials[robot] = SELECT_STAY, 0, 0
         if not arrived[robot]:
             candidate, checks[robot], trials[robot], x, y = _choose(
-                robot,
-                position,
-                velocity,
-                stepped,
-                targets,
-                array,
-                bounds,
-                constants,
-                shifts,
-                approaching,
-                half,
+                robot, position, velocity, stepped, targets, array, bounds, constants, shifts, approaching, half
             )
             wanted[robot, 0], wanted[robot, 1] = x, y
         if candidate < 0:
@@ -313,9 +299,7 @@ def hold(position: Any, velocity: Any, steps: Any, constants: Any, shifts: Any) 
 
 
 @njit(cache=True, nogil=True)
-def act(
-    position: Any, velocity: Any, sums: Any, errors: Any, wanted: Any, constants: Any, shifts: Any
-) -> Any:
+def act(position: Any, velocity: Any, sums: Any, errors: Any, wanted: Any, constants: Any, shifts: Any) -> Any:
     """One step in which every robot's PID control drives it to its wanted velocity.
 
     Returns the kind of value that first left its word (0: none), and the robot.

@@ -50,10 +50,7 @@ class Loop:
         self._array = np.array(numbers.velocities, np.int64)
         self._bounds = np.array(numbers.bounds, np.int64)
         self._constants, self._shifts = _constants(numbers)
-        self._rules = (
-            parameters.detection is Detection.APPROACHING,
-            parameters.responsibility is Responsibility.HALF,
-        )
+        self._rules = (parameters.detection is Detection.APPROACHING, parameters.responsibility is Responsibility.HALF)
         self.updates = self.steps = 0
         self.departure: Departure | None = None
         self._resting = False
@@ -119,13 +116,7 @@ class Loop:
     def act(self) -> None:
         """Take the chosen velocities: one time step."""
         overflow, robot = kernels.act(
-            self.position,
-            self.velocity,
-            self._sums,
-            self._errors,
-            self._wanted,
-            self._constants,
-            self._shifts,
+            self.position, self.velocity, self._sums, self._errors, self._wanted, self._constants, self._shifts
         )
         if overflow:
             self._depart(overflow, int(robot), 1)

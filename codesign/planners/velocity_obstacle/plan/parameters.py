@@ -72,9 +72,7 @@ class Gains(SpecModel):
     integral: float = Field(
         default=0.0, description="Of the sum of errors: 0, as any other overshoots the greatest speed."
     )
-    derivative: float = Field(
-        default=0.0, description="Of the error's change: from 0 to √proportional - proportional."
-    )
+    derivative: float = Field(default=0.0, description="Of the error's change: from 0 to √proportional - proportional.")
 
     @field_validator("proportional", mode="after")
     @classmethod
@@ -127,15 +125,13 @@ class AvoidParameters(TaskParameters):
     """The choice of a robot's velocity, and the units of its circuit."""
 
     width: Annotated[int, Field(ge=LEAST_WIDTH, le=MOST_WIDTH)] = Field(
-        default=16,
-        description="Bits of a position, a velocity, an acceleration and a constant, sign included.",
+        default=16, description="Bits of a position, a velocity, an acceleration and a constant, sign included."
     )
     time_step: Annotated[str, Field(max_length=40)] = Field(
         default="100 ms", description="Time between two updates, such as 100 ms."
     )
     updates: Annotated[int, Field(ge=1, le=MOST_UPDATES)] = Field(
-        default=1500,
-        description="Most updates of a run; the run ends earlier once all robots stand at their targets.",
+        default=1500, description="Most updates of a run; the run ends earlier once all robots stand at their targets."
     )
     directions: Annotated[int, Field(ge=16, le=MOST_DIRECTIONS, multiple_of=8)] = Field(
         default=64, description="Directions of the array of velocities."
@@ -170,9 +166,7 @@ class AvoidParameters(TaskParameters):
         default=Detector.PUBLISHED,
         description="published: the nine products of figure 6; cross_product: six, by Lagrange's identity.",
     )
-    unit: Unit = Field(
-        default=Unit.SERIAL, description="serial: one multiplier a unit; parallel: all at once."
-    )
+    unit: Unit = Field(default=Unit.SERIAL, description="serial: one multiplier a unit; parallel: all at once.")
     update_units: UnitCount | None = Field(
         default=None,
         description="Units that update; by default the style's. The sequential one has one datapath: 1 at most.",
@@ -206,9 +200,7 @@ class AvoidParameters(TaskParameters):
         return int(parse_quantity(self.time_step, Dimension.TIME))
 
 
-Place = tuple[
-    Annotated[float, Field(ge=0.0, le=LARGEST_ARENA)], Annotated[float, Field(ge=0.0, le=LARGEST_ARENA)]
-]
+Place = tuple[Annotated[float, Field(ge=0.0, le=LARGEST_ARENA)], Annotated[float, Field(ge=0.0, le=LARGEST_ARENA)]]
 Places = Annotated[tuple[Place, ...], Field(min_length=FEWEST_ROBOTS, max_length=MOST_ROBOTS)]
 Size = Annotated[float, Field(gt=0.0, le=LARGEST_ARENA)]
 

@@ -59,10 +59,7 @@ class VelocityObstacle(Planner):
     def flows(self, job: Job[RobotsProblem, AvoidParameters]) -> tuple[Flow, ...]:
         """Start and target of each robot, and the robots' coordinates once, for the display (section VI)."""
         coordinates = 2 * COORDINATE_BITS * job.problem.count
-        return (
-            Flow("load", "avoid", "robots", 2 * coordinates),
-            Flow("avoid", "command", "coordinates", coordinates),
-        )
+        return (Flow("load", "avoid", "robots", 2 * coordinates), Flow("avoid", "command", "coordinates", coordinates))
 
     def memory(self, job: Job[RobotsProblem, AvoidParameters]) -> int:
         """For each robot and update positions, velocities and counts, in words and once more in cells."""
@@ -93,9 +90,7 @@ class VelocityObstacle(Planner):
             }
         }
 
-    def trajectory(
-        self, problem: RobotsProblem, plan: Avoidance, start: int
-    ) -> tuple[NDArray[np.float64], bool]:
+    def trajectory(self, problem: RobotsProblem, plan: Avoidance, start: int) -> tuple[NDArray[np.float64], bool]:
         """The path of robot number ``start``: float64 (updates + 1) × 2 (row, column), and whether it arrives.
 
         Cells are counted from their middle as everywhere: (x, y) of a robot is (column + 0.5, row + 0.5).

@@ -47,16 +47,12 @@ class RobotsProblem:
             array.setflags(write=False)
             object.__setattr__(self, name, array)
             if array.ndim != 2 or array.shape[1] != 2:
-                raise InputError(
-                    f"an array of shape {array.shape} names no robots", name, "n × 2: (x, y) each"
-                )
+                raise InputError(f"an array of shape {array.shape} names no robots", name, "n × 2: (x, y) each")
         if not FEWEST_ROBOTS <= self.count <= MOST_ROBOTS:
             hint = f"from {FEWEST_ROBOTS} to {MOST_ROBOTS} robots"
             raise InputError(f"{self.count} robots", "positions", hint)
         if len(self.targets) != self.count:
-            raise InputError(
-                f"{len(self.targets)} targets for {self.count} robots", "targets", "one target a robot"
-            )
+            raise InputError(f"{len(self.targets)} targets for {self.count} robots", "targets", "one target a robot")
         for name in ("radius", "speed", "acceleration"):
             value = getattr(self, name)
             if not (math.isfinite(value) and 0.0 < value <= LARGEST_ARENA):
@@ -211,10 +207,7 @@ def scattered(
         InputError: the arena has no room for so many robots of that size.
     """
     random = np.random.Generator(np.random.PCG64(seed))
-    return (
-        _drawn(count, 3.0 * radius, radius, arena, random),
-        _drawn(count, 3.0 * radius, radius, arena, random),
-    )
+    return (_drawn(count, 3.0 * radius, radius, arena, random), _drawn(count, 3.0 * radius, radius, arena, random))
 
 
 def _drawn(
@@ -222,9 +215,7 @@ def _drawn(
 ) -> NDArray[np.float64]:
     low, high = np.full(2, border), np.array(arena) - border
     if (high <= low).any():
-        raise InputError(
-            f"robots of radius {border:g} have no room in the arena", "radius", "a smaller radius"
-        )
+        raise InputError(f"robots of radius {border:g} have no room in the arena", "radius", "a smaller radius")
     places: list[NDArray[np.float64]] = []
     for _ in range(_TRIES):
         place = random.uniform(low, high)

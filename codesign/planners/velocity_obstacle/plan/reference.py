@@ -81,10 +81,7 @@ def pos_vel_update(
 
 
 def coll_detect(
-    numbers: Arithmetic,
-    position: tuple[Number, Number],
-    velocity: tuple[Number, Number],
-    detection: Detection,
+    numbers: Arithmetic, position: tuple[Number, Number], velocity: tuple[Number, Number], detection: Detection
 ) -> bool:
     """Equation 4 for a relative position and velocity: nine products; True: on a collision course.
 
@@ -150,9 +147,7 @@ def take(
     return pos_vel_update(numbers, robot.position, robot.velocity, (x, y))
 
 
-def choose(
-    numbers: Arithmetic, robots: Sequence[RobotState], index: int, parameters: AvoidParameters
-) -> Choice:
+def choose(numbers: Arithmetic, robots: Sequence[RobotState], index: int, parameters: AvoidParameters) -> Choice:
     """The velocity that robot ``index`` takes: the first achievable one with which all equations hold.
 
     All robots are updated by one step first, the others with their present velocities. The equations are tested there.
@@ -209,9 +204,7 @@ def pid(
         error = wanted[axis] - robot.velocity[axis]
         total = max(-numbers.speed, min(numbers.speed, robot.error_sum[axis] + error))
         terms = error, total, error - robot.last_error[axis]
-        drive = sum(
-            numbers.rescale(gain * term, "gain") for gain, term in zip(numbers.gains, terms, strict=True)
-        )
+        drive = sum(numbers.rescale(gain * term, "gain") for gain, term in zip(numbers.gains, terms, strict=True))
         accelerations.append(max(-numbers.acceleration, min(numbers.acceleration, drive)))
         sums.append(total)
         errors.append(error)
@@ -226,9 +219,7 @@ def fits(numbers: Arithmetic, *values: Number) -> bool:
     return all(-limit <= value < limit for value in values)
 
 
-def decide(
-    numbers: Arithmetic, robots: Sequence[RobotState], parameters: AvoidParameters
-) -> tuple[list[Choice], bool]:
+def decide(numbers: Arithmetic, robots: Sequence[RobotState], parameters: AvoidParameters) -> tuple[list[Choice], bool]:
     """The choices of all robots, at the same time and from the same state, and whether a value overflows.
 
     A robot that one step at its present velocity takes out of its words is an overflow. Only ``arrived`` changes.
@@ -262,9 +253,7 @@ def act(numbers: Arithmetic, robots: Sequence[RobotState], choices: Sequence[Cho
     return overflow
 
 
-def update(
-    numbers: Arithmetic, robots: Sequence[RobotState], parameters: AvoidParameters
-) -> tuple[list[Choice], bool]:
+def update(numbers: Arithmetic, robots: Sequence[RobotState], parameters: AvoidParameters) -> tuple[list[Choice], bool]:
     """One update that is decided within its time step: the choices, and whether a value overflows.
 
     ``robots`` are left in the new state.

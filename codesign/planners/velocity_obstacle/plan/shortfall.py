@@ -11,12 +11,7 @@ import numpy as np
 from codesign.planners.velocity_obstacle.plan.avoid import avoid
 from codesign.planners.velocity_obstacle.plan.avoidance import Avoidance
 from codesign.planners.velocity_obstacle.plan.faults import fault_of, least_range
-from codesign.planners.velocity_obstacle.plan.parameters import (
-    MOST_UPDATES,
-    AvoidParameters,
-    Detection,
-    Responsibility,
-)
+from codesign.planners.velocity_obstacle.plan.parameters import MOST_UPDATES, AvoidParameters, Detection, Responsibility
 from codesign.planners.velocity_obstacle.plan.problem import LARGEST_ARENA, RobotsProblem
 from codesign.planners.velocity_obstacle.plan.reference import BRAKE, STAY
 
@@ -35,9 +30,7 @@ def shortfall_of(problem: RobotsProblem, plan: Avoidance, arrivals: list[int | N
     if not left:
         return None
     causes = [] if plan.departure is None else [str(plan.departure)]
-    there = (
-        f"after {plan.updates:,} updates {problem.count - len(left)} of {problem.count} robots have arrived"
-    )
+    there = f"after {plan.updates:,} updates {problem.count - len(left)} of {problem.count} robots have arrived"
     robots = [_state(problem, plan, robot) for robot in left[:DESCRIBED]]
     if len(left) > DESCRIBED:
         robots.append(f"and {len(left) - DESCRIBED} more")

@@ -128,8 +128,7 @@ class RobotCircuit(CircuitStyle):
             images={
                 **{
                     f"velocities_{name}.hex": Image(
-                        width,
-                        [_word(velocity[axis], width) for level in numbers.velocities for velocity in level],
+                        width, [_word(velocity[axis], width) for level in numbers.velocities for velocity in level]
                     )
                     for axis, name in enumerate("xy")
                 },
@@ -151,14 +150,10 @@ class RobotCircuit(CircuitStyle):
         for update, reported in enumerate(_decisions(job, plan)):
             begin = sum(cycles.values())
             events += _events(costs, begin, reported, job.parameters.width)
-            for phase, amount in costs.phases(
-                int(plan.checks[update, 0]), int(plan.trials[update, 0])
-            ).items():
+            for phase, amount in costs.phases(int(plan.checks[update, 0]), int(plan.trials[update, 0])).items():
                 cycles[phase] += amount
         cycle, kind, value = zip(*events, strict=True) if events else ((), (), ())
-        return Expected(
-            Events(np.array(cycle, np.int64), np.array(kind, np.uint8), np.array(value, np.uint64)), cycles
-        )
+        return Expected(Events(np.array(cycle, np.int64), np.array(kind, np.uint8), np.array(value, np.uint64)), cycles)
 
     def sample(self, seed: int) -> AvoidJob:
         """Random robots, options and units: see ``random_job``."""
@@ -167,14 +162,7 @@ class RobotCircuit(CircuitStyle):
 
 def _refuse(style: Style, job: AvoidJob) -> None:
     faults = [
-        Fault(
-            "circuit",
-            0,
-            0,
-            f"avoid.{name}",
-            f"the sequential circuit has one datapath, not {count}",
-            "take 1",
-        )
+        Fault("circuit", 0, 0, f"avoid.{name}", f"the sequential circuit has one datapath, not {count}", "take 1")
         for name, count in (
             ("update_units", job.parameters.update_units),
             ("detect_units", job.parameters.detect_units),
@@ -230,9 +218,7 @@ def _stream(job: AvoidJob, plan: Avoidance) -> Iterator[int]:
     target = _pair([numbers.position(each) for each in job.problem.targets[0].tolist()], width)
     for update in range(plan.updates):
         yield target | int(update == plan.updates - 1) << 2 * width
-        for position, velocity in zip(
-            plan.positions[update].tolist(), plan.velocities[update].tolist(), strict=True
-        ):
+        for position, velocity in zip(plan.positions[update].tolist(), plan.velocities[update].tolist(), strict=True):
             yield _pair(position, width)
             yield _pair(velocity, width)
 
@@ -274,9 +260,7 @@ def _components(values: Any) -> tuple[int, int]:
     return int(values[0]), int(values[1])
 
 
-def _events(
-    costs: timing.UpdateCosts, begin: int, decision: Decision, width: int
-) -> Iterator[tuple[int, int, int]]:
+def _events(costs: timing.UpdateCosts, begin: int, decision: Decision, width: int) -> Iterator[tuple[int, int, int]]:
     """(cycle, kind, value) of an update that begins at cycle ``begin``."""
     # A verdict is reported in the last cycle of the check or of the trial, a velocity in the first and an acceleration
     # in the last cycle of PID control.

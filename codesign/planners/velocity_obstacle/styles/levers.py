@@ -36,9 +36,7 @@ def widest_lanes(robots: int, parameters: AvoidParameters, part: Part) -> AvoidP
     return None if best is None else best[2]
 
 
-def resource_levers(
-    style: Style, robots: int, parameters: AvoidParameters, part: Part
-) -> dict[str, tuple[Lever, ...]]:
+def resource_levers(style: Style, robots: int, parameters: AvoidParameters, part: Part) -> dict[str, tuple[Lever, ...]]:
     """For each resource that the part lacks: the units, style, robots and part that remedy it."""
     missing = shortages(style, robots, parameters, part)
     if not missing:
@@ -102,9 +100,7 @@ def _unit_levers(style: Style, robots: int, parameters: AvoidParameters, part: P
     if lanes is None:
         return []
     cycles = cycles_of_trial(style, robots, lanes)
-    fits = (
-        f"fit {part.name}, {cycles} cycles a trial in place of {cycles_of_trial(style, robots, parameters)}"
-    )
+    fits = f"fit {part.name}, {cycles} cycles a trial in place of {cycles_of_trial(style, robots, parameters)}"
     text = f"{lanes.update_units}, with {lanes.detect_units} detect_units, {fits}"
     axes = {"avoid.update_units": lanes.update_units, "avoid.detect_units": lanes.detect_units}
     return [Lever("avoid.update_units", text, axes=axes)]

@@ -39,11 +39,7 @@ XILINX = (Block((18, 18), 17, (2, 2, 9)),)
 BLOCKS: Mapping[str, Sequence[Block]] = {
     "xc7": (Block((25, 18), 17, (2, 2, 9)),),
     "ecp5": (Block((18, 18), 18, (2, 2, 0)),),
-    "gowin": (
-        Block((36, 36), 36, (22, 22, 0), 4),
-        Block((18, 18), 18, (10, 4, 0)),
-        Block((9, 9), 9, (4, 4, 0), 0.5),
-    ),
+    "gowin": (Block((36, 36), 36, (22, 22, 0), 4), Block((18, 18), 18, (10, 4, 0)), Block((9, 9), 9, (4, 4, 0), 0.5)),
 }
 """The multipliers of each family of rows as Yosys uses them; ``XILINX`` elsewhere."""
 
@@ -123,9 +119,7 @@ def detector_products(circuit: Structure) -> list[Factors]:
 def product_registers(circuit: Structure) -> int:
     """Flip-flops of the products of a parallel detector. Those of components have the width of their sum."""
     wide = wide_bits(circuit)
-    return sum(
-        sum(pair) if max(pair) == wide else min(sum(pair), wide) for pair in detector_products(circuit)
-    )
+    return sum(sum(pair) if max(pair) == wide else min(sum(pair), wide) for pair in detector_products(circuit))
 
 
 def update_products(circuit: Structure) -> list[Factors]:
@@ -134,8 +128,7 @@ def update_products(circuit: Structure) -> list[Factors]:
     if not circuit["PARALLEL"]:
         return [(width, width)] * others
     step, half_square = (
-        min(width, constant_bits(circuit[name])) if name in circuit else width
-        for name in ("STEP", "HALF_SQUARE")
+        min(width, constant_bits(circuit[name])) if name in circuit else width for name in ("STEP", "HALF_SQUARE")
     )
     return [*[(width, step)] * (4 + 2 * others), *[(width, half_square)] * 2]
 

@@ -20,12 +20,7 @@ from codesign.ground.part import Part
 from codesign.planners.velocity_obstacle.published import CLOCK, PAPER, PART, TABLE_III, Style
 
 FITTED_ROBOTS = (2, 4)
-FORMS: dict[str, Callable[[float], float]] = {
-    "log2 n": math.log2,
-    "√n": math.sqrt,
-    "∛n": math.cbrt,
-    "n": float,
-}
+FORMS: dict[str, Callable[[float], float]] = {"log2 n": math.log2, "√n": math.sqrt, "∛n": math.cbrt, "n": float}
 """Forms that were tried for the growth with the number of robots."""
 
 DYNAMIC_OF_PART = 0.75e-12

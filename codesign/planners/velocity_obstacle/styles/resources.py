@@ -91,8 +91,7 @@ def units_of(style: Style, robots: int, parameters: AvoidParameters) -> Units:
     if usual.shared:
         return usual
     return Units(
-        min(parameters.update_units or usual.update, robots),
-        min(parameters.detect_units or usual.detect, robots - 1),
+        min(parameters.update_units or usual.update, robots), min(parameters.detect_units or usual.detect, robots - 1)
     )
 
 
@@ -173,11 +172,7 @@ def halvings(parameters: AvoidParameters) -> int:
 
 
 def items(
-    style: Style,
-    robots: int,
-    parameters: AvoidParameters,
-    part: Part,
-    constants: Mapping[str, int] | None = None,
+    style: Style, robots: int, parameters: AvoidParameters, part: Part, constants: Mapping[str, int] | None = None
 ) -> tuple[Line, ...]:
     """All lines of the demand.
 
@@ -194,9 +189,7 @@ def items(
         text = f"{listed} % of {published.LUT4_OF_PART:,} LUTs ({PAPER}, Table I, {rest}) less the RTL of this package"
         lines.append(Line.item(TABLE_I, "lut4", beyond_lut4(rest, part), Status.CALIBRATED, text))
     lut4 = sum(item.amount for item in lines if item.resource == "lut4")
-    low, high = (
-        sum(item.figure.interval[end] for item in lines if item.resource == "lut4") for end in (0, 1)
-    )
+    low, high = (sum(item.figure.interval[end] for item in lines if item.resource == "lut4") for end in (0, 1))
     budget = int(part.resources["slices"].value) if "slices" in part.resources else lut4
     source = (
         f"LUT/2 × {slice_ratio(rest):.3f} (Table I, 2 robots, {rest}); from {FULL:.0%} of the part on, unrelated"

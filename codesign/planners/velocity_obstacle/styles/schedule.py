@@ -135,11 +135,7 @@ def products(
 
 @cache
 def module_cycles(
-    module: str,
-    unit: Unit,
-    detector: Detector = Detector.PUBLISHED,
-    approaching: bool = False,
-    ranged: bool = False,
+    module: str, unit: Unit, detector: Detector = Detector.PUBLISHED, approaching: bool = False, ranged: bool = False
 ) -> int:
     """Cycles of one run of a module: its products over its multipliers, and one to sum up or compare.
 

@@ -115,11 +115,7 @@ def constants(job: Job[RobotsProblem, AvoidParameters]) -> dict[str, int]:
     except InputError:
         # The planner refuses the width, with its fault.
         return {}
-    return {
-        "RADIUS": math.isqrt(numbers.radius_squared),
-        "STEP": numbers.step,
-        "HALF_SQUARE": numbers.half_square,
-    }
+    return {"RADIUS": math.isqrt(numbers.radius_squared), "STEP": numbers.step, "HALF_SQUARE": numbers.half_square}
 
 
 def _whole(job: Job[RobotsProblem, AvoidParameters]) -> Avoidance:
@@ -134,7 +130,5 @@ def _steps(costs: timing.UpdateCosts, checks: int, trials: int) -> Generator[Ste
     for phase, amount in costs.phases(checks, trials).items():
         if not amount:
             continue
-        cycles = (
-            np.full(trials, costs.trial, np.int64) if phase == timing.VERIFY else np.array([amount], np.int64)
-        )
+        cycles = np.full(trials, costs.trial, np.int64) if phase == timing.VERIFY else np.array([amount], np.int64)
         yield Step(phase, cycles, task_record(phase, amount), timing.addresses(phase))

@@ -20,9 +20,7 @@ from codesign.planners.velocity_obstacle.styles import timing
 class Updates(FleetUpdates):
     """The closed ``loop`` of the robots, and the cycles that follow from the candidates and trials of each."""
 
-    def __init__(
-        self, problem: RobotsProblem, parameters: AvoidParameters, costs: timing.UpdateCosts
-    ) -> None:
+    def __init__(self, problem: RobotsProblem, parameters: AvoidParameters, costs: timing.UpdateCosts) -> None:
         self.loop = Loop(problem, parameters)
         self.costs = costs
         self.step_ps = parameters.step_ps

@@ -27,12 +27,7 @@ from codesign.planners.wavefront.paper.maps import (
 )
 from codesign.planners.wavefront.plan.reference import delay_line_circuit, dijkstra
 from codesign.planners.wavefront.plan.skeleton import skeleton
-from codesign.planners.wavefront.plan.wave import (
-    MAX_OCTILE_RATIO,
-    longest_distance,
-    register_bits,
-    stop_cycle,
-)
+from codesign.planners.wavefront.plan.wave import MAX_OCTILE_RATIO, longest_distance, register_bits, stop_cycle
 from codesign.planners.wavefront.styles import resources, timing
 from codesign.planners.wavefront.styles.layout import ArrayLayout
 
@@ -82,9 +77,7 @@ class WavefrontRuns(Runs[published.WavefrontSettings]):
         return unit_seconds(self.samples)
 
 
-PAPER = Paper(
-    Path(__file__).with_name("rows.yaml"), published.NUMBERS, WavefrontRuns, published.WavefrontSettings
-)
+PAPER = Paper(Path(__file__).with_name("rows.yaml"), published.NUMBERS, WavefrontRuns, published.WavefrontSettings)
 measure = PAPER.measure
 
 

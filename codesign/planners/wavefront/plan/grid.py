@@ -61,9 +61,7 @@ def neighbours(axes: int, delays: Sequence[int] = DELAYS, corner_cutting: bool =
     beside: list[list[tuple[int, ...]]] = []
     for step in steps:
         corners = [
-            corner
-            for corner in itertools.product(*({0, part} for part in step))
-            if any(corner) and corner != step
+            corner for corner in itertools.product(*({0, part} for part in step)) if any(corner) and corner != step
         ]
         beside.append([] if corner_cutting else sorted(corners))
     width = max(map(len, beside))
@@ -149,9 +147,7 @@ def check_delays(delays: Any, axes: int) -> tuple[int, ...]:
             f"delays {delays!r:.80} are not {axes} numbers from 1 to {MAX_DELAY}", "delays", "such as (2, 3)"
         )
     if list(numbers) != sorted(numbers):
-        raise InputError(
-            f"delays {delays!r:.80} fall", "delays", "a diagonal step is not shorter than a straight one"
-        )
+        raise InputError(f"delays {delays!r:.80} fall", "delays", "a diagonal step is not shorter than a straight one")
     return numbers
 
 

@@ -79,8 +79,7 @@ class PropagateParameters(TaskParameters):
         ),
     ] = WaveEnd.STARTS
     paths: Annotated[
-        Paths,
-        Field(description="shortest: equation 2; safe: equations 4 and 5, with a wave from all obstacles"),
+        Paths, Field(description="shortest: equation 2; safe: equations 4 and 5, with a wave from all obstacles")
     ] = Paths.SHORTEST
     course: Annotated[
         Course,
@@ -92,19 +91,13 @@ class PropagateParameters(TaskParameters):
     steps: Annotated[int, Field(ge=1, le=65_535, description="steps of a local course")] = 1
     register_bits: Annotated[
         int | None,
-        Field(
-            ge=1, le=31, description="width of each node's register; by default as wide as this problem needs"
-        ),
+        Field(ge=1, le=31, description="width of each node's register; by default as wide as this problem needs"),
     ] = None
     corner_cutting: Annotated[
         bool,
-        Field(
-            description="whether a diagonal step may pass between obstacles, as in the paper; a drive needs false"
-        ),
+        Field(description="whether a diagonal step may pass between obstacles, as in the paper; a drive needs false"),
     ] = True
-    delays: Annotated[
-        tuple[Delay, Delay], Field(description="cycles of a straight and of a diagonal step")
-    ] = DELAYS
+    delays: Annotated[tuple[Delay, Delay], Field(description="cycles of a straight and of a diagonal step")] = DELAYS
     penalty: Annotated[Penalty | None, Field(description="extra delay near obstacles")] = None
     read_out: Annotated[
         ReadOut,

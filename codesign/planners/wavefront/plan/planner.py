@@ -17,13 +17,7 @@ from codesign.planners.paths import cell_of, from_position
 from codesign.planners.quality import Quality
 from codesign.planners.task_graph import Flow
 from codesign.planners.wavefront.plan.grid import check_cells
-from codesign.planners.wavefront.plan.parameters import (
-    MAX_TILES,
-    Course,
-    Paths,
-    PropagateParameters,
-    TrackParameters,
-)
+from codesign.planners.wavefront.plan.parameters import MAX_TILES, Course, Paths, PropagateParameters, TrackParameters
 from codesign.planners.wavefront.plan.plan import (
     WavefrontPlan,
     cached_plan,
@@ -72,9 +66,7 @@ class Wavefront(Planner):
     def task_text(self, task: Task) -> str:
         """A wave from the goals, until it reaches the start that asks or to its own end."""
         if task is Task.FIELD:
-            return (
-                "a wave from the goals to its own end, whatever stop says, leaves a potential in every cell"
-            )
+            return "a wave from the goals to its own end, whatever stop says, leaves a potential in every cell"
         after = " on the changed map" if task is Task.REPLAN else ""
         own = f"each start is a wave of its own{after}, from the goals until it reaches that start"
         return f"{own}; with stop: whole_map one wave serves every start"

@@ -41,9 +41,7 @@ def quality(problem: Problem, plan: WavefrontPlan) -> Quality:
     )
 
 
-def reaching(
-    problem: Problem, plan: WavefrontPlan, starts: Iterable[Cell]
-) -> tuple[NDArray[np.int32], Tracker]:
+def reaching(problem: Problem, plan: WavefrontPlan, starts: Iterable[Cell]) -> tuple[NDArray[np.int32], Tracker]:
     """Potentials and tracker of the plan; where that wave stopped before some starts, of a wave to its own end."""
     if plan.stop_potential is None or all(plan.potentials[start] >= 0 for start in starts):
         return plan.potentials, plan.tracker

@@ -90,9 +90,7 @@ def _around(output: NDArray[np.bool_]) -> tuple[NDArray[np.bool_], NDArray[np.bo
     return np.logical_or.reduce(seen[:4]), np.logical_or.reduce(seen[4:])
 
 
-def adder_circuit(
-    free: NDArray[np.bool_], sources: Sequence[Cell]
-) -> tuple[NDArray[np.int64], int, NDArray[np.int64]]:
+def adder_circuit(free: NDArray[np.bool_], sources: Sequence[Cell]) -> tuple[NDArray[np.int64], int, NDArray[np.int64]]:
     """Equation 3 in all nodes at once: potentials, cycles to the first without a change, and updates of each node."""
     infinity = 2**40
     potentials = np.full(free.shape, infinity, np.int64)
@@ -104,9 +102,7 @@ def adder_circuit(
         padded = np.pad(potentials, 1, constant_values=infinity)
         best = potentials
         for (down, right), delay in zip(CLOCKWISE, [DELAYS[0]] * 4 + [DELAYS[1]] * 4, strict=True):
-            best = np.minimum(
-                best, padded[1 + down : 1 + down + rows, 1 + right : 1 + right + columns] + delay
-            )
+            best = np.minimum(best, padded[1 + down : 1 + down + rows, 1 + right : 1 + right + columns] + delay)
         best = np.where(free & (best < infinity), best, infinity)
         cycles += 1
         changed = best < potentials
@@ -117,10 +113,7 @@ def adder_circuit(
 
 
 def track(
-    free: NDArray[np.bool_],
-    potentials: NDArray[np.int32],
-    start: Cell,
-    distances: NDArray[np.int32] | None = None,
+    free: NDArray[np.bool_], potentials: NDArray[np.int32], start: Cell, distances: NDArray[np.int32] | None = None
 ) -> list[Cell]:
     """``tracking.track`` by equations 2, or 4 and 5, as they stand."""
     path = [start]
@@ -151,8 +144,5 @@ def skeleton(distances: NDArray[np.int32]) -> NDArray[np.bool_]:
 
     axes = ((0, 1), (1, 0), (1, 1), (1, -1))
     return np.array(
-        [
-            [any(crest(row, column, *axis) for axis in axes) for column in range(columns)]
-            for row in range(rows)
-        ]
+        [[any(crest(row, column, *axis) for axis in axes) for column in range(columns)] for row in range(rows)]
     )

@@ -61,13 +61,9 @@ def run_tiles(
     source = np.zeros(shape, np.bool_)
     source[tuple(sources.T + 1)] = True
     extra = wave_map.arrays[3]
-    state = _State(
-        wave_map.pad(free, CLOSED).reshape(shape), source, extra.reshape(shape) if extra.size else extra
-    )
+    state = _State(wave_map.pad(free, CLOSED).reshape(shape), source, extra.reshape(shape) if extra.size else extra)
     down_count, across = -(-rows // tile[0]), -(-columns // tile[1])
-    pending = dict.fromkeys(
-        ((row // tile[0]) * across + column // tile[1] for row, column in sources.tolist()), 0
-    )
+    pending = dict.fromkeys(((row // tile[0]) * across + column // tile[1] for row, column in sources.tolist()), 0)
     waiting = [(0, index) for index in sorted(pending)]
     stop_cells = tuple(stops.T + 1)
     visited: list[int] = []
@@ -132,15 +128,7 @@ def _visit(
     flat = frame.ravel()
     none = np.zeros(0, np.int32)
     spread(
-        flat,
-        seeds,
-        at[by_time].astype(np.int32),
-        offsets,
-        wave_map.neighbours.delays,
-        beside,
-        extra,
-        none,
-        NEVER - 1,
+        flat, seeds, at[by_time].astype(np.int32), offsets, wave_map.neighbours.delays, beside, extra, none, NEVER - 1
     )
     after = flat.reshape(frame.shape)[2:-2, 2:-2]
     after[(after < 0) & (after != CLOSED)] = OPEN

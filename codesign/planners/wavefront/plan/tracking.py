@@ -56,10 +56,7 @@ class Tracker:
     """Tracks many paths over the same potentials."""
 
     def __init__(
-        self,
-        wave_map: WaveMap,
-        potentials: NDArray[np.int32],
-        obstacle_potentials: NDArray[np.int32] | None = None,
+        self, wave_map: WaveMap, potentials: NDArray[np.int32], obstacle_potentials: NDArray[np.int32] | None = None
     ) -> None:
         from codesign.planners.wavefront.plan.kernels import CLOSED, OPEN
 

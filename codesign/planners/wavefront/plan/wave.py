@@ -160,9 +160,7 @@ def obstacle_potentials(free: NDArray[np.bool_], *, delays: Sequence[int] | None
     return run_wave(wave_map, obstacles, np.zeros((0, wave_map.free.ndim), np.int64))[0]
 
 
-def obstacle_map(
-    free: NDArray[np.bool_], delays: Sequence[int] | None = None
-) -> tuple[WaveMap, NDArray[np.int64]]:
+def obstacle_map(free: NDArray[np.bool_], delays: Sequence[int] | None = None) -> tuple[WaveMap, NDArray[np.int64]]:
     """The map and sources of the wave from all obstacles: all nodes free, and the obstacles, n × axes."""
     wave_map = check_map(free, delays)
     return WaveMap(np.ones_like(wave_map.free), wave_map.neighbours, None), np.argwhere(~wave_map.free)

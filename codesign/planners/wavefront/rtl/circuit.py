@@ -58,9 +58,7 @@ TILED_PIECES = {
 DELAY_LINE, ADDER_COMPARATOR, ELEMENTS = 0, 1, 2
 """The arrays that the machine knows, by their number."""
 
-TRACKER_NOTE = (
-    "The first step of the tracked path begins with the start that the first word of the stream names."
-)
+TRACKER_NOTE = "The first step of the tracked path begins with the start that the first word of the stream names."
 
 
 class ArrayCircuit(CircuitStyle):
@@ -89,10 +87,7 @@ class ArrayCircuit(CircuitStyle):
         event_bits = max(words.word, words.row_bits + words.column_bits)
         return Circuit(
             top="wavefront_machine",
-            sources=(
-                *(HERE / f"{name}.v" for name in MACHINE),
-                SHARED / "ram_1w1r.v",
-            ),
+            sources=(*(HERE / f"{name}.v" for name in MACHINE), SHARED / "ram_1w1r.v"),
             parameters={
                 "STYLE": number,
                 "ROWS": problem.rows,

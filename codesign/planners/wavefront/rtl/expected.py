@@ -40,17 +40,11 @@ def expected_run(style: ArrayStyle, job: Job[Problem, PropagateParameters], word
 
 
 def _parts(
-    style: ArrayStyle,
-    job: Job[Problem, PropagateParameters],
-    words: Words,
-    cycles: dict[str, int],
-    plan: WavefrontPlan,
+    style: ArrayStyle, job: Job[Problem, PropagateParameters], words: Words, cycles: dict[str, int], plan: WavefrontPlan
 ) -> Iterator[Part]:
     """The events in the order of their cycles: a chain reports before the path is tracked, an array after it."""
     flags = cell_flags(job.problem, job.parameters)
-    potentials = np.where(plan.potentials >= 0, plan.potentials, infinity(style, plan, words)).astype(
-        np.int64
-    )
+    potentials = np.where(plan.potentials >= 0, plan.potentials, infinity(style, plan, words)).astype(np.int64)
     distances = None
     if plan.obstacle_potentials is not None:
         distances = plan.obstacle_potentials.astype(np.int64)

@@ -86,10 +86,7 @@ class Words:
         return min(timing.LOAD_CELLS, max(start, self.elements[0] * self.elements[1]))
 
     def packed(
-        self,
-        potentials: NDArray[np.int64],
-        distances: NDArray[np.int64] | None,
-        problem_flags: NDArray[np.uint8],
+        self, potentials: NDArray[np.int64], distances: NDArray[np.int64] | None, problem_flags: NDArray[np.uint8]
     ) -> NDArray[np.uint64]:
         """The words of all cells as they are read out, in raster order."""
         words = potentials.astype(np.uint64).ravel()

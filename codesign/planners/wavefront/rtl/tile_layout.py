@@ -72,9 +72,7 @@ class TileWords:
         return row | column << words.row_bits | address << at | place << at + _bits(self.words)
 
 
-def tile_stream(
-    problem: Problem, parameters: PropagateParameters, words: Words, tile_words: TileWords
-) -> Image:
+def tile_stream(problem: Problem, parameters: PropagateParameters, words: Words, tile_words: TileWords) -> Image:
     """The start, then the tiles in raster order, each row by row, the leftmost cells of a row first."""
     (rows, columns), (down, across) = tile_words.tile, tile_words.tiles
     flags = np.full((down * rows, across * columns), OUTSIDE, np.uint8)
@@ -84,9 +82,7 @@ def tile_stream(
     in_tiles = flags.reshape(down, rows, across, columns).transpose(0, 2, 1, 3).reshape(-1, columns)
     for row in in_tiles:
         padded = np.concatenate([row, np.full(-columns % chunk, OUTSIDE, np.uint8)])
-        stream += [
-            packed_flags(padded[place : place + chunk], words.flags) for place in range(0, columns, chunk)
-        ]
+        stream += [packed_flags(padded[place : place + chunk], words.flags) for place in range(0, columns, chunk)]
     return Image(max(chunk * words.flags, tile_words.start_bits), stream)
 
 

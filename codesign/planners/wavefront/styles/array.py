@@ -128,9 +128,7 @@ class ArrayStyle(Architecture):
 
         Every wave begins anew: ``start`` changes nothing.
         """
-        job = replace(
-            job, parameters=self.settled(job.parameters), memo=Memo() if job.memo is None else job.memo
-        )
+        job = replace(job, parameters=self.settled(job.parameters), memo=Memo() if job.memo is None else job.memo)
         plan = planned(job)
         # Safe paths load the map once: in the wave from the obstacles every node takes its F for Z, and is free.
         yield one_step(LOAD, self.load_cycles(job))

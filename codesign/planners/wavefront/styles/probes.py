@@ -44,9 +44,5 @@ def _time() -> Probe:
     return Probe(19 * _LAST, lambda: propagate(long, [(0, 0)], limit=20 * _LAST), _times)
 
 
-PROBES: Mapping[str, Callable[[], Probe]] = {
-    "wavefront_cell": _wavefront,
-    MAP_KERNEL: _map,
-    TIME_KERNEL: _time,
-}
+PROBES: Mapping[str, Callable[[], Probe]] = {"wavefront_cell": _wavefront, MAP_KERNEL: _map, TIME_KERNEL: _time}
 """The probe of each kernel, by the name of its cost in platforms."""

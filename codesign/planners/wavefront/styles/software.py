@@ -29,9 +29,7 @@ TIME_KERNEL = "wavefront_time_step"
 SEED_CELLS = 14
 """Units of ``MAP_KERNEL`` of each obstacle, a source of the wave of safe paths. Fitted: docs/laws.md."""
 
-BYTES = assumed_bytes(
-    9, "the map in a byte, a 32-bit potential, and sets of 32-bit cells for all of them", 4, 16
-)
+BYTES = assumed_bytes(9, "the map in a byte, a 32-bit potential, and sets of 32-bit cells for all of them", 4, 16)
 SAFE_BYTES = assumed_bytes(13, f"{BYTES.source}; a 32-bit potential of the obstacles", 6, 20)
 
 

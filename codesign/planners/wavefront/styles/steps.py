@@ -33,9 +33,7 @@ def read_out_steps(job: Job[Problem, PropagateParameters]) -> Iterator[Step]:
         yield one_step(READ_OUT, timing.read_out_cycles(job.problem.free.size))
 
 
-def tracked_steps(
-    job: Job[Problem, PropagateParameters], plan: WavefrontPlan, start: Cell | None = None
-) -> int:
+def tracked_steps(job: Job[Problem, PropagateParameters], plan: WavefrontPlan, start: Cell | None = None) -> int:
     """Steps that are tracked before a decision: at least 1, even from a start on the goal.
 
     ``start``: the first cell of the path; by default the first start of the problem.

@@ -60,13 +60,7 @@ class Tracker(TaskStyle):
                 Line.item("tracker", "slices", -(-max(lut4, flip_flops) // 2), Status.ASSUMED, by_hand),
                 Line.item("tracker", "lut4", lut4, Status.ASSUMED, by_hand),
                 Line.item("tracker", "flip_flops", flip_flops, Status.ASSUMED, by_hand),
-                Line.item(
-                    "potentials",
-                    "block_rams",
-                    rams,
-                    Status.ASSUMED,
-                    f"{1 << address:,} words of {width} bits",
-                ),
+                Line.item("potentials", "block_rams", rams, Status.ASSUMED, f"{1 << address:,} words of {width} bits"),
             )
         )
 

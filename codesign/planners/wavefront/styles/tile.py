@@ -185,10 +185,7 @@ def lut4(layout: TileLayout, family: tuple[str, bool]) -> dict[str, Line]:
 
 def tiled_items(array: ArrayLayout, map_shape: Shape, tile: Shape, part: Part) -> tuple[Line, ...]:
     """The demand of a tile's array with its memories, at the widths of ``array``."""
-    layout = TileLayout(
-        replace(array, shape=tile, element_cells=1, adders=False, chain=False),
-        map_shape,
-    )
+    layout = TileLayout(replace(array, shape=tile, element_cells=1, adders=False, chain=False), map_shape)
     family = LAWS.family(part.family)
     luts, flip_flops, rams = lut4(layout, family), layout.flip_flops(family[0]), layout.rams(part)
     # Nodes and cells around them share no slice.
@@ -203,17 +200,13 @@ def tiled_items(array: ArrayLayout, map_shape: Shape, tile: Shape, part: Part) -
             for count in (line.amount, *map(int, line.figure.interval))
         )
         packed = "two LUT and two flip-flops a slice, none shared by nodes"
-        lines.append(
-            Line.item(piece, "slices", slices, Status.ASSUMED, packed, (least_and_most[0], least_and_most[1]))
-        )
+        lines.append(Line.item(piece, "slices", slices, Status.ASSUMED, packed, (least_and_most[0], least_and_most[1])))
         lines.append(line)
         if registers:
             exact = "every register of the RTL of this package, as synthesis counts them"
             lines.append(Line.item(piece, "flip_flops", registers, Status.MEASURED, exact))
         if piece in rams:
-            lines.append(
-                Line.item(piece, "block_rams", rams[piece], Status.MEASURED, _words_of(piece, layout))
-            )
+            lines.append(Line.item(piece, "block_rams", rams[piece], Status.MEASURED, _words_of(piece, layout)))
     return tuple(lines)
 
 

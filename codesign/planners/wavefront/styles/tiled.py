@@ -21,14 +21,7 @@ from codesign.planners.job import Job
 from codesign.planners.styles import Designs, Memory, Step, beyond_map
 from codesign.planners.wavefront.plan.grid import check_cells, tile_count
 from codesign.planners.wavefront.plan.parameters import MAX_TILES, Paths, PropagateParameters, ReadOut
-from codesign.planners.wavefront.plan.plan import (
-    plan_key,
-    problem_map,
-    sizing_plan,
-    sizing_stops,
-    stop_cells,
-    stops_of,
-)
+from codesign.planners.wavefront.plan.plan import plan_key, problem_map, sizing_plan, sizing_stops, stop_cells, stops_of
 from codesign.planners.wavefront.plan.tiles import Visits, run_tiles
 from codesign.planners.wavefront.plan.wave import longest_distance, obstacle_map, register_bits
 from codesign.planners.wavefront.styles import timing
@@ -148,9 +141,7 @@ class Tiled(ArrayStyle):
 
         return job.shared(key, lambda: _kept.get(key, compute))
 
-    def _visit_steps(
-        self, job: Job[Problem, PropagateParameters], phase: str, visits: Visits
-    ) -> Iterator[Step]:
+    def _visit_steps(self, job: Job[Problem, PropagateParameters], phase: str, visits: Visits) -> Iterator[Step]:
         problem, parameters = job.problem, job.parameters
         tile, tiles = self.array_shape(job), parameters.tile_count(*problem.shape)
         scan, exchange = timing.scan_cycles(tile[1], tiles), timing.exchange_cycles(tile, tiles)

@@ -174,9 +174,7 @@ def registers(layout: ArrayLayout, *, tiled: bool = False) -> Registers:
 @cache
 def placements() -> tuple[Placement, ...]:
     """The arrays that were placed and routed."""
-    rows = (
-        row for style in ("delay_line", "adder_comparator", "tiled") for row in clock_rows("wavefront", style)
-    )
+    rows = (row for style in ("delay_line", "adder_comparator", "tiled") for row in clock_rows("wavefront", style))
     return tuple(Placement(row, _registers_of(row.style, row.variables)) for row in rows)
 
 

@@ -19,14 +19,7 @@ from codesign.planners.interface import Planner, Problem
 from codesign.planners.job import Job
 from codesign.system.assemble import kinematics_of, refused, sensor_of
 from codesign.system.change import policy_faults
-from codesign.system.scenarios.drive.tasks import (
-    drive_of,
-    drive_on,
-    resolution_of,
-    robot_name,
-    robot_of,
-    robots_of,
-)
+from codesign.system.scenarios.drive.tasks import drive_of, drive_on, resolution_of, robot_name, robot_of, robots_of
 from codesign.system.scenarios.drive.world.inflation import Inflation
 from codesign.system.scenarios.drive.world.obstacles import Moving, places_of
 
@@ -83,11 +76,7 @@ def _no_robot(platform: Platform, workload: Workload) -> Fault:
         text = f"platform {platform.name} has no robot {wanted!r}"
         return fault(workload, (*_SCENARIO, "robot"), text, choose_hint(wanted, robots))
     text = f"a drive needs a robot, and platform {platform.name} has {len(robots) or 'none'}"
-    hint = (
-        f"set robot to one of {', '.join(robots)}"
-        if robots
-        else "give the platform a component of type robot"
-    )
+    hint = f"set robot to one of {', '.join(robots)}" if robots else "give the platform a component of type robot"
     return fault(workload, _SCENARIO, text, hint)
 
 
@@ -150,9 +139,7 @@ def _places(workload: Workload, scenario: Drive, problem: Problem) -> list[Fault
         elif not problem.free[goal]:
             what = f"goal {problem.named(goal)} is on an obstacle"
             faults.append(
-                fault(
-                    workload, path, what, f"the nearest free cell is {_nearest(problem, problem.free, goal)}"
-                )
+                fault(workload, path, what, f"the nearest free cell is {_nearest(problem, problem.free, goal)}")
             )
     placed: list[tuple[tuple[str | int, ...], Rectangle]] = []
     for index, hidden in enumerate(scenario.hidden):

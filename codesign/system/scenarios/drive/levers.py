@@ -74,10 +74,7 @@ def drive_levers(system: System, result: Result) -> Iterator[MissionLever]:
 
 
 def with_levers(
-    result: Result,
-    system: System,
-    run: Callable[[Platform, Workload], Result],
-    progress: LeverProgress | None = None,
+    result: Result, system: System, run: Callable[[Platform, Workload], Result], progress: LeverProgress | None = None
 ) -> Result:
     """The result with its levers run; as it is, where it holds no mission.
 
@@ -163,9 +160,7 @@ def _helps(mission: Mission, run: LeverRun) -> bool:
 
 
 def _saving(mission: Mission, run: LeverRun) -> str:
-    without = (
-        f"{mission.mission_time_s:.4g} s" if mission.reached else f"no end in {mission.mission_time_s:.4g} s"
-    )
+    without = f"{mission.mission_time_s:.4g} s" if mission.reached else f"no end in {mission.mission_time_s:.4g} s"
     return f"{run.path} {run.before} → {run.after}: {run.mission_time_s:.4g} s in place of {without}"
 
 
@@ -198,9 +193,7 @@ def _fpga_clock(system: System, result: Result, name: str, spec: FpgaComponent) 
     limits = [spec.chip.block_ram_clock.interval[1]]
     if result.clock is not None:
         limits.append(result.clock.limit.value)
-    limits += [
-        memory.clock.value for memory in system.platform.of(MemoryComponent).values() if memory.beside == name
-    ]
+    limits += [memory.clock.value for memory in system.platform.of(MemoryComponent).values() if memory.beside == name]
     faster = min(FACTOR * clock, math.floor(min(limits)))
     path, before = f"{name}.clock", format_quantity(clock, Dimension.FREQUENCY)
     if faster <= clock:

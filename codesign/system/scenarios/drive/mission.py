@@ -41,9 +41,7 @@ def _events_of(replanner: Replanner) -> int:
     return replanner.machine.messages_sent + log.asked + scene.changed + EVENTS_OF_A_TURN * log.turns
 
 
-def drive(
-    machine: Machine, memo: Memo | None = None, progress: ProgressOfMission | None = None
-) -> FinishedDrive:
+def drive(machine: Machine, memo: Memo | None = None, progress: ProgressOfMission | None = None) -> FinishedDrive:
     """Let the robot drive until the mission ends. It always ends, and states why.
 
     ``progress`` is called now and then.
@@ -65,9 +63,7 @@ def drive(
                 # The last event lies where the granularity put it; the mission ends at the limit itself.
                 environment.run(until=scenario.limit)
             why = _because(replanner, pilot)
-            log.end(
-                f"the limit of {scenario.limit / PICOSECONDS_PER_SECOND:g} s of simulated time was reached{why}"
-            )
+            log.end(f"the limit of {scenario.limit / PICOSECONDS_PER_SECOND:g} s of simulated time was reached{why}")
         elif now_is_over and _events_of(replanner) >= scenario.events:
             why = _because(replanner, pilot)
             log.end(f"the limit of {scenario.events:,} events was reached{why}")

@@ -207,20 +207,12 @@ class Pilot:
         self.machine.follow_up(DISPLAY)
 
     def _carry(
-        self,
-        turn: Turn,
-        sender: str,
-        receiver: str,
-        *,
-        priority: int = CONTROL,
-        content: Content | None = None,
+        self, turn: Turn, sender: str, receiver: str, *, priority: int = CONTROL, content: Content | None = None
     ) -> Generator[Any, Any, Any]:
         """Process generator: the messages from one task to another in a turn; returns ``content`` as it is read."""
         for flow in self._graph.between(sender, receiver):
             bits = flow.bits + (CHANGE_BITS * self._unsent if flow.name == SEEN else 0)
-            content = yield from self.machine.carry(
-                flow, turn.spent, bits=bits, priority=priority, content=content
-            )
+            content = yield from self.machine.carry(flow, turn.spent, bits=bits, priority=priority, content=content)
         return content
 
     def _reach(self) -> float:

@@ -61,11 +61,7 @@ class DriveScenario(Scenario):
         return KERNELS
 
     def run(
-        self,
-        machine: Machine,
-        boards: Mapping[str, Power],
-        memo: Memo | None,
-        progress: ProgressOfMission | None,
+        self, machine: Machine, boards: Mapping[str, Power], memo: Memo | None, progress: ProgressOfMission | None
     ) -> dict[str, Any]:
         """The figures of the first plan, and of the mission."""
         return result_fields(machine, drive(machine, memo, progress), boards, memo)

@@ -14,14 +14,7 @@ from codesign.components.command import Command
 from codesign.components.path import Point, cell_of
 from codesign.components.robot import PRESSING, MobileRobot
 from codesign.components.sensor import NOTHING, RangeScan, Sensor
-from codesign.ground.records import (
-    BeliefRecord,
-    MissionRecord,
-    ObstacleRecord,
-    PoseRecord,
-    RobotRecord,
-    ScanRecord,
-)
+from codesign.ground.records import BeliefRecord, MissionRecord, ObstacleRecord, PoseRecord, RobotRecord, ScanRecord
 from codesign.ground.units import PICOSECONDS_PER_SECOND
 from codesign.inputs.components import RobotComponent
 from codesign.system.assemble import kinematics_of, sensor_of
@@ -97,20 +90,12 @@ class Scene:
         self.resolution = resolution_of(system.workload, problem)
         radius = float(spec.radius.value) / self.resolution
         self.true_free = problem.free & ~covered(problem.free.shape, scenario.hidden)
-        self.world = World(
-            self.true_free,
-            appearing=self._appearing(),
-            moving=self._moving(),
-            radius_cells=radius,
-        )
+        self.world = World(self.true_free, appearing=self._appearing(), moving=self._moving(), radius_cells=radius)
         row, column = problem.starts[0]
         # Obstacles of time 0 stand before the first look.
         self.world.advance(0, (float(row), float(column)))
         self.belief = Belief(
-            problem.rows,
-            problem.columns,
-            known=problem.free if scenario.known == "all" else None,
-            radius_cells=radius,
+            problem.rows, problem.columns, known=problem.free if scenario.known == "all" else None, radius_cells=radius
         )
         self.robot = MobileRobot(
             machine.environment,
@@ -139,9 +124,7 @@ class Scene:
             figures = (spec.radius, spec.kinematics.speed, spec.sensor.range)
             radius, speed, reach = (float(figure.value) for figure in figures)
             knows = self.scenario.known == "all"
-            self.machine.tell(
-                RobotRecord(0, self.robot.name, radius, speed, reach, spec.sensor.beams, hidden, knows)
-            )
+            self.machine.tell(RobotRecord(0, self.robot.name, radius, speed, reach, spec.sensor.beams, hidden, knows))
 
     def advance(self) -> None:
         """Bring the robot up to now, and report what it ran against."""
@@ -197,9 +180,7 @@ class Scene:
             if ranges is not None:
                 self._scan_due = machine.now + SCAN_EACH
                 grained = (np.rint(ranges * SCAN_GRAIN) / SCAN_GRAIN).astype(np.float32)
-                machine.tell(
-                    ScanRecord(machine.now, self.robot.name, *position, self.sensor.range_cells, grained)
-                )
+                machine.tell(ScanRecord(machine.now, self.robot.name, *position, self.sensor.range_cells, grained))
 
     def tell_pose(self) -> None:
         """Tell listeners where the robot is now."""

@@ -52,9 +52,7 @@ def result_fields(
     return {**fields, **use_fields(machine, boards), "mission": mission_of(machine, done, boards, memo)}
 
 
-def mission_of(
-    machine: Machine, done: FinishedDrive, boards: Mapping[str, Power], memo: Memo | None = None
-) -> Mission:
+def mission_of(machine: Machine, done: FinishedDrive, boards: Mapping[str, Power], memo: Memo | None = None) -> Mission:
     """The figures of a drive that has ended."""
     scene, log = done.scene, done.log
     robot, span = scene.robot, machine.now
@@ -110,9 +108,7 @@ def mission_of(
     )
 
 
-def first_plan_fields(
-    machine: Machine, first: Answer | None, last: Answer | None, memo: Memo | None
-) -> dict[str, Any]:
+def first_plan_fields(machine: Machine, first: Answer | None, last: Answer | None, memo: Memo | None) -> dict[str, Any]:
     """The fields of a drive's first plan; none where it had no plan.
 
     Plans that go on from old values may inherit mistakes, which the first cannot have. So under policy ``continue``,
@@ -127,9 +123,7 @@ def first_plan_fields(
     judged = quality_of(machine.system, last, memo)
     if not isinstance(judged, Quality) or judged.wrong_cells is None:
         return fields
-    return fields | {
-        "details": {**fields.get("details", {}), "wrong_cells_of_the_last_plan": judged.wrong_cells}
-    }
+    return fields | {"details": {**fields.get("details", {}), "wrong_cells_of_the_last_plan": judged.wrong_cells}}
 
 
 def _shortest(scene: Scene, memo: Memo) -> float | None:
@@ -157,10 +151,7 @@ def _shortest(scene: Scene, memo: Memo) -> float | None:
 def _energy(machine: Machine, scene: Scene, boards: Mapping[str, Power]) -> MissionEnergy:
     own = energy(machine, boards)
     spec = machine.system.platform.of(RobotComponent)[scene.robot.name]
-    moving, standing = (
-        scene.robot.moving / PICOSECONDS_PER_SECOND,
-        scene.robot.standing / PICOSECONDS_PER_SECOND,
-    )
+    moving, standing = (scene.robot.moving / PICOSECONDS_PER_SECOND, scene.robot.standing / PICOSECONDS_PER_SECOND)
     robot = float(spec.power.moving.value) * moving + float(spec.power.standing.value) * standing
     return MissionEnergy(
         fpga_j=own.fpga_j,
@@ -219,19 +210,12 @@ def _bottleneck(
     span = done.scene.machine.now / PICOSECONDS_PER_SECOND
     if not span:
         return None
-    driving, waiting = (
-        robot.moving / PICOSECONDS_PER_SECOND / span,
-        log.waiting / PICOSECONDS_PER_SECOND / span,
-    )
+    driving, waiting = (robot.moving / PICOSECONDS_PER_SECOND / span, log.waiting / PICOSECONDS_PER_SECOND / span)
     if control and log.missed > LATE_MATTERS * log.turns:
         return _late(log, control[0])
     first = latency[0] if latency else None
-    spent = (
-        f"; of the time of plans, {first.share:.0%} is {SPENT[first.kind]} at {first.where}" if first else ""
-    )
-    shares = (
-        f"the robot drives {driving:.0%} of the time and stands waiting for plans {waiting:.1%} of it{spent}"
-    )
+    spent = f"; of the time of plans, {first.share:.0%} is {SPENT[first.kind]} at {first.where}" if first else ""
+    shares = f"the robot drives {driving:.0%} of the time and stands waiting for plans {waiting:.1%} of it{spent}"
     if first is None or waiting < WAITING_MATTERS:
         return Bottleneck(name=robot.name, kind="drive", share=driving, text=f"{robot.name}: {shares}")
     text = f"{first.where}: {shares}"

@@ -72,10 +72,7 @@ def drive_flows(draft: Draft, places: Mapping[str, str]) -> list[Flow]:
     """The flows of a drive besides those of its planner; ``places``: the component of each task that is done."""
     _, robot = robot_of(draft.platform, draft.workload)
     sensor = sensor_of(robot.sensor, resolution_of(draft.workload, draft.problem))
-    flows = [
-        Flow(SENSE, LOAD, "scan", max(1, int(sensor.bits))),
-        Flow(COMMAND, MOVE, "command", COMMAND_BITS),
-    ]
+    flows = [Flow(SENSE, LOAD, "scan", max(1, int(sensor.bits))), Flow(COMMAND, MOVE, "command", COMMAND_BITS)]
     if places[LOAD] != places[COMMAND]:
         flows.append(Flow(LOAD, COMMAND, SEEN, SEEN_BITS))
     if DISPLAY in places:

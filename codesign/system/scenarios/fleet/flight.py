@@ -239,6 +239,4 @@ def _there(collisions: int) -> str:
 
 
 def _waiting(updates: int, arrived: int, robots: int) -> str:
-    return (
-        f"after {updates:,} updates {arrived} of {robots} robots have arrived: the others still wait or drive"
-    )
+    return f"after {updates:,} updates {arrived} of {robots} robots have arrived: the others still wait or drive"

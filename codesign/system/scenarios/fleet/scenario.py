@@ -56,11 +56,7 @@ class FleetScenario(Scenario):
         return {} if receiver is None else {receiver: RENDER_KERNEL}
 
     def run(
-        self,
-        machine: Machine,
-        boards: Mapping[str, Power],
-        memo: Memo | None,
-        _progress: ProgressOfMission | None,
+        self, machine: Machine, boards: Mapping[str, Power], memo: Memo | None, _progress: ProgressOfMission | None
     ) -> dict[str, Any]:
         """The figures of the plan that the fleet carried out, and of the fleet."""
         flight = fly(machine)

@@ -86,9 +86,7 @@ class FleetTrace:
             pairs = np.column_stack(np.triu_indices(self._robots, 1))[new]
             for share, (one, other) in sorted(zip(first[new].tolist(), pairs.tolist(), strict=True)):
                 after = format_time(round(share * steps * self._work.step_ps, -6))
-                text = (
-                    f"robots {one} and {other} touch {after} after they began the motion of update {update}"
-                )
+                text = f"robots {one} and {other} touch {after} after they began the motion of update {update}"
                 self._tell("contact", text, self._machine.now - taken + round(share * taken))
         self._positions()
 

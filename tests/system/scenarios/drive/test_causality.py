@@ -85,9 +85,7 @@ def test_the_variants_of_the_partition_study(variant: str) -> None:
 
 @settings(max_examples=examples(20), derandomize=True)
 @given(data=st.data(), placement=st.sampled_from(sorted(PLACEMENTS)))
-def test_drives_over_links_and_planners_of_any_speed(
-    tmp_path: Path, data: st.DataObject, placement: str
-) -> None:
+def test_drives_over_links_and_planners_of_any_speed(tmp_path: Path, data: st.DataObject, placement: str) -> None:
     """Scans and commands that take from microseconds to longer than a period, plans as well, lost messages too."""
     draw = data.draw
     baud = draw(st.sampled_from([4800, 9600, 19_200, 115_200, 2_000_000]))

@@ -53,9 +53,7 @@ def check_energy(result: Result, robot: tuple[float, float] = (20.0, 5.0)) -> No
 
     assert energy.processors_j == pytest.approx(joules("host", 3.0, 1.0))
     assert energy.links_j == pytest.approx(joules("pci", 2.0, 0.5) + joules("uart", 0.2, 0.1))
-    assert energy.robot_j == pytest.approx(
-        robot[0] * mission.driving_s + robot[1] * (span - mission.driving_s)
-    )
+    assert energy.robot_j == pytest.approx(robot[0] * mission.driving_s + robot[1] * (span - mission.driving_s))
     if result.power is not None:
         power = result.power.static.value + result.power.dynamic.value * utilisation["fpga"]
         assert energy.fpga_j == pytest.approx(span * power)
@@ -199,9 +197,7 @@ def test_extra_tasks_keep_the_account(tmp_path: Path) -> None:
 
 def test_the_sum_of_waiting_and_driving_is_the_mission(tmp_path: Path) -> None:
     """Driving and standing of the robot itself, to the picosecond, with an end in the middle of a motion."""
-    machine = Ground(tmp_path).machine(
-        limit="3333333 us", obstacles={"appearing": [rectangle(2, 5, at="1 s")]}
-    )
+    machine = Ground(tmp_path).machine(limit="3333333 us", obstacles={"appearing": [rectangle(2, 5, at="1 s")]})
     done = drive(machine)
     robot = done.scene.robot
     assert robot.speed > 0, "the case ends in motion"

@@ -25,9 +25,7 @@ def told(records: list[Record], event: str) -> list[MissionRecord]:
 
 
 def test_a_contact_is_in_the_result_its_table_and_the_trace(tmp_path: Path) -> None:
-    result, records = Ground(tmp_path).watched(
-        **AHEAD, platform=BLIND, hidden=[rectangle(0, 5, 16, 1)], patience="2 s"
-    )
+    result, records = Ground(tmp_path).watched(**AHEAD, platform=BLIND, hidden=[rectangle(0, 5, 16, 1)], patience="2 s")
     mission = result.mission
     assert mission is not None
     [point] = mission.contact_points
@@ -55,9 +53,7 @@ def test_a_contact_shortly_before_the_end_is_told_before_it(tmp_path: Path) -> N
 
 
 def test_a_result_counts_all_contacts_and_lists_the_first(tmp_path: Path) -> None:
-    machine = Ground(tmp_path).machine(
-        **AHEAD, platform=BLIND, hidden=[rectangle(0, 5, 16, 1)], patience="2 s"
-    )
+    machine = Ground(tmp_path).machine(**AHEAD, platform=BLIND, hidden=[rectangle(0, 5, 16, 1)], patience="2 s")
     done = drive(machine)
     [contact] = done.scene.robot.contacts
     done.scene.robot.contacts.extend([contact] * 2 * CONTACT_POINTS)

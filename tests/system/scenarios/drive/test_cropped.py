@@ -30,12 +30,7 @@ def scenario(rows: int, columns: int) -> dict[str, Any]:
         "hidden": [rectangle(row + rows, column + columns, *size)],
         "obstacles": {
             "appearing": [rectangle(8 + rows, 2 + columns, 2, 2, at="4 s", until="9 s")],
-            "moving": [
-                {
-                    "route": [[14 + rows, 3 + columns], [14 + rows, 9 + columns]],
-                    "speed": "0.2 m/s",
-                }
-            ],
+            "moving": [{"route": [[14 + rows, 3 + columns], [14 + rows, 9 + columns]], "speed": "0.2 m/s"}],
         },
     }
 
@@ -69,9 +64,7 @@ def test_a_cropped_drive_is_that_on_the_map_cut_by_hand(tmp_path: Path, placemen
     (begin,) = (record for record in records if isinstance(record, MapRecord))
     assert (begin.corner, begin.free.shape) == ((ROW, COLUMN), (16, 16))
     reached = [
-        record.text
-        for record in records
-        if isinstance(record, MissionRecord) and record.event == "goal_reached"
+        record.text for record in records if isinstance(record, MissionRecord) and record.event == "goal_reached"
     ]
     assert reached[0].endswith(f"at ({14 + ROW}, {13 + COLUMN})")
 
@@ -104,18 +97,12 @@ def test_a_moment_of_a_cropped_drive(tmp_path: Path) -> None:
             {"tour": [[3 + ROW, 7 + COLUMN]]},
             "scenario.tour[0]: goal (6, 12) is on an obstacle; the nearest free cell is (6, 11)",
         ),
-        (
-            {"hidden": [rectangle(2, 6)]},
-            "scenario.hidden[0]: its first cell (2, 6) is outside of the cropped map",
-        ),
+        ({"hidden": [rectangle(2, 6)]}, "scenario.hidden[0]: its first cell (2, 6) is outside of the cropped map"),
         (
             {"hidden": [rectangle(18, 20, 2)]},
             "scenario.hidden[0]: its last cell (19, 20) is outside of the cropped map",
         ),
-        (
-            {"hidden": [rectangle(1 + ROW, 1 + COLUMN)]},
-            "scenario.hidden[0]: it covers (4, 6), where the robot starts",
-        ),
+        ({"hidden": [rectangle(1 + ROW, 1 + COLUMN)]}, "scenario.hidden[0]: it covers (4, 6), where the robot starts"),
     ],
 )
 def test_faults_of_a_cropped_drive_are_in_the_frame_of_the_map(

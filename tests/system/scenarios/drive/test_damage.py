@@ -54,9 +54,7 @@ def test_wrong_bits_are_those_of_a_message_that_is_damaged(bits: int, rate: floa
 
 
 @pytest.mark.parametrize(("frames", "frame_bits", "rate"), [(1, 2, 0.5), (3, 9, 0.05), (40, 9, 1e-4)])
-def test_what_parity_misses_has_an_even_number_of_wrong_bits_a_frame(
-    frames: int, frame_bits: int, rate: float
-) -> None:
+def test_what_parity_misses_has_an_even_number_of_wrong_bits_a_frame(frames: int, frame_bits: int, rate: float) -> None:
     random = np.random.default_rng(5)
     several = 0
     for _ in range(MANY // 4):
@@ -234,13 +232,7 @@ def test_changes_read_wrong() -> None:
 
 
 def noisy(ground: Ground, seed: int, rate: float, checksum: int, **more: Any) -> tuple[Result, list[Record]]:
-    errors = {
-        "bit_error_rate": rate,
-        "checksum_bits": checksum,
-        "retries": 5,
-        "timeout": "1 ms",
-        "seed": seed,
-    }
+    errors = {"bit_error_rate": rate, "checksum_bits": checksum, "retries": 5, "timeout": "1 ms", "seed": seed}
     links = {name: {"errors": errors} for name in ("uart", "pci")}
     wanted: dict[str, Any] = {"known": "none", "limit": "20 s", "patience": "3 s"}
     return ground.watched(platform={"links": links}, **(wanted | more))
@@ -263,9 +255,7 @@ def test_a_link_without_a_checksum_does_not_improve_a_noisy_mission(tmp_path: Pa
         missions = [result.mission for result, _ in runs if result.mission is not None]
         assert len(missions) == len(runs)
         times = [one.mission_time_s if one.reached else 20.0 for one in missions]
-        figures.append(
-            (sum(not one.reached for one in missions), sum(one.contacts for one in missions), sum(times))
-        )
+        figures.append((sum(not one.reached for one in missions), sum(one.contacts for one in missions), sum(times)))
     bare, checked = figures
     assert bare[0] >= checked[0]
     assert bare[1] >= checked[1]
@@ -296,18 +286,11 @@ def test_damage_changes_what_is_acted_upon(tmp_path: Path, granularity: str) -> 
         assert sum(mine.values()) == use.undetected
         # What harmed nothing is some of it, and not all.
         assert all(0 < count <= mine[message] for message, count in use.ignored_damage.items())
-    harmed = (
-        uart.undetected
-        + pci.undetected
-        - sum(uart.ignored_damage.values())
-        - sum(pci.ignored_damage.values())
-    )
+    harmed = uart.undetected + pci.undetected - sum(uart.ignored_damage.values()) - sum(pci.ignored_damage.values())
     assert harmed > 10
     sound = noisy(ground, 1, 0.0, 0, granularity=granularity)[1]
     for kind in (BeliefRecord, CommandRecord):
-        assert len([one for one in records if type(one) is kind]) != len(
-            [one for one in sound if type(one) is kind]
-        )
+        assert len([one for one in records if type(one) is kind]) != len([one for one in sound if type(one) is kind])
     text = render_text(links_table(result.links))
     assert "taken for what was sent: what wrong bits in it do is not simulated, or they mean nothing" in text
 

@@ -40,9 +40,7 @@ ERRORS: dict[str, Any] = {
         },
     }
 }
-SLOW: dict[str, Any] = {
-    "components": {"fpga": {"clock": "100 kHz"}, "host": {"costs": dict.fromkeys(COSTS, "20 us")}}
-}
+SLOW: dict[str, Any] = {"components": {"fpga": {"clock": "100 kHz"}, "host": {"costs": dict.fromkeys(COSTS, "20 us")}}}
 OBSTACLES: dict[str, Any] = {
     "appearing": [rectangle(2, 9, 1, 2, at="3 s", until="6 s"), rectangle(13, 3, 2, 1, at="1 s")],
     "moving": [{"size": [1, 2], "route": [[1, 12], [6, 13]], "speed": "0.3 m/s"}],
@@ -107,12 +105,7 @@ def test_granularity_changes_nothing_under_any_policy(tmp_path: Path, policy: st
     ground = Ground(tmp_path)
     replan = {"policy": policy, "trigger": "change", "when_busy": "restart"}
     made = ground.point(
-        "harmonic-warm",
-        platform=[ERRORS, SLOW],
-        known="none",
-        obstacles=OBSTACLES,
-        replan=replan,
-        limit="6 s",
+        "harmonic-warm", platform=[ERRORS, SLOW], known="none", obstacles=OBSTACLES, replan=replan, limit="6 s"
     )
     ahead, visit = MemoryListener(), MemoryListener()
     assert simulate(*made, listeners=(ahead,)) == simulate(*made, listeners=(visit,), granularity="visit")
@@ -161,8 +154,7 @@ def test_another_seed_gives_another_drive(tmp_path: Path, which: str) -> None:
     else:
         obstacles = merged(OBSTACLES, {"random": {"seed": 99}})
     second = ground.run(
-        "breadth-first",
-        **{**settings("breadth-first", "explore"), "platform": platform, "obstacles": obstacles},
+        "breadth-first", **{**settings("breadth-first", "explore"), "platform": platform, "obstacles": obstacles}
     )
     assert first != second
 
@@ -202,9 +194,7 @@ def test_a_start_below_the_answer_changes_no_bit_of_it(
     assert [warm for warm, _ in starts] == [
         None if not index else policy == "lower_bound" for index in range(len(starts))
     ]
-    assert all(
-        (start is not None) == (policy == "continue" and index > 0) for index, (_, start) in enumerate(starts)
-    )
+    assert all((start is not None) == (policy == "continue" and index > 0) for index, (_, start) in enumerate(starts))
 
 
 def test_the_policy_sets_how_long_a_plan_takes(tmp_path: Path) -> None:
@@ -214,9 +204,7 @@ def test_the_policy_sets_how_long_a_plan_takes(tmp_path: Path) -> None:
         mission = ground.run("harmonic-warm", known="none", replan={"policy": policy}).mission
         assert mission is not None
         assert mission.replans >= 2
-        host = [
-            share.seconds for share in mission.latency if (share.kind, share.where) == ("compute", "host")
-        ]
+        host = [share.seconds for share in mission.latency if (share.kind, share.where) == ("compute", "host")]
         # The host solves once for the first plan, and under lower_bound for all.
         assert sum(host) > 0
         assert mission.plans == mission.replans + 1

@@ -100,9 +100,7 @@ def test_clearance_is_exact_between_looks(seed: int, share: float, legs: int) ->
     for _ in range(legs):
         points.append(points[-1] + random.normal(0, 2, 2))
     path = np.clip(np.array(points), 0, [19, 29])
-    dense = np.concatenate(
-        [one + np.linspace(0, 1, 150)[:, None] * (other - one) for one, other in pairwise(path)]
-    )
+    dense = np.concatenate([one + np.linspace(0, 1, 150)[:, None] * (other - one) for one, other in pairwise(path)])
     entered = Polyline(path).crossings[1].reshape(-1, 2)
     inside = entered[((entered >= 0) & (entered < free.shape)).all(axis=1)]
     free[inside[:, 0], inside[:, 1]] = True

@@ -207,10 +207,7 @@ def test_variants_of_a_workload_alone_are_checked(tmp_path: Path) -> None:
 def test_a_wide_robot_is_refused_soon(tmp_path: Path) -> None:
     """To grow 75,000 obstacles one by one, each by 125,000 cells, took a minute."""
     places = {"map": {"generate": "random", "rows": 500, "columns": 500, "density": 0.3, "seed": 1}}
-    made = [
-        ("drive", ("problem",), places | {"goals": [[0, 0]], "starts": {"count": 1}}),
-        *robot(radius="20 m"),
-    ]
+    made = [("drive", ("problem",), places | {"goals": [[0, 0]], "starts": {"count": 1}}), *robot(radius="20 m")]
     (fault,) = agree(*files(tmp_path, "breadth-first", made))
     assert "does not fit at its start" in fault.what
 

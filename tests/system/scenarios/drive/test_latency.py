@@ -89,12 +89,9 @@ def test_the_ledger_adds_up_to_all_requests(tmp_path: Path, mission: dict[str, A
 
 
 @pytest.mark.parametrize(
-    ("when_busy", "kinds"),
-    [("finish", {Spent.BEHIND, Spent.UNFINISHED}), ("restart", {Spent.BROKEN_OFF})],
+    ("when_busy", "kinds"), [("finish", {Spent.BEHIND, Spent.UNFINISHED}), ("restart", {Spent.BROKEN_OFF})]
 )
-def test_requests_that_wait_for_slow_plans_are_in_the_ledger(
-    tmp_path: Path, when_busy: str, kinds: set[Spent]
-) -> None:
+def test_requests_that_wait_for_slow_plans_are_in_the_ledger(tmp_path: Path, when_busy: str, kinds: set[Spent]) -> None:
     """Where a plan takes longer than a turn, nearly all of a request's time is spent on other plans."""
     machine = Ground(tmp_path).machine(**CROSSED, replan={"trigger": "change", "when_busy": when_busy})
     log = drive(machine).log
@@ -126,9 +123,7 @@ def check_busy(result: Result, records: list[Record]) -> None:
 
 @settings(max_examples=examples(25), derandomize=True)
 @given(mission=missions)
-def test_the_trace_holds_all_the_time_that_a_component_worked(
-    tmp_path: Path, mission: dict[str, Any]
-) -> None:
+def test_the_trace_holds_all_the_time_that_a_component_worked(tmp_path: Path, mission: dict[str, Any]) -> None:
     """Broken-off and unfinished tasks too, at both granularities alike."""
     ground = Ground(tmp_path)
     ahead, records = ground.watched(**specs(mission))
@@ -146,9 +141,7 @@ def test_a_livelock_is_said_with_what_ends_it(tmp_path: Path) -> None:
     assert not mission.reached
     assert mission.broken_off_in_a_row >= 10
     assert mission.broken_off >= mission.broken_off_in_a_row
-    (told,) = [
-        record for record in records if isinstance(record, MissionRecord) and record.event == "livelock"
-    ]
+    (told,) = [record for record in records if isinstance(record, MissionRecord) and record.event == "livelock"]
     assert mission.bottleneck is not None
     for text in (told.text, mission.ended, mission.bottleneck.text):
         assert "in a row" in text
@@ -165,8 +158,7 @@ def test_a_livelock_that_passes_is_said_too(tmp_path: Path) -> None:
     """Once what moves is gone, the mission goes on; its result says how long it had no plan."""
     crosses = {
         "appearing": [
-            rectangle(3, 2 + step % 4, at=f"{step * 100} ms", until=f"{step * 100 + 100} ms")
-            for step in range(20)
+            rectangle(3, 2 + step % 4, at=f"{step * 100} ms", until=f"{step * 100 + 100} ms") for step in range(20)
         ]
     }
     replan = {"trigger": "change", "when_busy": "restart"}
@@ -184,6 +176,4 @@ def test_one_plan_broken_off_is_no_livelock(tmp_path: Path) -> None:
     result, records = Ground(tmp_path).watched(known="none", replan=replan, limit="3 s")
     assert result.mission is not None
     assert result.mission.broken_off_in_a_row < 10
-    assert not [
-        record for record in records if isinstance(record, MissionRecord) and record.event == "livelock"
-    ]
+    assert not [record for record in records if isinstance(record, MissionRecord) and record.event == "livelock"]

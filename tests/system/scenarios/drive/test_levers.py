@@ -51,9 +51,7 @@ def check_levers(platform: Platform, workload: Workload) -> None:
     plain = simulate(platform, workload)
     told = mission_of(codesign.simulate(platform, workload, levers=True))
     assert told.levers is not None
-    assert (
-        told.model_copy(update={"levers": None, "bottleneck": mission_of(plain).bottleneck}) == plain.mission
-    )
+    assert told.model_copy(update={"levers": None, "bottleneck": mission_of(plain).bottleneck}) == plain.mission
     found = {lever.path: lever for lever in levers_of(bind(platform, workload), plain)}
     assert {run.path for run in told.levers} == found.keys()
     helpful = []

@@ -131,8 +131,7 @@ def test_a_turn_is_missed_one_picosecond_after_its_deadline(tmp_path: Path, spar
     # A character of 10 bits carries 8.
     system = bind(*ground.point(platform=[IDEAL, slow_uart(9600), POINT]))
     scan, command = (
-        next(flow.bits for flow in system.placement.graph.flows if flow.name == name)
-        for name in ("scan", "command")
+        next(flow.bits for flow in system.placement.graph.flows if flow.name == name) for name in ("scan", "command")
     )
     turn = sum(-(-(-(-bits // 8) * 10 * SECOND) // 9600) for bits in (scan, command))
     listener = MemoryListener()
@@ -158,11 +157,7 @@ def test_a_turn_is_missed_one_picosecond_after_its_deadline(tmp_path: Path, spar
 
 
 def slow_uart(baud: int) -> dict[str, Any]:
-    return {
-        "links": {
-            "uart": {"=": {"type": "serial", "between": ["host", "robot"], "baud": baud, "fifo_depth": 16}}
-        }
-    }
+    return {"links": {"uart": {"=": {"type": "serial", "between": ["host", "robot"], "baud": baud, "fifo_depth": 16}}}}
 
 
 @pytest.mark.parametrize("places", [("2 kHz", True), ("100 MHz", False)], ids=["slow", "fast"])
@@ -225,19 +220,13 @@ def test_a_faster_link_and_a_faster_clock_are_never_slower_on_a_known_map(
     ground = Ground(tmp_path)
 
     def times(baud: int, clock: int) -> tuple[float, float]:
-        changes: list[Any] = [
-            {"links": {"uart": {"baud": baud}}, "components": {"fpga": {"clock": f"{clock} MHz"}}}
-        ]
+        changes: list[Any] = [{"links": {"uart": {"baud": baud}}, "components": {"fpga": {"clock": f"{clock} MHz"}}}]
         result = ground.run(placement, platform=[*changes, POINT if point else {}], deadline="3 s")
         assert result.time is not None
         return result.time.first_plan_s, mission_of(result).mission_time_s
 
     slow = times(min(bauds), min(clocks))
-    link, clock, both = (
-        times(max(bauds), min(clocks)),
-        times(min(bauds), max(clocks)),
-        times(max(bauds), max(clocks)),
-    )
+    link, clock, both = (times(max(bauds), min(clocks)), times(min(bauds), max(clocks)), times(max(bauds), max(clocks)))
     for one, other in ((link, slow), (clock, slow), (both, link), (both, clock)):
         assert one[0] <= other[0]
         if point:
@@ -258,11 +247,7 @@ def test_a_faster_link_can_lose_where_the_map_is_not_known(tmp_path: Path) -> No
     ground = Ground(tmp_path)
     slow, fast = (
         ground.run(
-            "harmonic",
-            platform=[POINT, {"links": {"uart": {"baud": baud}}}],
-            known="none",
-            deadline="3 s",
-            text=ROOMS,
+            "harmonic", platform=[POINT, {"links": {"uart": {"baud": baud}}}], known="none", deadline="3 s", text=ROOMS
         )
         for baud in (38_400, 57_600)
     )

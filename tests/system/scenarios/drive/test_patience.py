@@ -40,9 +40,7 @@ def test_an_obstacle_that_it_cannot_see(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("point", [(1e18, 3.0), (1e300, 3.0), (-5.0, -5.0), (500.0, 500.0)])
-def test_a_way_that_leaves_the_map(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, point: tuple[float, float]
-) -> None:
+def test_a_way_that_leaves_the_map(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, point: tuple[float, float]) -> None:
     monkeypatch.setattr(BreadthFirst, "path_from", lambda *given: (np.array([given[3], point]), True))
     why, time, driven = ended(tmp_path)
     assert "planner breadth_first failed: ValueError: its way leaves the map" in why

@@ -24,11 +24,7 @@ WALLED = [rectangle(12, 12, 4, 1), rectangle(12, 12, 1, 4)]
 """Around the goal: the robot finds them, and stands until the mission ends."""
 
 
-@given(
-    limit=st.integers(0, 4 * 10**18),
-    period=st.integers(10**6, 4 * 10**18),
-    events=st.integers(1, 10**10),
-)
+@given(limit=st.integers(0, 4 * 10**18), period=st.integers(10**6, 4 * 10**18), events=st.integers(1, 10**10))
 def test_no_drive_takes_more_turns_than_told(limit: int, period: int, events: int) -> None:
     """A turn takes an event of its own at least, and begins at a multiple of the control period up to the limit."""
     scenario = Drive.model_construct(limit=limit, control_period=period, events=events)
@@ -42,10 +38,7 @@ def test_no_drive_takes_more_turns_than_told(limit: int, period: int, events: in
         ({}, None),
         ({"limit": "60 min"}, None),
         ({"limit": "1000 h", "events": 1000}, None),
-        (
-            {"limit": "1000 h"},
-            "100,001 turns of the control loop, and ends after 3,600,000 s of simulated time",
-        ),
+        ({"limit": "1000 h"}, "100,001 turns of the control loop, and ends after 3,600,000 s of simulated time"),
         ({"limit": "1000 h", "events": 10**10}, "36,000,001 turns"),
         ({"control_period": "1 us", "limit": "60 min"}, "100,001 turns"),
     ],

@@ -91,9 +91,7 @@ def test_a_planner_without_a_cost(hwsw: Hwsw, tmp_path: Path) -> None:
         ({"search": {"external_memory": "nowhere"}}, "nowhere"),
     ],
 )
-def test_a_task_in_a_place_that_cannot_be(
-    hwsw: Hwsw, tmp_path: Path, mapping: dict[str, Any], said: str
-) -> None:
+def test_a_task_in_a_place_that_cannot_be(hwsw: Hwsw, tmp_path: Path, mapping: dict[str, Any], said: str) -> None:
     assert said in refused(hwsw, tmp_path, mapping=mapping)
 
 
@@ -158,9 +156,7 @@ def test_refusals_stand_in_the_file(tmp_path: Path) -> None:
     """Every fault at its place, all at once."""
     from codesign.system.scenarios import bind
 
-    point = Ground(tmp_path).point(
-        text=OPEN, **ENDS, tour=[[50, 2], [60, 2]], hidden=[rectangle(15, 15, 2, 2)]
-    )
+    point = Ground(tmp_path).point(text=OPEN, **ENDS, tour=[[50, 2], [60, 2]], hidden=[rectangle(15, 15, 2, 2)])
     with pytest.raises(SpecError) as caught:
         bind(*point)
     assert len(caught.value.faults) == 3

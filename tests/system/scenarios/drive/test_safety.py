@@ -23,9 +23,7 @@ from codesign.system.scenarios.drive.world.inflation import Inflation
 from codesign.views.trace import MemoryListener
 
 SIDE = 16
-SLOW: dict[str, Any] = {
-    "components": {"fpga": {"clock": "50 kHz"}, "host": {"costs": dict.fromkeys(COSTS, "50 us")}}
-}
+SLOW: dict[str, Any] = {"components": {"fpga": {"clock": "50 kHz"}, "host": {"costs": dict.fromkeys(COSTS, "50 us")}}}
 PLACES = ["harmonic-decide-on-host", "breadth-first", "wavefront-tiled-track-on-host", "relaxation-sor"]
 
 

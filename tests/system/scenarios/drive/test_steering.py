@@ -72,12 +72,9 @@ def test_a_complete_course_is_sent_once_a_plan(ground: Ground) -> None:
 
 
 @pytest.mark.parametrize("placement", ["wavefront", "wavefront-tiled-track-on-host", "wavefront-host"])
-def test_a_robot_that_knows_few_cells_drives_no_faster_than_it_can_brake(
-    ground: Ground, placement: str
-) -> None:
+def test_a_robot_that_knows_few_cells_drives_no_faster_than_it_can_brake(ground: Ground, placement: str) -> None:
     runs = {
-        steps: ground.run(placement, platform=[IDEAL], mapping=course("local", steps)).mission
-        for steps in (1, 2, 9)
+        steps: ground.run(placement, platform=[IDEAL], mapping=course("local", steps)).mission for steps in (1, 2, 9)
     }
     whole = ground.run(placement, platform=[IDEAL], mapping=course("complete")).mission
     assert whole is not None
@@ -92,8 +89,7 @@ def test_a_robot_that_knows_few_cells_drives_no_faster_than_it_can_brake(
 
 def test_a_robot_that_stops_at_once_needs_the_next_cell_only(ground: Ground) -> None:
     runs = [
-        ground.run("wavefront", platform=[IDEAL, POINT], mapping=course(kind)).mission
-        for kind in ("local", "complete")
+        ground.run("wavefront", platform=[IDEAL, POINT], mapping=course(kind)).mission for kind in ("local", "complete")
     ]
     assert runs[0] is not None
     assert runs[1] is not None
@@ -151,8 +147,7 @@ def test_each_plan_of_a_drive_tells_its_field(ground: Ground, placement: str) ->
     story = [
         record
         for record in records
-        if isinstance(record, FieldRecord)
-        or (isinstance(record, MissionRecord) and record.event == "plan_ready")
+        if isinstance(record, FieldRecord) or (isinstance(record, MissionRecord) and record.event == "plan_ready")
     ]
     assert [isinstance(record, FieldRecord) for record in story] == [True, False] * len(fields)
 

@@ -29,9 +29,7 @@ def drive(folder: Path, **scenario: Any) -> tuple[Result, MemoryListener]:
 
 def test_the_robot_waits_at_a_goal_until_the_next_is_given(tmp_path: Path) -> None:
     free, unhindered = drive(tmp_path)
-    result, records = drive(
-        tmp_path, tour_times=["90 s", "1 s"], patience="5 s", replan={"trigger": "change"}
-    )
+    result, records = drive(tmp_path, tour_times=["90 s", "1 s"], patience="5 s", replan={"trigger": "change"})
     assert result.mission is not None
     assert free.mission is not None
     assert result.mission.reached, result.mission.ended

@@ -14,10 +14,7 @@ import codesign
 from codesign.system.scenarios import simulate
 from codesign.views.trace import MemoryListener
 
-OBSTACLES = {
-    "appearing": [rectangle(2, 5, at="100 ms")],
-    "moving": [{"route": [[3, 3], [3, 12]], "speed": "1 m/s"}],
-}
+OBSTACLES = {"appearing": [rectangle(2, 5, at="100 ms")], "moving": [{"route": [[3, 3], [3, 12]], "speed": "1 m/s"}]}
 
 
 @settings(max_examples=10, derandomize=True)

@@ -13,14 +13,7 @@ from hypothesis import strategies as st
 
 from codesign.inputs.part_file import load_part
 from codesign.planners.velocity_obstacle.paper.agreement import Verdict, compare
-from codesign.planners.velocity_obstacle.plan import (
-    AvoidParameters,
-    RobotsProblem,
-    avoid,
-    generate,
-    quality,
-    reference,
-)
+from codesign.planners.velocity_obstacle.plan import AvoidParameters, RobotsProblem, avoid, generate, quality, reference
 from codesign.planners.velocity_obstacle.plan.arithmetic import double, fixed
 from codesign.planners.velocity_obstacle.plan.faults import fault_of, least_range
 from codesign.planners.velocity_obstacle.plan.kernels import on_course
@@ -68,9 +61,7 @@ def test_groups_of_several_ranks_keep_their_order() -> None:
     farther=st.integers(0, 2**14),
 )
 @settings(max_examples=examples(200))
-def test_beyond_the_range_nobody_is_on_a_course(
-    x: int, y: int, vx: int, vy: int, radius: int, farther: int
-) -> None:
+def test_beyond_the_range_nobody_is_on_a_course(x: int, y: int, vx: int, vy: int, radius: int, farther: int) -> None:
     square = (radius + farther) ** 2
     open_course = bool(on_course(x, y, vx, vy, radius**2, True))
     assert bool(on_course(x, y, vx, vy, radius**2, True, square)) == (open_course and x * x + y * y <= square)

@@ -77,7 +77,5 @@ def test_a_contact_in_real_time_has_its_moment_between_two_positions(tmp_path: P
 def test_robots_that_drove_through_one_another_are_no_success(tmp_path: Path) -> None:
     flight, records = flown(tmp_path, "free_running")
     pairs = {contact.text.partition(" touch")[0] for contact in contacts_of(records)}
-    assert (
-        flight.figures.ended == f"{ARRIVED}, but {len(pairs)} pairs of them touched on the way and drove on"
-    )
+    assert flight.figures.ended == f"{ARRIVED}, but {len(pairs)} pairs of them touched on the way and drove on"
     assert not flight.figures.completed

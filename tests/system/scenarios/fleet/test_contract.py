@@ -91,21 +91,15 @@ def flown(
 
 
 @pytest.mark.parametrize("granularity", ["run_ahead", "visit"])
-def test_a_style_of_another_planner_flies(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, granularity: str
-) -> None:
+def test_a_style_of_another_planner_flies(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, granularity: str) -> None:
     flight, records = flown(tmp_path, monkeypatch, Straight(), granularity=granularity)
     # The slowest of four robots takes 4,000 cycles of 20 ns.
     assert flight.ends == tuple(update * 4 * CYCLES * 20_000 for update in (1, 2, 3))
     assert (flight.plan, flight.figures.ended, flight.figures.updates) == (UPDATES, THROUGH, UPDATES)
     assert flight.figures.robots_s == pytest.approx(0.3)
     positions = [record for record in records if isinstance(record, PositionsRecord)]
-    assert [record.positions[0].tolist() for record in positions] == [
-        [0.0, float(column)] for column in range(4)
-    ]
-    contacts = [
-        record for record in records if isinstance(record, MissionRecord) and record.event == "contact"
-    ]
+    assert [record.positions[0].tolist() for record in positions] == [[0.0, float(column)] for column in range(4)]
+    contacts = [record for record in records if isinstance(record, MissionRecord) and record.event == "contact"]
     assert [(record.time, record.text) for record in contacts] == [
         (flight.ends[1], "robots 0 and 1 touch 25 ms after they began the motion of update 2")
     ]

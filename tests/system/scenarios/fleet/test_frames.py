@@ -41,9 +41,7 @@ def test_a_line_with_a_fifo_holds_the_fleet_as_long_as_its_characters_say(
     ground: Ground, baud: int, fifo: int, mhz: int
 ) -> None:
     robots, updates = 8, 25
-    flight = ground.fly(
-        link=serial(baud, fifo), clock=f"{mhz} MHz", count=robots, parameters=f"updates: {updates}"
-    )
+    flight = ground.fly(link=serial(baud, fifo), clock=f"{mhz} MHz", count=robots, parameters=f"updates: {updates}")
     plan, parameters = planned(robots, updates=updates)
     cycles = run_cycles(Style.PIPELINED, plan, parameters).each.tolist()
     line = LineLaw(baud, fifo_depth=fifo)
@@ -93,9 +91,7 @@ def test_frames_follow_each_other_on_average_as_the_law_has_it_within_a_clock_pe
 
 
 @pytest.mark.parametrize("count", [2, 8, 16])
-def test_where_the_line_sets_the_pace_updates_follow_each_other_in_the_closed_form(
-    ground: Ground, count: int
-) -> None:
+def test_where_the_line_sets_the_pace_updates_follow_each_other_in_the_closed_form(ground: Ground, count: int) -> None:
     flight = ground.fly(link=serial(115_200), count=count)
     figures = flight.figures
     message = LineLaw(115_200).message(count)
@@ -129,14 +125,9 @@ def test_frames_that_the_line_cannot_take_in_time_are_skipped_and_no_robot_waits
 @pytest.mark.parametrize("pace", ["free_running", "real_time"])
 @pytest.mark.parametrize("more", ["", ERRORS, ", errors: {bit_error_rate: 0.001, retries: 2, timeout: 1 ms}"])
 @pytest.mark.parametrize("limit", ["1 h", "500 ms"])
-def test_every_frame_is_shown_dropped_skipped_or_under_way(
-    ground: Ground, pace: str, more: str, limit: str
-) -> None:
+def test_every_frame_is_shown_dropped_skipped_or_under_way(ground: Ground, pace: str, more: str, limit: str) -> None:
     machine = ground.machine(
-        link=serial(9600, more=more),
-        count=8,
-        scenario=f"pace: {pace}, limit: {limit}",
-        costs="render_robot: 1 ms",
+        link=serial(9600, more=more), count=8, scenario=f"pace: {pace}, limit: {limit}", costs="render_robot: 1 ms"
     )
     flight = fly(machine)
     frames, line = flight.figures.frames, machine.links["line"]
@@ -154,9 +145,7 @@ def test_every_frame_is_shown_dropped_skipped_or_under_way(
 
 
 def test_a_frame_is_drawn_robot_by_robot(ground: Ground) -> None:
-    plain, drawn = (
-        ground.fly(costs=f"render_robot: {cost}", parameters="updates: 5") for cost in ("0 s", "3 us")
-    )
+    plain, drawn = (ground.fly(costs=f"render_robot: {cost}", parameters="updates: 5") for cost in ("0 s", "3 us"))
     assert plain.figures.frames is not None
     assert drawn.figures.frames is not None
     assert plain.figures.frames.age is not None
@@ -167,9 +156,7 @@ def test_a_frame_is_drawn_robot_by_robot(ground: Ground) -> None:
 
 
 def test_a_processor_that_draws_needs_a_cost_of_it(ground: Ground) -> None:
-    with pytest.raises(
-        SpecError, match="pc has no cost of kernel render_robot, which task display is counted in"
-    ):
+    with pytest.raises(SpecError, match="pc has no cost of kernel render_robot, which task display is counted in"):
         ground.machine(costs="")
     ground.machine(costs="", scenario="pace: free_running, report: none")
 
@@ -191,9 +178,7 @@ def test_frames_go_to_who_asked_where_no_display_is_mapped(ground: Ground) -> No
 @pytest.mark.parametrize("pace", ["free_running", "real_time"])
 def test_a_line_that_goes_down_for_good_takes_the_picture_and_no_robot(ground: Ground, pace: str) -> None:
     down = ", outages: [{begin: 300 ms}]"
-    flight = ground.fly(
-        link=serial(9600, more=down), scenario=f"pace: {pace}", parameters="updates: 1500", count=4
-    )
+    flight = ground.fly(link=serial(9600, more=down), scenario=f"pace: {pace}", parameters="updates: 1500", count=4)
     frames = flight.figures.frames
     assert flight.figures.ended == ARRIVED
     assert frames is not None

@@ -117,10 +117,7 @@ def test_any_fleet(tmp_path: Path, fleet: dict[str, dict[str, Any]], clock: str,
         "planner": "velocity_obstacle",
         "problem": {"robots": fleet["robots"]},
         "scenario": fleet["scenario"],
-        "mapping": {
-            "avoid": {"component": "fpga", "style": style, **fleet["avoid"]},
-            "display": {"component": "pc"},
-        },
+        "mapping": {"avoid": {"component": "fpga", "style": style, **fleet["avoid"]}, "display": {"component": "pc"}},
     }
     file.write_text(json.dumps(tree), encoding="utf-8")
     system, refused = attempt(lambda: bind(load_platform(board), catalog.load_workload(file)))
@@ -169,9 +166,7 @@ def test_limits_of_any_scale_are_computed_with_or_refused_by_a_sentence(
     radius, speed, acceleration = limits
     margin, sight, tolerance = distances
     problem, refused = attempt(
-        lambda: generate(
-            "circle", 3, radius=radius, speed=speed, acceleration=acceleration, arena=(side, side)
-        )
+        lambda: generate("circle", 3, radius=radius, speed=speed, acceleration=acceleration, arena=(side, side))
     )
     if refused is not None:
         assert isinstance(refused, InputError)

@@ -70,21 +70,11 @@ def test_a_fleet_in_real_time_is_the_reference_whose_decisions_act_when_their_cy
 
 
 @settings(max_examples=examples(8), **QUIETLY)
-@given(
-    st.sampled_from([4000, 20_000, 50_000_000]),
-    st.sampled_from(["real_time", "free_running"]),
-    st.integers(0, 50),
-)
-def test_all_figures_of_a_fleet_are_on_the_clock_of_its_trace(
-    ground: Ground, hz: int, pace: str, seed: int
-) -> None:
+@given(st.sampled_from([4000, 20_000, 50_000_000]), st.sampled_from(["real_time", "free_running"]), st.integers(0, 50))
+def test_all_figures_of_a_fleet_are_on_the_clock_of_its_trace(ground: Ground, hz: int, pace: str, seed: int) -> None:
     records: list[Record] = []
     machine = ground.machine(
-        clock=f"{hz} Hz",
-        scenario=f"pace: {pace}",
-        parameters="updates: 900",
-        seed=seed,
-        listeners=(records.append,),
+        clock=f"{hz} Hz", scenario=f"pace: {pace}", parameters="updates: 900", seed=seed, listeners=(records.append,)
     )
     result = simulate_system(machine.system, listeners=(records.append,))
     fleet, worth = result.fleet, result.quality
@@ -158,23 +148,17 @@ def test_late_decisions_collide_where_those_in_step_do_not(ground: Ground) -> No
         "parameters": "updates: 900",
     }
     quick = simulate_system(ground.machine(clock="50 MHz", **settings).system).quality
-    slow = simulate_system(
-        ground.machine(clock="400 Hz", **settings).system, listeners=(records.append,)
-    ).quality
+    slow = simulate_system(ground.machine(clock="400 Hz", **settings).system, listeners=(records.append,)).quality
     assert (quick.collisions, quick.shortfall) == (0, None)
     touched = {
-        one.text.split(" touch")[0]
-        for one in records
-        if isinstance(one, MissionRecord) and one.event == "contact"
+        one.text.split(" touch")[0] for one in records if isinstance(one, MissionRecord) and one.event == "contact"
     }
     assert slow.collisions == len(touched) > 0
     assert slow.time_to_targets_s > quick.time_to_targets_s
     assert slow.closest_approach < 0.0 < quick.closest_approach
 
 
-def test_robots_that_decide_late_and_are_left_behind_are_told_that_decisions_in_step_mend_it(
-    ground: Ground,
-) -> None:
+def test_robots_that_decide_late_and_are_left_behind_are_told_that_decisions_in_step_mend_it(ground: Ground) -> None:
     settings: dict[str, Any] = {"arrangement": "random", "seed": 4, "scenario": "pace: real_time"}
     late, in_step = (
         simulate_system(ground.machine(clock=clock, parameters="updates: 900", **settings).system).quality
@@ -190,11 +174,7 @@ def test_late_decisions_are_the_same_at_every_granularity(ground: Ground) -> Non
     for granularity in ("run_ahead", "visit"):
         records: list[Record] = []
         flight = ground.fly(
-            clock="2 kHz",
-            scenario="pace: real_time",
-            count=5,
-            listeners=(records.append,),
-            granularity=granularity,
+            clock="2 kHz", scenario="pace: real_time", count=5, listeners=(records.append,), granularity=granularity
         )
         told.append(([repr(vars(one)) for one in records], flight.figures, flight.plan.digest))
     assert told[0] == told[1]

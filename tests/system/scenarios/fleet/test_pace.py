@@ -38,10 +38,7 @@ def test_the_period_lies_between_what_overlaps_and_what_does_not(
 
 
 @given(
-    robots=st.integers(2, 64),
-    baud=BAUDS,
-    fifo=st.integers(1, 300),
-    decides=st.lists(DECIDE, min_size=2, max_size=30),
+    robots=st.integers(2, 64), baud=BAUDS, fifo=st.integers(1, 300), decides=st.lists(DECIDE, min_size=2, max_size=30)
 )
 def test_the_mean_period_is_that_of_the_updates_and_not_of_the_mean_update(
     robots: int, baud: int, fifo: int, decides: list[Fraction]
@@ -75,9 +72,7 @@ def test_updates_that_are_all_alike_follow_each_other_in_the_closed_form(
 
 
 @given(robots=st.integers(2, 64), baud=BAUDS, decide=DECIDE)
-def test_baud_and_robots_at_which_the_line_begins_to_set_the_pace(
-    robots: int, baud: int, decide: Fraction
-) -> None:
+def test_baud_and_robots_at_which_the_line_begins_to_set_the_pace(robots: int, baud: int, decide: Fraction) -> None:
     needed = baud_needed(robots, decide)
     assert (LineLaw(baud).message(robots) > decide) == (baud < needed)
     most = LineLaw(baud).robots_within(decide)
@@ -116,11 +111,5 @@ def test_the_page_shows_the_table_that_the_command_prints() -> None:
     said = page[page.index(table) :]
     assert "python -m benchmarks.dubey2013_pace" in said
     told = [re.findall(r"\d[\d,]*", line) for line in pace_remarks()]
-    assert told == [
-        ["64", "12,000,000", "2,349", "2,804"],
-        ["10", "24", "9,600", "288", "115,200"],
-        ["8", "3,200"],
-    ]
-    assert {"2,349", "2,804", "24", "9,600", "288", "115,200", "3,200"} <= set(
-        re.findall(r"\d[\d,]*\d", said)
-    )
+    assert told == [["64", "12,000,000", "2,349", "2,804"], ["10", "24", "9,600", "288", "115,200"], ["8", "3,200"]]
+    assert {"2,349", "2,804", "24", "9,600", "288", "115,200", "3,200"} <= set(re.findall(r"\d[\d,]*\d", said))

@@ -122,9 +122,7 @@ def test_beyond_eight_robots_the_trace_shows_only_whom_the_others_wait_for(
 def test_contacts_are_told_as_they_come(ground: Ground) -> None:
     records: list[Record] = []
     loose = "updates: 600, detection: published, responsibility: full, margin: 0.0"
-    machine = ground.machine(
-        listeners=(records.append,), count=8, arrangement="crossing", seed=6, parameters=loose
-    )
+    machine = ground.machine(listeners=(records.append,), count=8, arrangement="crossing", seed=6, parameters=loose)
     flight = fly(machine)
     touched = {
         record.text.split(" touch")[0]
@@ -151,16 +149,12 @@ def test_run_ahead_is_visit_by_visit_to_the_byte(ground: Ground, link: str, pace
         )
         flight = fly(machine)
         figures = flight.figures.model_dump()
-        told.append(
-            (pickle.dumps([repr(vars(one)) for one in records]), figures, machine.cycles(), flight.ends)
-        )
+        told.append((pickle.dumps([repr(vars(one)) for one in records]), figures, machine.cycles(), flight.ends))
     assert told[0] == told[1] == told[2]
 
 
 def test_watching_changes_nothing(ground: Ground) -> None:
-    silent, watched = (
-        ground.fly(link=serial(115_200), listeners=listeners) for listeners in ((), ([].append,))
-    )
+    silent, watched = (ground.fly(link=serial(115_200), listeners=listeners) for listeners in ((), ([].append,)))
     assert silent.figures == watched.figures
     assert silent.ends == watched.ends
 
@@ -168,9 +162,7 @@ def test_watching_changes_nothing(ground: Ground) -> None:
 @pytest.mark.parametrize("fifo", [1, 16, 64])
 def test_a_faster_line_or_clock_is_never_slower(ground: Ground, fifo: int) -> None:
     def ends(baud: int, mhz: int) -> int:
-        return ground.fly(
-            link=serial(baud, fifo), clock=f"{mhz} MHz", count=8, parameters="updates: 30"
-        ).ends[-1]
+        return ground.fly(link=serial(baud, fifo), clock=f"{mhz} MHz", count=8, parameters="updates: 30").ends[-1]
 
     lines = [ends(baud, 5) for baud in (9600, 115_200, 1_000_000, 4_000_000, 40_000_000)]
     clocks = [ends(4_000_000, mhz) for mhz in (1, 5, 10, 20, 40)]
@@ -220,8 +212,7 @@ def test_the_rate_that_fpga_and_line_allow_is_a_bound_in_the_long_run(
 
 def test_a_short_fifo_and_uneven_decisions_keep_a_fleet_below_that_bound(ground: Ground) -> None:
     short, whole, endless = (
-        ground.fly(link=serial(10_000_000, fifo), count=32, arrangement="random").figures
-        for fifo in (1, 128, 10_000)
+        ground.fly(link=serial(10_000_000, fifo), count=32, arrangement="random").figures for fifo in (1, 128, 10_000)
     )
     bound = short.reachable_a_second
     assert short.reachable_a_second == whole.reachable_a_second == endless.reachable_a_second

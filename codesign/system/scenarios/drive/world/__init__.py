@@ -10,14 +10,4 @@ from codesign.system.scenarios.drive.world.inflation import Inflation
 from codesign.system.scenarios.drive.world.obstacles import Appearing, Moving, random_appearing
 from codesign.system.scenarios.drive.world.true_map import Deferral, World
 
-__all__ = [
-    "Appearing",
-    "Belief",
-    "Deferral",
-    "Frontiers",
-    "Inflation",
-    "Moving",
-    "Update",
-    "World",
-    "random_appearing",
-]
+__all__ = ["Appearing", "Belief", "Deferral", "Frontiers", "Inflation", "Moving", "Update", "World", "random_appearing"]

@@ -37,9 +37,7 @@ def _to_segment(y: float, x: float, y0: float, x0: float, y1: float, x1: float) 
 
 
 @njit(cache=True, nogil=True)
-def along_path(
-    free: NDArray[np.bool_], points: NDArray[np.float64], least: float, step: float
-) -> tuple[float, float]:
+def along_path(free: NDArray[np.bool_], points: NDArray[np.float64], least: float, step: float) -> tuple[float, float]:
     """The least distance to a blocked cell or the rim along a polyline, and the integral of that distance over it.
 
     The first is exact, and never above ``least``, the least known before. The nearest points of two convex figures that

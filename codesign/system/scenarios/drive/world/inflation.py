@@ -43,9 +43,7 @@ class Inflation:
             self.blocked = obstacles.copy()
             return
         # The outside counts once for each cell that is too near to it: it never leaves.
-        edge = np.minimum.outer(
-            np.minimum(np.arange(rows), np.arange(rows)[::-1]), np.full(columns, rows + columns)
-        )
+        edge = np.minimum.outer(np.minimum(np.arange(rows), np.arange(rows)[::-1]), np.full(columns, rows + columns))
         edge = np.minimum(edge, np.minimum(np.arange(columns), np.arange(columns)[::-1]))
         self._covers = (edge < radius - _ROUNDING).astype(np.int32) + _counts(obstacles, self.footprint)
         self.blocked = self._covers > 0

@@ -51,9 +51,7 @@ class Appearing:
 
     def __post_init__(self) -> None:
         if len(self.cells) == 0 or self.at < 0:
-            raise InputError(
-                f"{len(self.cells)} cells that appear at {self.at} ps", "appearing", "1 or more, from 0"
-            )
+            raise InputError(f"{len(self.cells)} cells that appear at {self.at} ps", "appearing", "1 or more, from 0")
         if self.until is not None and self.until <= self.at:
             raise InputError(
                 f"an obstacle from {self.at} ps until {self.until} ps", "appearing.until", "give a later time"
@@ -117,10 +115,7 @@ class Moving:
         straight, diagonal = round(SECOND / self.speed), round(math.sqrt(2.0) * SECOND / self.speed)
         while True:
             for (row, column), (next_row, next_column) in pairwise(path):
-                yield (
-                    (next_row, next_column),
-                    (diagonal if row != next_row and column != next_column else straight),
-                )
+                yield ((next_row, next_column), (diagonal if row != next_row and column != next_column else straight))
             if not self.closed:
                 path.reverse()
 
@@ -131,10 +126,7 @@ def _line(begin: Cell, end: Cell) -> list[Cell]:
     count = max(abs(down), abs(along))
     # Rounding halves up, in integers.
     return [
-        (
-            begin[0] + (2 * down * step + count) // (2 * count),
-            begin[1] + (2 * along * step + count) // (2 * count),
-        )
+        (begin[0] + (2 * down * step + count) // (2 * count), begin[1] + (2 * along * step + count) // (2 * count))
         for step in range(1, count + 1)
     ]
 
@@ -169,9 +161,7 @@ def random_appearing(
     """
     if count < 0 or size < 1 or not 0 <= begin <= end:
         raise InputError(
-            f"{count} obstacles of {size} cells from {begin} ps to {end} ps",
-            "random",
-            "count ≥ 0, size ≥ 1, from ≤ to",
+            f"{count} obstacles of {size} cells from {begin} ps to {end} ps", "random", "count ≥ 0, size ≥ 1, from ≤ to"
         )
     places = places_of(free, size, keep_clear)
     if count and not len(places):

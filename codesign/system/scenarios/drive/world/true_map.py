@@ -75,9 +75,7 @@ class World:
         retry: int = RETRY,
     ) -> None:
         if not (margin_cells >= 0.0 and retry >= 1):
-            raise InputError(
-                f"a margin of {margin_cells} cells, a retry after {retry} ps", "world", "≥ 0 and ≥ 1"
-            )
+            raise InputError(f"a margin of {margin_cells} cells, a retry after {retry} ps", "world", "≥ 0 and ≥ 1")
         self._count = (~free).astype(np.int32)
         self._free = free.copy()
         self._inflation = Inflation(~free, radius_cells)

@@ -55,11 +55,7 @@ def test_patience_of_zero(drives: Drives) -> None:
 def test_patience_is_not_spent_while_a_plan_is_under_way(drives: Drives) -> None:
     """A plan may take longer than the patience of a robot that has no way."""
     _, mission = drives(
-        platform={"components": {"fpga": {"clock": "100 Hz"}}},
-        text=OPEN,
-        **ENDS,
-        patience="1 s",
-        limit="5 min",
+        platform={"components": {"fpga": {"clock": "100 Hz"}}}, text=OPEN, **ENDS, patience="1 s", limit="5 min"
     )
     assert mission.reached, mission.ended
     assert mission.waiting_s > 2.0

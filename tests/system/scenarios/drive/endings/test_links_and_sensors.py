@@ -84,12 +84,7 @@ def test_a_sensor_that_sees_nothing(drives: Drives, kind: str) -> None:
 def test_a_blind_robot_stands_before_what_it_does_not_know(drives: Drives) -> None:
     platform = {"components": {"robot": {"sensor": {"range": "0 m"}}}}
     _, mission = drives(
-        platform=platform,
-        text=OPEN,
-        start=(5, 1),
-        goals=[(5, 10)],
-        hidden=[rectangle(0, 5, 16, 1)],
-        patience="2 s",
+        platform=platform, text=OPEN, start=(5, 1), goals=[(5, 10)], hidden=[rectangle(0, 5, 16, 1)], patience="2 s"
     )
     assert not mission.reached
     assert mission.contacts == 1

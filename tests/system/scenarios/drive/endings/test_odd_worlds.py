@@ -30,9 +30,7 @@ def test_a_field_too_coarse_to_lead_to_the_goal(drives: Drives) -> None:
     rows = ["." * 16, "#" * 15 + ".", "." * 16, "." + "#" * 15]
     text = "\n".join([*rows * 4, ""])
     mapping = {"relax": {"schedule": {"=": [15]}}}
-    _, mission = drives(
-        "harmonic", text=text, start=(0, 0), goals=[(14, 15)], mapping=mapping, patience="2 s"
-    )
+    _, mission = drives("harmonic", text=text, start=(0, 0), goals=[(14, 15)], mapping=mapping, patience="2 s")
     assert not mission.reached
     assert "the plan's way ends at" in mission.ended
     assert "short of the goal" in mission.ended
@@ -80,11 +78,7 @@ def test_late_messages_stop_the_robot_and_the_limit_ends_it(drives: Drives) -> N
 
 def test_tasks_of_a_drive_on_the_fpga(drives: Drives) -> None:
     """Load and command in the fabric: the host does nothing, and messages pass it by two links."""
-    mapping = {
-        "load": {"component": "fpga"},
-        "command": {"component": "fpga"},
-        "display": {"component": "host"},
-    }
+    mapping = {"load": {"component": "fpga"}, "command": {"component": "fpga"}, "display": {"component": "host"}}
     result, mission = drives(text=OPEN, **ENDS, mapping=mapping)
     assert mission.reached
     assert result.links is not None

@@ -12,9 +12,7 @@ from codesign.system.results.mission import Mission
 
 Drives = Callable[..., tuple[Result, Mission]]
 
-WALLED = "\n".join(
-    ["." * 16, ".####...........", *[".#..#..........."] * 2, ".####...........", *["." * 16] * 11, ""]
-)
+WALLED = "\n".join(["." * 16, ".####...........", *[".#..#..........."] * 2, ".####...........", *["." * 16] * 11, ""])
 
 
 @pytest.mark.parametrize("placement", ["breadth-first", "harmonic", "harmonic-warm", "relaxation"])

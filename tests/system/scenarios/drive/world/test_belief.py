@@ -27,9 +27,7 @@ def a_map(seed: int, share: float = 0.2) -> np.ndarray:
 
 @given(st.integers(0, 2**32), radii, sensors, st.booleans())
 @settings(max_examples=examples(100))
-def test_belief_after_scans_is_belief_made_anew(
-    seed: int, radius: float, sensor: Sensor, knows: bool
-) -> None:
+def test_belief_after_scans_is_belief_made_anew(seed: int, radius: float, sensor: Sensor, knows: bool) -> None:
     """The true map changes all the time, so cells change between all three states but back to unknown."""
     random = np.random.default_rng(seed)
     known = a_map(seed) if knows else None
@@ -120,9 +118,7 @@ def test_frontier_cells_by_their_definition(seed: int, share: float) -> None:
 
 @given(st.integers(0, 2**32), radii, sensors)
 @settings(max_examples=examples(60))
-def test_every_exploration_ends_and_has_seen_what_can_be_seen(
-    seed: int, radius: float, sensor: Sensor
-) -> None:
+def test_every_exploration_ends_and_has_seen_what_can_be_seen(seed: int, radius: float, sensor: Sensor) -> None:
     """A robot that is put on the nearest frontier again and again: it ends, never in a wall."""
     free = a_map(seed, 0.1)
     middle = SIDE // 2

@@ -24,9 +24,7 @@ def an_open_map(side: int = SIDE) -> np.ndarray:
     return np.ones((side, side), np.bool_)
 
 
-def run(
-    world: World, until: int, robot: tuple[float, float] | None = None
-) -> list[tuple[int, set[tuple[int, int]]]]:
+def run(world: World, until: int, robot: tuple[float, float] | None = None) -> list[tuple[int, set[tuple[int, int]]]]:
     """Advance through every change up to ``until``; when and what."""
     found = []
     now = 0
@@ -102,9 +100,7 @@ def test_a_disc_anywhere_in_a_cell_that_is_not_blocked_is_clear(seed: int, radiu
 
 def test_obstacles_appear_and_vanish_at_their_times() -> None:
     one, two = rectangle(1, 1, 2, 2), rectangle(2, 2, 1, 3)
-    world = World(
-        an_open_map(), appearing=[Appearing(5, one, 20), Appearing(10, two), Appearing(10, one, 11)]
-    )
+    world = World(an_open_map(), appearing=[Appearing(5, one, 20), Appearing(10, two), Appearing(10, one, 11)])
     first, second = {tuple(cell) for cell in one.tolist()}, {tuple(cell) for cell in two.tolist()}
     assert world.next_change(0) == 5
     assert run(world, 100) == [(5, first), (10, second - first), (20, first - second)]
@@ -159,15 +155,11 @@ def test_a_route_that_ends_as_it_began_goes_around() -> None:
     for (before, here), (after, there) in pairwise(seen):
         moved = abs(here[0] - there[0]) + abs(here[1] - there[1])
         assert after - before == (SECOND if moved == 1 else diagonal)
-    assert run(World(an_open_map(), moving=[Moving((1, 1), ((2, 2),), 1.0, 3)]), 9 * SECOND) == [
-        (3, {(2, 2)})
-    ]
+    assert run(World(an_open_map(), moving=[Moving((1, 1), ((2, 2),), 1.0, 3)]), 9 * SECOND) == [(3, {(2, 2)})]
 
 
 @pytest.mark.parametrize(("margin", "near", "far"), [(0.5, 6.49, 6.51), (1.1, 6.99, 7.01)])
-def test_what_would_come_over_the_robot_waits_until_it_has_left(
-    margin: float, near: float, far: float
-) -> None:
+def test_what_would_come_over_the_robot_waits_until_it_has_left(margin: float, near: float, far: float) -> None:
     cells = rectangle(4, 4, 2, 2)
     world = World(an_open_map(), appearing=[Appearing(1000, cells)], radius_cells=0.4, margin_cells=margin)
     assert not len(world.advance(1000, (5.0, 5.0)))
@@ -202,10 +194,7 @@ def test_a_moving_obstacle_waits_before_the_robot_and_goes_on() -> None:
 def test_no_change_ever_takes_the_robots_place(seed: int, radius: float, margin: float) -> None:
     random = np.random.default_rng(seed)
     free = an_open_map()
-    moving = [
-        Moving((2, 1), tuple(map(tuple, random.integers(0, SIDE - 1, (3, 2)).tolist())), 3.0)
-        for _ in range(4)
-    ]
+    moving = [Moving((2, 1), tuple(map(tuple, random.integers(0, SIDE - 1, (3, 2)).tolist())), 3.0) for _ in range(4)]
     appearing = random_appearing(free, 10, 2, 0, 5 * SECOND, seed, lasting=SECOND)
     world = World(free, appearing=appearing, moving=moving, radius_cells=radius, margin_cells=margin)
     position = tuple(random.uniform(3, SIDE - 4, 2).tolist())
