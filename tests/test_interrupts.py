@@ -51,7 +51,7 @@ KERNEL = """
 import multiprocessing, signal, sys, threading, time
 from pathlib import Path
 from numba import njit
-from codesign import interrupts
+from codesign.ground import interrupts
 from codesign.ground.files import passing
 
 @njit(nogil=True)
@@ -86,15 +86,11 @@ if __name__ == "__main__":
 @pytest.mark.parametrize(
     ("number", "strikes"), [(signal.SIGINT, 1), (signal.SIGINT, 2), (signal.SIGTERM, 1), (signal.SIGHUP, 1)]
 )
-def test_a_signal_ends_a_process_within_a_kernel(
-    number: signal.Signals, strikes: int, tmp_path: Path
-) -> None:
+def test_a_signal_ends_a_process_within_a_kernel(number: signal.Signals, strikes: int, tmp_path: Path) -> None:
     script = tmp_path / "script.py"
     script.write_text(KERNEL)
     started = [sys.executable, str(script)]
-    process = subprocess.Popen(
-        started, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
-    )
+    process = subprocess.Popen(started, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     try:
         worker = int(process.stdout.readline())
         time.sleep(0.1)
@@ -114,7 +110,7 @@ RETURNING = """
 import ctypes
 import numpy as np
 from numba import njit
-from codesign import interrupts
+from codesign.ground import interrupts
 
 strike = getattr(ctypes.CDLL(None), "raise")
 strike.argtypes = [ctypes.c_int]
@@ -149,7 +145,7 @@ def test_a_signal_during_a_kernel_is_raised_once_its_arrays_are_made() -> None:
 
 LOADING = """
 import dataclasses, signal, sys
-from codesign import interrupts
+from codesign.ground import interrupts
 interrupts.end_on_signals()
 try:
     exec("import os, signal; os.kill(os.getpid(), signal.SIGINT)\\nfor _ in range(1000): pass")
@@ -160,9 +156,7 @@ except KeyboardInterrupt:
 
 def test_an_interrupt_in_code_made_from_text_leaves_the_exit_code_alone() -> None:
     # Python ends a process by SIGINT, whatever its code, once a KeyboardInterrupt itself passed there.
-    done = subprocess.run(
-        [sys.executable, "-c", LOADING], capture_output=True, text=True, check=False, timeout=60
-    )
+    done = subprocess.run([sys.executable, "-c", LOADING], capture_output=True, text=True, check=False, timeout=60)
     assert (done.returncode, done.stderr) == (130, "")
 
 
@@ -182,9 +176,7 @@ def workload_of(name: str, folder: Path) -> Path:
     planner, side, starts, mapping = PLANS[name]
     path = folder / f"{name}.yaml"
     problem = f"{{map: {ROOMS % (side, side)}, goals: [[3, 3]], starts: {starts}}}"
-    path.write_text(
-        f"kind: workload\nname: {name}\nplanner: {planner}\nproblem: {problem}\nmapping:\n  {mapping}\n"
-    )
+    path.write_text(f"kind: workload\nname: {name}\nplanner: {planner}\nproblem: {problem}\nmapping:\n  {mapping}\n")
     return path
 
 
@@ -268,9 +260,7 @@ def test_sigterm_ends_an_exploration_and_keeps_its_points(
     specs[1].write_text(text.replace("[1, 4]", many), encoding="utf-8")
     files = ["--store", "o.sqlite", "--csv", "o.csv"]
     command = ["explore", *specs, "--workers", "2", *files]
-    done = strike(
-        tmp_path, signal.SIGTERM, command, until=lambda: some_kept(tmp_path / "o.sqlite"), group=group
-    )
+    done = strike(tmp_path, signal.SIGTERM, command, until=lambda: some_kept(tmp_path / "o.sqlite"), group=group)
     check_ended(done, signal.SIGTERM, "; finished points are kept")
     assert not (tmp_path / "o.csv").exists()
     study = load_study(tmp_path / "o.sqlite")
@@ -287,9 +277,7 @@ def test_sigterm_ends_a_reproduction_and_leaves_no_page(tmp_path: Path) -> None:
 def big_study(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The store of a study that takes a while to read."""
     file = tmp_path_factory.mktemp("study") / "o.sqlite"
-    section = Exploration(
-        axes={"bench.slices": list(range(1, 101)), "bench.seconds": [1.0 / n for n in range(1, 101)]}
-    )
+    section = Exploration(axes={"bench.slices": list(range(1, 101)), "bench.seconds": [1.0 / n for n in range(1, 101)]})
     workload = codesign.load_workload("labyrinth").model_copy(update={"explore": section})
     explore(codesign.load_platform("virtex4-pci"), workload, store=file, workers=1, evaluate=Fake())
     return file
@@ -315,17 +303,7 @@ def test_a_signal_at_any_moment_ends_any_command(
     workload = workload_of(command, tmp_path) if command in PLANS else None
     arguments: list[object] = {
         "fleet": ["run", "nexys2-serial", "robots-8-fleet", "--html", "o.html"],
-        "explore": [
-            "explore",
-            "virtex4-pci",
-            "labyrinth",
-            "--workers",
-            "2",
-            "--store",
-            "o.sqlite",
-            "--html",
-            "o.html",
-        ],
+        "explore": ["explore", "virtex4-pci", "labyrinth", "--workers", "2", "--store", "o.sqlite", "--html", "o.html"],
         "compare": ["compare"],
         "reproduce": ["reproduce", "--html", "o.html"],
         "calibrate": ["calibrate", "host"],

@@ -20,7 +20,7 @@ HIDE, SHOW = "\x1b[?25l", "\x1b[?25h"
 
 SLOW = """
 import sys, time
-from codesign import interrupts
+from codesign.ground import interrupts
 from codesign.__main__ import main
 import codesign.cli
 import codesign.cli.progress

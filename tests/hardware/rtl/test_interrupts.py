@@ -20,7 +20,7 @@ BOUND_S = 300
 BEGIN = """
 import os, signal, subprocess, sys
 from pathlib import Path
-from codesign import interrupts
+from codesign.ground import interrupts
 from codesign.hardware.rtl.tools import run
 
 # A job in the background may have been told to ignore them.
@@ -59,9 +59,7 @@ if sys.platform != "win32":
 
 
 @pytest.mark.parametrize(("number", "code"), CODES.items())
-def test_a_tool_that_is_being_started_ends_with_the_command(
-    tmp_path: Path, number: signal.Signals, code: int
-) -> None:
+def test_a_tool_that_is_being_started_ends_with_the_command(tmp_path: Path, number: signal.Signals, code: int) -> None:
     words = [sys.executable, "-c", STARTING, str(int(number))]
     assert subprocess.run(words, cwd=tmp_path, timeout=BOUND_S, check=False).returncode == code
     pid = int((tmp_path / "child").read_text(encoding="utf-8"))
