@@ -12,7 +12,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from codesign import maps
-from codesign.planners.relaxation.paper.map import GOAL, floor_plan
+from codesign.planners.relaxation.paper.runs import GOAL, floor_plan
 from codesign.planners.relaxation.plan import PUBLISHED_TOLERANCE, solve
 from codesign.planners.relaxation.styles.costs import direct_units
 

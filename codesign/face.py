@@ -13,7 +13,7 @@ from codesign.ground.errors import InputError, MapError, choose_hint
 from codesign.ground.progress import silent
 from codesign.inputs import Platform, Workload
 from codesign.system import catalog, point_of, scenarios
-from codesign.system.provenance import provenance_of
+from codesign.system.outcome import provenance_of
 from codesign.views import trace as traces
 
 if TYPE_CHECKING:

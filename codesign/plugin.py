@@ -6,12 +6,10 @@ A package registers one ``PlugIn`` under the entry-point group ``codesign.planne
 from codesign.ground.errors import Fault, UnsuitedError
 from codesign.ground.figures import RESOURCES, Figure, Status
 from codesign.ground.memo import Memo
-from codesign.ground.models import RefusalError, SpecModel, TaskParameters
-from codesign.ground.part import Part
+from codesign.ground.models import Part, RefusalError, SpecModel, TaskParameters
 from codesign.ground.records import ArrayOf, FieldRecord, Record, TaskRecord
 from codesign.planners.circuits import Circuit, CircuitStyle, Events, Expected, Image, phase_cycles
 from codesign.planners.clock_law import on_family
-from codesign.planners.demand import Demand, Lever, Line
 from codesign.planners.external_memory import ExternalMemoryLaw, Traffic
 from codesign.planners.host import HostStyle, HostTask, map_read, one_step
 from codesign.planners.interface import (
@@ -25,7 +23,7 @@ from codesign.planners.interface import (
     Policy,
     Problem,
 )
-from codesign.planners.job import Job
+from codesign.planners.job import Demand, Job, Lever, Line
 from codesign.planners.paths import by_sides, cell_of, from_position, judge_arrival, judge_paths
 from codesign.planners.plug_in import GROUP, PlugIn, Probe, Reproduce, Samples
 from codesign.planners.quality import Quality, RobotsQuality

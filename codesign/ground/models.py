@@ -10,7 +10,9 @@ Pydantic checks. ``codesign.inputs.faults`` turns its errors into faults with pl
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from enum import StrEnum
 from typing import Any, ClassVar, Self
 
@@ -27,6 +29,92 @@ from pydantic import (
 from pydantic_core import CoreSchema, InitErrorDetails, PydanticCustomError
 
 from codesign.ground.errors import InputError, choose_hint, clip, show
+from codesign.ground.figures import Figure
+
+# The frame of a map: where its cells lie in metres.
+
+_ROUNDING = 1e-9
+"""Cells: a point this near below a side of a cell lies on that side."""
+
+
+@dataclass(frozen=True)
+class Frame:
+    """Metres for the cells of a map, as map_server has them: x to the right, y up.
+
+    - ``rows``: of the map. ``resolution``: metres a cell.
+    - ``origin``: (x, y, yaw) of the lower left corner of the map, metres and radians. The yaw turns the map around this
+      corner, counterclockwise.
+    """
+
+    rows: int
+    resolution: float = 1.0
+    origin: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+    def point(self, row: float, column: float) -> tuple[float, float]:
+        """(x, y) in metres of a place in cells. Whole numbers of cells are middles.
+
+        >>> Frame(rows=10, resolution=0.5, origin=(-1.0, 2.0, 0.0)).point(9, 0)
+        (-0.75, 2.25)
+        """
+        return self._turned((column + 0.5) * self.resolution, (self.rows - row - 0.5) * self.resolution)
+
+    def cell(self, x: float, y: float) -> tuple[int, int]:
+        """(row, column) of the cell that a point in metres lies in, inside of the map or not.
+
+        A point on the side between two cells belongs to the right one and to the upper one.
+
+        >>> Frame(rows=10, resolution=0.5, origin=(-1.0, 2.0, 0.0)).cell(-0.75, 2.25)
+        (9, 0)
+        """
+        left, below, yaw = self.origin
+        right, up = x - left, y - below
+        across = right * math.cos(yaw) + up * math.sin(yaw)
+        along = up * math.cos(yaw) - right * math.sin(yaw)
+        column = math.floor(across / self.resolution + _ROUNDING)
+        return self.rows - 1 - math.floor(along / self.resolution + _ROUNDING), column
+
+    def part(self, row: int, column: int, rows: int) -> Frame:
+        """The frame of a part of the map: ``rows`` rows from ``row`` on, columns from ``column`` on."""
+        below = (self.rows - row - rows) * self.resolution
+        corner = self._turned(column * self.resolution, below)
+        return Frame(rows, self.resolution, (*corner, self.origin[2]))
+
+    def _turned(self, right: float, up: float) -> tuple[float, float]:
+        left, below, yaw = self.origin
+        if not yaw:
+            return left + right, below + up
+        return (left + right * math.cos(yaw) - up * math.sin(yaw), below + right * math.sin(yaw) + up * math.cos(yaw))
+
+
+# A part: a chip with a vector of resource budgets, its limits, and the source of each number.
+
+
+class Part(BaseModel):
+    """A chip in one speed grade.
+
+    - ``resources``: budgets by kind: slices, lut4, flip_flops, block_rams, multipliers. Laws count LUT of four inputs,
+      slices of two of them with two flip-flops, and block RAMs of 18 kbit; a part of another make is converted.
+    - ``block_ram_shapes``: (depth, width) pairs that one block RAM may be configured as.
+    - ``block_ram_clock``: the fastest clock of a block RAM in this speed grade, Hz.
+    - ``static_power``: W. ``dynamic_power``: W for each occupied slice (as counted here) and Hz, at typical activity.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    name: str
+    family: str
+    speed_grade: str
+    resources: dict[str, Figure]
+    block_ram_shapes: tuple[tuple[int, int], ...]
+    block_ram_clock: Figure
+    static_power: Figure
+    dynamic_power: Figure
+
+    @property
+    def full_name(self) -> str:
+        """Name and speed grade, as platforms name it: ``XC4VLX160-12``."""
+        return f"{self.name}{self.speed_grade}"
+
 
 NAME_PATTERN = r"^[A-Za-z_][A-Za-z0-9_-]*$"
 SPEED_GRADE_PATTERN = r"^-[0-9A-Za-z]+$"

@@ -15,8 +15,7 @@ from pydantic import Field, ValidationInfo, model_validator
 
 from codesign.ground.errors import InputError, SpecError, clip
 from codesign.ground.figures import RESOURCES
-from codesign.ground.models import RefusalError, SpecModel
-from codesign.ground.part import Part
+from codesign.ground.models import Part, RefusalError, SpecModel
 from codesign.inputs.base import Spec
 from codesign.inputs.fields import FactorFigure, Name
 from codesign.inputs.library import Library

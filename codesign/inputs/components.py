@@ -9,8 +9,7 @@ from pydantic import ConfigDict, Field, PrivateAttr, ValidationInfo, field_valid
 
 from codesign.ground.errors import InputError, SpecError
 from codesign.ground.figures import Figure, Status
-from codesign.ground.models import RefusalError, SpecModel, choice, refused
-from codesign.ground.part import Part
+from codesign.ground.models import Part, RefusalError, SpecModel, choice, refused
 from codesign.ground.units import format_frequency
 from codesign.inputs.calibration_file import CalibrationFile, load_calibration
 from codesign.inputs.fields import (

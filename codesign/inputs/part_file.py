@@ -10,8 +10,7 @@ from pydantic import Field, model_validator
 
 from codesign.ground.errors import InputError, choose_hint, clip
 from codesign.ground.figures import RESOURCES, Figure, Status
-from codesign.ground.models import SPEED_GRADE_PATTERN, RefusalError, SpecModel
-from codesign.ground.part import Part
+from codesign.ground.models import SPEED_GRADE_PATTERN, Part, RefusalError, SpecModel
 from codesign.inputs.base import Spec
 from codesign.inputs.fields import CountFigure, FrequencyFigure, Name, PowerFigure, SlicePowerFigure
 from codesign.inputs.library import Library

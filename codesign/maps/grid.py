@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codesign.ground.errors import MapError
-from codesign.ground.frame import Frame
+from codesign.ground.models import Frame
 
 MAX_CELLS = 2**24
 """The largest map, 4096 × 4096 cells. Fields of 64-bit values over it fit in a laptop's memory."""

@@ -43,7 +43,7 @@ import numpy as np
 from more_itertools import map_reduce
 
 from codesign.ground.figures import Figure, Status
-from codesign.ground.part import Part
+from codesign.ground.models import Part
 from codesign.planners.measured import MARGIN, ClockRow, family_of
 
 GROWTHS: dict[str, Callable[[float], float]] = {

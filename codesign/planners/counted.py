@@ -26,7 +26,7 @@ from types import CodeType
 from typing import Any
 
 from codesign.ground.figures import Status
-from codesign.planners.demand import Line
+from codesign.planners.job import Line
 from codesign.planners.measured import Fit, Point, ResourceRow, family_of, fit, resource_rows
 
 Terms = tuple[float, ...]

@@ -15,8 +15,7 @@ import numpy as np
 
 from codesign.ground.figures import Figure, Status
 from codesign.ground.records import TaskRecord
-from codesign.planners.demand import Demand, Lever, Line
-from codesign.planners.job import Job
+from codesign.planners.job import Demand, Job, Lever, Line
 from codesign.planners.styles import Architecture, Step, TaskStyle
 
 

@@ -2,14 +2,163 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+import math
+from bisect import bisect_left
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Any, Generic, TypeVar
 
-from codesign.ground.figures import Figure
+from codesign.ground.figures import Figure, Status, label
 from codesign.ground.memo import Memo
-from codesign.ground.part import Part
+from codesign.ground.models import Part
 from codesign.planners.external_memory import ExternalMemoryLaw
+
+# The demand of a design: lines with their laws, bounds, and the levers that would close a gap.
+
+CandidateT = TypeVar("CandidateT")
+
+
+@dataclass(frozen=True)
+class Lever:
+    """A change that would close a gap: the parameter to move, and to which value (or in which direction).
+
+    ``changes``: raw parameters of the planning task by which the change is tried, where it changes the plan.
+    ``axes``: raw values by axis that make the change, where it leaves the plan as it is and has one value.
+    """
+
+    parameter: str
+    advice: str
+    changes: Mapping[str, Any] = field(default_factory=dict)
+    axes: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def text(self) -> str:
+        """The change in words."""
+        return f"{self.parameter}: {self.advice}"
+
+
+def lever_texts(levers: Iterable[Lever]) -> tuple[str, ...]:
+    """Levers in words."""
+    return tuple(lever.text for lever in levers)
+
+
+@dataclass(frozen=True)
+class Line:
+    """One line of a demand: a piece of the design, its demand, and the law of that demand.
+
+    - ``resource``: the kind of resource; "" for a bound. A bound, such as word depth, is no resource of the part but
+      just as hard.
+    - ``most``: the largest feasible value of a bound, in the unit of ``figure``. The part limits resources.
+    - ``levers``: the changes that would mend a broken bound.
+    """
+
+    name: str
+    resource: str
+    figure: Figure
+    most: Figure | None = None
+    levers: tuple[Lever, ...] = ()
+
+    @classmethod
+    def item(
+        cls,
+        name: str,
+        resource: str,
+        amount: int,
+        status: Status,
+        source: str,
+        ends: tuple[float, float] = (math.inf, -math.inf),
+    ) -> Line:
+        """A demand for ``amount`` units of a resource. ``ends``: the least and the most that a law allows, if any."""
+        low, high = min(amount, ends[0]), max(amount, ends[1])
+        return cls(name, resource, Figure(amount, "1", status, source, low, high))
+
+    @classmethod
+    def bound(
+        cls,
+        name: str,
+        demand: float | Figure,
+        limit: float | Figure,
+        unit: str,
+        status: Status,
+        source: str,
+        levers: tuple[Lever, ...] = (),
+    ) -> Line:
+        """A bound: ``demand`` against ``limit``, both in ``unit``. A number of them has the status and the source."""
+        figure, most = (
+            each if isinstance(each, Figure) else Figure(each, unit, status, source) for each in (demand, limit)
+        )
+        return cls(name, "", figure, most, levers)
+
+    @property
+    def limit(self) -> float | None:
+        """The value of ``most``; None for a resource."""
+        return None if self.most is None else self.most.value
+
+    @property
+    def amount(self) -> int:
+        """The number of units of the resource."""
+        return int(self.figure.value)
+
+
+@dataclass(frozen=True)
+class Demand:
+    """The demand of a design: lines of resources, lines of other bounds, and levers for each resource that is short."""
+
+    items: tuple[Line, ...]
+    bounds: tuple[Line, ...] = ()
+    levers: dict[str, tuple[Lever, ...]] = field(default_factory=dict)
+
+    def total(self, resource: str) -> int:
+        """The sum over the items of one resource."""
+        return sum_by_resource(self.items).get(resource, 0)
+
+
+def sum_by_resource(items: Iterable[Line]) -> dict[str, int]:
+    """The demand of ``items`` by resource."""
+    sums: dict[str, int] = {}
+    for item in items:
+        sums[item.resource] = sums.get(item.resource, 0) + item.amount
+    return sums
+
+
+SLICE_PACKING = 1.13
+"""Slices over half of the LUT or flip-flops, in a part that is far from full. Assumed."""
+
+
+def packed(lines: Sequence[Line]) -> Line:
+    """The slices of a piece of these LUT and flip-flops, two of each a slice. The least is that of full slices."""
+    low, high = (max(bounds) for bounds in zip(*(line.figure.interval for line in lines), strict=True))
+    slices = -(-round(SLICE_PACKING * max(line.amount for line in lines)) // 2)
+    source = f"{SLICE_PACKING} × half of the LUT or flip-flops"
+    ends = -(-low // 2), -(-round(SLICE_PACKING * high) // 2)
+    return Line.item(lines[0].name, "slices", slices, Status.ASSUMED, source, ends)
+
+
+def largest(candidates: Sequence[CandidateT], fits: Callable[[CandidateT], bool]) -> CandidateT | None:
+    """The last of the candidates that fits, by bisection; None where not even the first does.
+
+    Candidates stand in the order of their demand: behind one that does not fit, none fits.
+
+    >>> largest(range(1, 100), lambda side: side * side <= 50), largest([8, 9], lambda side: side < 8)
+    (7, None)
+    """
+    count = bisect_left(candidates, True, key=lambda each: not fits(each))
+    return candidates[count - 1] if count else None
+
+
+def part_lever(resource: str, need: int) -> Lever:
+    """A part with enough of a resource."""
+    return Lever("part", f"take one with at least {need:,} {label(resource)}")
+
+
+def short_resources(items: Iterable[Line], part: Part) -> dict[str, int]:
+    """The demand for each resource of ``part`` that ``items`` exceed."""
+    return {
+        kind: need
+        for kind, need in sum_by_resource(items).items()
+        if kind in part.resources and need > part.resources[kind].value
+    }
+
 
 ProblemT = TypeVar("ProblemT")
 ParametersT = TypeVar("ParametersT")

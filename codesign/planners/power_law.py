@@ -11,8 +11,8 @@ from dataclasses import dataclass
 from functools import cache
 
 from codesign.ground.figures import Figure, Status, weakest
-from codesign.ground.part import Part
-from codesign.planners.demand import Demand
+from codesign.ground.models import Part
+from codesign.planners.job import Demand
 from codesign.planners.measured import ActivityRow, activity_rows
 
 TYPICAL = 0.125

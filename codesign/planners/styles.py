@@ -16,11 +16,10 @@ from numpy.typing import NDArray
 
 from codesign.ground.errors import InputError
 from codesign.ground.figures import Figure
-from codesign.ground.part import Part
+from codesign.ground.models import Part
 from codesign.ground.records import Record, TaskRecord
-from codesign.planners.demand import Demand
 from codesign.planners.external_memory import Traffic
-from codesign.planners.job import Job
+from codesign.planners.job import Demand, Job
 
 
 @dataclass(frozen=True)

@@ -3,21 +3,313 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
-from codesign.ground.errors import CertificateError
-from codesign.inputs.aggregate import rule_as_written
+from codesign.ground.errors import CertificateError, clip
+from codesign.ground.figures import FIGURES, ResultFigure
+from codesign.inputs.aggregate import Share, rule_as_written
 from codesign.inputs.axes import value_text
+from codesign.inputs.constraint import UPPER, Bound, Constraint
 from codesign.study.certificates.check import Verdict, check
 from codesign.study.certificates.file import write_certificate
-from codesign.study.certificates.form import MAX_BOXES, MAX_ROWS, Certificate, Definition, Head, layout
-from codesign.study.claims import Claims
+from codesign.study.certificates.form import (
+    MAX_BOXES,
+    MAX_ROWS,
+    MAX_TEXTS,
+    Certificate,
+    Claim,
+    Definition,
+    Head,
+    ReasonName,
+    layout,
+)
+from codesign.study.entries import Entries
+from codesign.study.front import dominators
+from codesign.study.groups import Groups
+from codesign.study.outcomes import State
 from codesign.study.space import Box
 from codesign.study.table import Table
+from codesign.system.results.result import Reason, Result
+
+# The claims of a certificate: for every design of a study whether it is on the front, and why not, in columns.
+
+Numbers = NDArray[np.int64]
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Limit:
+    """One bound on a figure of designs. ``of_part``: the constraint, where it bounds a share of what the part has."""
+
+    figure: ResultFigure
+    bound: Bound
+    value: float
+    of_part: Constraint | None = None
+
+
+class Listed:
+    """Texts, each once, by their numbers; at most ``MAX_TEXTS``: all further ones are one."""
+
+    def __init__(self) -> None:
+        self._numbers: dict[str, int] = {}
+
+    @property
+    def texts(self) -> list[str]:
+        """All of them, by number."""
+        return list(self._numbers)
+
+    def number(self, text: str) -> int:
+        """The number of a text, of which the first line counts."""
+        line = clip(text.partition("\n")[0], 200)
+        if line not in self._numbers and len(self._numbers) >= MAX_TEXTS - 1:
+            line = "another one of too many"
+        return self._numbers.setdefault(line, len(self._numbers))
+
+
+class Reasons:
+    """Reasons, each once, by their numbers: the number of the name, demand and limit."""
+
+    def __init__(self) -> None:
+        self._names: dict[tuple[str, str, str, str], int] = {}
+        self._held: dict[tuple[int, float, float], int] = {}
+
+    @property
+    def names(self) -> list[ReasonName]:
+        """What passes its limit, by number."""
+        return [
+            ReasonName.model_validate(dict(zip(ReasonName.model_fields, name, strict=True))) for name in self._names
+        ]
+
+    @property
+    def held(self) -> Floats:
+        """All of them, by number: reasons × (name, demand, limit)."""
+        return np.array(list(self._held), np.float64).reshape(-1, 3)
+
+    def number(self, reason: Reason) -> int:
+        """The number of a reason."""
+        demand, limit = float(reason.demand), float(reason.limit)
+        if not abs(demand - limit) > 0:
+            # A reason without figures is 1 against 0, as that of a mapping.
+            demand, limit = 1.0, 0.0
+        side: Literal["at_least", "at_most"] = "at_least" if demand < limit else "at_most"
+        name = str(reason.kind), clip(reason.name, 200), reason.unit, side
+        if name not in self._names and len(self._names) >= MAX_TEXTS - 2:
+            name = "", "another one of too many", "", side
+        number = self._names.setdefault(name, len(self._names))
+        return self._held.setdefault((number, demand, limit), len(self._held))
+
+
+class Claims:
+    """The entries of a certificate: first the rows, of ``designs`` of the study, then the ``boxes``."""
+
+    def __init__(self, table: Table, excluded: Sequence[Box]) -> None:
+        entries = Entries.of(table, excluded)
+        self._table, self.boxes, self._places = entries.study, entries.boxes, entries.places
+        self.reasons, self.texts = Reasons(), Listed()
+        self.designs, held = entries.rows, entries.holder >= 0
+        self._row = np.where(held, -1, np.cumsum(~held) - 1)
+
+    def _ends_of(self, box: Box) -> tuple[list[int], list[int]]:
+        """The places of a box on all axes of the space: 0 and 1 on those that its part lacks."""
+        space = self._table.decisions
+        own = dict(zip(space.parts[box.part].axes, zip(box.low, box.high, strict=True), strict=True))
+        low, high = zip(*(own.get(axis, (0, 1)) for axis in space.axes), strict=True)
+        return list(low), list(high)
+
+    def _row_of(self, design: int | None) -> int:
+        """The row of the study that a design has; the first one where it has none."""
+        row = 0 if design is None else int(np.searchsorted(self._places, design))
+        return row if row < len(self._places) and self._places[row] == design else 0
+
+    @cached_property
+    def figures(self) -> tuple[ResultFigure, ...]:
+        """The figures that are stated: objectives, and what is constrained."""
+        return tuple(dict.fromkeys((*self._table.objectives, *(limit.figure for limit in self.limits))))
+
+    @cached_property
+    def limits(self) -> tuple[Limit, ...]:
+        """Every bound that designs keep."""
+        table = self._table
+        limits = [
+            Limit(each.figure, bound, float(value), each if each.of_part else None)
+            for each in table.constraints
+            for bound, value in each.bounds.items()
+        ]
+        for name, rule in table.aggregate.items():
+            if isinstance(rule, Share) and rule.required is not None:
+                figure = table.figures[name] if name in table.figures else FIGURES[name]
+                limits.append(Limit(figure, "at_least", rule.required))
+        return tuple(limits)
+
+    @cached_property
+    def budgets(self) -> tuple[Constraint, ...]:
+        """The constraints that bound shares of a part."""
+        return tuple(dict.fromkeys(limit.of_part for limit in self.limits if limit.of_part is not None))
+
+    @cached_property
+    def tasks(self) -> list[str]:
+        """The tasks of the table."""
+        templates = self._table.outcomes.templates
+        return sorted({_task(templates[number]) for number in self._table.outcomes.used()}) or [""]
+
+    @cached_property
+    def columns(self) -> dict[str, NDArray[Any]]:
+        """The columns of the certificate, by name."""
+        table, chosen = self._table, self.designs
+        judged, outcomes, boxes = table.judged, table.outcomes, self.boxes
+        figures = np.array([judged.figure(figure)[chosen] for figure in self.figures])
+        figures[:, judged.state[chosen] != State.DONE] = math.nan
+        bounds = [box.bound or {} for box in boxes]
+        best = [[bound.get(figure.name, math.nan) for bound in bounds] for figure in self.figures]
+        numbers = {name: number for number, name in enumerate(self.tasks)}
+        # A template that no point has counts for nothing.
+        of_points = outcomes.each(lambda template: numbers.get(_task(template), 0), 0)
+        task = judged.by_design(of_points)[chosen, 0]
+        tasks = [of_points[self._row_of(box.by) * judged.conditions] for box in boxes]
+        ends = [self._ends_of(box) for box in boxes]
+        columns: dict[str, NDArray[Any]] = {
+            "design": self._places[chosen],
+            "task": np.concatenate([task, np.array(tasks, np.int64)]),
+            "figures": np.concatenate([figures, np.array(best, np.float64).reshape(figures.shape[0], -1)], axis=1),
+            "budgets": np.array(
+                [
+                    np.concatenate([judged.budgets(limit)[chosen], np.full(len(boxes), math.nan)])
+                    for limit in self.budgets
+                ]
+            ),
+            "part": np.array([box.part for box in boxes]),
+            "low": np.array([low for low, _ in ends]),
+            "high": np.array([high for _, high in ends]),
+        }
+        claim, by = self._claims(columns["figures"], columns["task"])
+        name, demand, limit = self.reasons.held.T
+        return {**columns, "claim": claim, "by": by, "name": name, "demand": demand, "limit": limit}
+
+    def _claims(self, figures: Floats, task: Numbers) -> tuple[Numbers, Numbers]:
+        """Claim and number of every entry. The last that is put counts."""
+        table, judged, chosen = self._table, self._table.judged, self.designs
+        claim, by = np.full((2, figures.shape[1]), -1, np.int64)
+
+        def put(which: NDArray[np.bool_], what: Claim, numbers: Any) -> None:
+            rows = np.flatnonzero(which[chosen])
+            claim[rows], by[rows] = what, numbers[chosen[rows]]
+
+        nothing = np.zeros(judged.count, np.int64)
+        every = np.ones(judged.count, np.bool_)
+        put(every, Claim.DOMINATED, nothing)
+        for number, figure in reversed([*enumerate(table.objectives)]):
+            put(np.isnan(judged.figure(figure)), Claim.LACKING, nothing + number)
+        put(judged.unreached, Claim.UNREACHED, self._ends)
+        for number, broken in reversed([*enumerate(self._broken)]):
+            put(broken & judged.out, Claim.CONSTRAINT, nothing + number)
+        unfit = self._unfit
+        put(unfit >= 0, Claim.UNFIT, unfit)
+        first = self._row[table.first_of_same]
+        put(~table.distinct_designs & (first >= 0), Claim.SAME, first)
+        put(judged.state == State.FAILED, Claim.FAILED, self._failures)
+        put(judged.state == State.MISSING, Claim.MISSING, nothing)
+        front = np.zeros(judged.count, np.bool_)
+        front[list(table.front)] = True
+        put(front, Claim.FRONT, nothing)
+        for number, box in enumerate(self.boxes, len(chosen)):
+            claim[number], by[number] = self._of_box(box, figures[:, number])
+        self._put_dominators(claim, by, figures, task)
+        return claim, by
+
+    def _put_dominators(self, claim: Numbers, by: Numbers, figures: Floats, task: Numbers) -> None:
+        objectives = self._table.objectives
+        costs = figures[[self.figures.index(figure) for figure in objectives]].T
+        maximise = [self._table.world.maximise(figure) for figure in objectives]
+        for own in np.unique(task):
+            entries = np.flatnonzero((task == own) & (claim == Claim.DOMINATED))
+            front = np.flatnonzero((task == own) & (claim == Claim.FRONT))
+            places = dominators(costs[entries], maximise, costs[front])
+            lacking = entries[places < 0]
+            if len(lacking):
+                what = f"no design of the front dominates box {int(lacking[0]) - len(self.designs)}"
+                raise CertificateError(what, hint="compute its designs, or give a better bound")
+            by[entries] = front[places]
+
+    def _of_box(self, box: Box, figures: Floats) -> tuple[Claim, int]:
+        if not box.why:
+            return Claim.MISSING, 0
+        if box.by is not None:
+            return Claim.DOMINATED, 0
+        for number, limit in enumerate(self.limits):
+            # The bound of a figure says nothing of a limit on its other side, nor of a share of an unknown part.
+            of_side = (limit.bound in UPPER) != self._table.world.maximise(limit.figure)
+            value = figures[[self.figures.index(limit.figure)]]
+            if of_side and limit.of_part is None and not np.isnan(value) and not _keeps(limit, value):
+                return Claim.CONSTRAINT, number
+        reason = Reason(kind="bound", name=box.why, demand=1, limit=0, gap=1, unit="")
+        return Claim.UNFIT, self.reasons.number(reason)
+
+    @property
+    def _broken(self) -> list[NDArray[np.bool_]]:
+        """Which designs do not keep each limit."""
+        judged = self._table.judged
+        return [
+            ~_keeps(limit, judged.figure(limit.figure), judged.budgets(limit.of_part) if limit.of_part else 1.0)
+            for limit in self.limits
+        ]
+
+    @property
+    def _ends(self) -> Numbers:
+        """The number of the text that says why a mission of each design ended."""
+        judged = self._table.judged
+        _, why = judged.ended
+        return self._numbered(np.where(judged.unreached, why, -1), judged.ends, self.texts.number)
+
+    @property
+    def _failures(self) -> Numbers:
+        """The number of the text that says why each design failed."""
+        numbers = np.full(self._table.judged.count, -1, np.int64)
+        messages = self._table.outcomes.failures
+        for point in sorted(messages, reverse=True):
+            numbers[point // self._table.judged.conditions] = point
+        for design in np.flatnonzero(numbers >= 0).tolist():
+            numbers[design] = self.texts.number(messages[int(numbers[design])])
+        return numbers
+
+    @property
+    def _unfit(self) -> Numbers:
+        """The number of the first reason that keeps each design out; -1: it has none but constraints."""
+        judged, outcomes = self._table.judged, self._table.outcomes
+        late = len(outcomes.templates)
+        own = [number if template.reasons else -1 for number, template in enumerate(outcomes.templates)]
+        first = np.array([*own, -1])[outcomes.which]
+        first = np.where((first < 0) & (outcomes.reason >= 0), outcomes.reason + late, first)
+        table = np.asarray(judged.by_design(np.where(judged.counts_points, first, -1)), np.int64)
+        which = np.asarray(table[np.arange(len(table)), (table >= 0).argmax(axis=1)], np.int64)
+        held = [*(template.reasons[:1] for template in outcomes.templates), *((each,) for each in outcomes.reasons)]
+        return self._numbered(which, held, lambda reasons: self.reasons.number(reasons[0]))
+
+    def _numbered(self, which: Numbers, held: Sequence[Any], number: Any) -> Numbers:
+        """Numbers by first use in the order of the designs, in place of places in a list."""
+        numbers = np.full(len(held) + 1, -1, np.int64)
+        for each in which[Groups.of(which).in_turn.firsts].tolist():
+            if each >= 0:
+                numbers[each] = number(held[each])
+        return numbers[which]
+
+
+def _task(template: Result) -> str:
+    return "" if template.task is None else template.task.task
+
+
+def _keeps(limit: Limit, values: Floats, budgets: Floats | float = 1.0) -> NDArray[np.bool_]:
+    """Which values keep a limit; none that is missing."""
+    scale = np.where(np.isnan(budgets) | (np.asarray(budgets) == 0), 1.0, budgets)
+    compare = {"at_least": np.greater_equal, "at_most": np.less_equal, "above": np.greater, "below": np.less}
+    return np.asarray(compare[limit.bound](values / scale, limit.value), np.bool_)
 
 
 def certify(table: Table, path: Path | str, excluded: Sequence[Box] | None = None) -> Verdict:

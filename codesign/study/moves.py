@@ -14,8 +14,8 @@ from codesign.ground.memo import Memo
 from codesign.ground.models import TaskParameters
 from codesign.ground.progress import Show, doing, silent
 from codesign.inputs import Platform, Workload, design_point, list_parts, load_part
-from codesign.planners.demand import Lever
 from codesign.planners.interface import Problem
+from codesign.planners.job import Lever
 from codesign.study.constraints import figure_of
 from codesign.system.bind import System
 from codesign.system.explanation import Moved

@@ -41,8 +41,8 @@ from codesign.study.study import Study
 from codesign.study.tally import Progress, Tally, seldom_collected
 from codesign.study.work_queue import Dealer
 from codesign.system.memory import share_of_memory
+from codesign.system.outcome import provenance_of
 from codesign.system.problem_map import grid_of
-from codesign.system.provenance import provenance_of
 from codesign.system.scenarios import scenario_of
 
 if TYPE_CHECKING:

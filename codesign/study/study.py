@@ -7,9 +7,8 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from codesign.ground.data_frames import data_frame
 from codesign.ground.figures import ResultFigure
-from codesign.ground.notebooks import InNotebooks
+from codesign.ground.notebooks import InNotebooks, data_frame
 from codesign.ground.progress import Show, silent
 from codesign.study.certificates.check import Verdict
 from codesign.study.certify import certify

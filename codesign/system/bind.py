@@ -6,7 +6,8 @@ with its place in the workload file.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Generator, Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -14,10 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codesign import maps
-from codesign.ground.errors import Fault, InputError, SpecError, UnsuitedError, choose_hint
+from codesign.ground.errors import CodesignError, Fault, InputError, RunError, SpecError, UnsuitedError, choose_hint
 from codesign.ground.figures import Figure
-from codesign.ground.models import TaskParameters
-from codesign.ground.part import Part
+from codesign.ground.models import Part, TaskParameters
 from codesign.inputs import Platform, Workload, cross_check, fault
 from codesign.inputs.components import FpgaComponent, ProcessorComponent
 from codesign.inputs.edit import on_platform
@@ -26,13 +26,43 @@ from codesign.maps import OccupancyGrid
 from codesign.planners.external_memory import ExternalMemoryLaw
 from codesign.planners.interface import Planner, Problem
 from codesign.planners.job import Job
-from codesign.planners.styles import Architecture
+from codesign.planners.styles import Architecture, Step
 from codesign.system import catalog
 from codesign.system.assemble import platform_faults
 from codesign.system.change import with_task
 from codesign.system.place import Placement, a_type, external_of, map_work_notes, memory_faults, place
 from codesign.system.problem_map import Places, grid_faults, length_notes, map_notes, reach_notes
 from codesign.system.scenario import Draft, ScenarioRules
+
+# The code of a planner, which any package may bring: its failures are named after it.
+
+
+@contextmanager
+def planner_code(planner: Planner) -> Iterator[None]:
+    """Around the code of a planner, which any package may bring.
+
+    Raises:
+        RunError: the code raised an error that is not of this package; named with the planner.
+    """
+    try:
+        yield
+    except CodesignError:
+        raise
+    except Exception as failed:
+        text = " ".join(f"{type(failed).__name__}: {failed}".split())[:200]
+        raise RunError(f"planner {planner.name} failed: {text}", planner.name) from failed
+
+
+def planner_steps(planner: Planner, steps: Iterable[Step]) -> Generator[Step, None, Any]:
+    """The steps of a planner's style, with failures of its code named after it."""
+    source = iter(steps)
+    while True:
+        with planner_code(planner):
+            try:
+                step = next(source)
+            except StopIteration as done:
+                return done.value
+        yield step
 
 
 @dataclass(frozen=True, eq=False)

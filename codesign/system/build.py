@@ -12,10 +12,9 @@ from codesign.inputs.components import DisplayComponent, FpgaComponent, MemoryCo
 from codesign.planners.styles import Exchange, Step
 from codesign.planners.task_graph import Flow
 from codesign.system.assemble import building_order, component_of, display_of, link_of, refused
-from codesign.system.bind import System
+from codesign.system.bind import System, planner_steps
 from codesign.system.energy import joules
 from codesign.system.messages import Content, LostMessageError, Messages, Routes
-from codesign.system.planner_code import planner_steps
 from codesign.system.results.ledger import BEGINS, CYCLES, Ledger, Spent
 
 CONTROL, PLANNING, SIDE = 0, 10, 20

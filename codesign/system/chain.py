@@ -14,11 +14,10 @@ from codesign.ground.records import Record, TaskRecord
 from codesign.planners.interface import COMMAND, LOAD, LOWER_BOUND, POSE, Problem
 from codesign.planners.styles import Step
 from codesign.planners.task_graph import Flow, TaskGraph
-from codesign.system.bind import System
+from codesign.system.bind import System, planner_code
 from codesign.system.build import PLANNING
 from codesign.system.messages import Content
 from codesign.system.place import DETECT
-from codesign.system.planner_code import planner_code
 from codesign.system.results.ledger import Ledger
 from codesign.system.sent_map import SentMap
 

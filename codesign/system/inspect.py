@@ -12,8 +12,7 @@ from pydantic import BaseModel
 from codesign import inputs as spec
 from codesign.ground.errors import Fault, InputError, SpecError, choose_hint, clip
 from codesign.ground.figures import label
-from codesign.ground.models import Task
-from codesign.ground.part import Part
+from codesign.ground.models import Part, Task
 from codesign.inputs import Platform, Spec, Workload, design_point, has_axis
 from codesign.inputs.calibration_file import CALIBRATIONS
 from codesign.inputs.components import FpgaComponent

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -11,19 +11,55 @@ from codesign.ground.figures import Figure
 from codesign.ground.memo import Memo
 from codesign.ground.models import TaskParameters
 from codesign.ground.units import PICOSECONDS_PER_SECOND
+from codesign.inputs import Platform, Workload
 from codesign.inputs.components import DisplayComponent, FpgaComponent, ProcessorComponent
-from codesign.planners.demand import lever_texts
-from codesign.planners.job import Job
+from codesign.inputs.document import dotted, leaves
+from codesign.inputs.edit import PROBLEM, moves
+from codesign.planners.job import Job, lever_texts
 from codesign.planners.quality import Quality
 from codesign.system.bind import System
 from codesign.system.build import Machine
-from codesign.system.calibrated import calibration_notes, laws_of
 from codesign.system.chain import Answer
 from codesign.system.energy import board_powers, energy, idle_boards
-from codesign.system.fit import TellLevers, fit, fit_notes
-from codesign.system.problem_map import length_error
+from codesign.system.fit import TellLevers, calibration_notes, fit, fit_notes, laws_of
+from codesign.system.problem_map import grid_of, length_error
 from codesign.system.results.mission import LinkUse
+from codesign.system.results.provenance import Provenance
 from codesign.system.results.result import DisplayUse, Power, Reason, Times
+
+# The provenance of what is simulated or explored.
+
+
+def provenance_of(platforms: Iterable[Platform], workload: Workload) -> Provenance:
+    """The digests of the specs and of the map, and the seeds of the workload that no axis moves.
+
+    Raises:
+        MapError: the map cannot be read or made.
+    """
+    platforms = tuple(platforms)
+    axes = workload.explore.every_axis if workload.explore else {}
+    grid = None if any(moves(axis, PROBLEM) for axis in axes) else grid_of(workload)
+    return Provenance(
+        platform_digests={platform.name: platform.digest() for platform in platforms},
+        calibration_digests={
+            f"{platform.name}.{component}": digest
+            for platform in platforms
+            for component, digest in platform.calibrations.items()
+        },
+        workload_digest=workload.digest(),
+        map_digest=None if grid is None else grid.digest,
+        seeds={
+            path: seed
+            for path, seed in _seeds(workload.model_dump(mode="json", exclude={"explore", "variants"}))
+            if not any(moves(f"workload.{path}", axis) for axis in axes)
+        },
+    )
+
+
+def _seeds(tree: dict[str, Any]) -> Iterator[tuple[str, int]]:
+    for path, value in leaves(tree):
+        if str(path[-1] if path else "").endswith("seed") and isinstance(value, int):
+            yield dotted(path), value
 
 
 def head_fields(system: System) -> dict[str, Any]:

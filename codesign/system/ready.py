@@ -9,7 +9,7 @@ from codesign import components
 from codesign.ground.errors import CodesignError, SpecError
 from codesign.ground.records import Listener
 from codesign.inputs import fault
-from codesign.planners.demand import lever_texts
+from codesign.planners.job import lever_texts
 from codesign.system.assemble import refused
 from codesign.system.bind import System
 from codesign.system.build import Machine, build

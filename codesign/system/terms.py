@@ -14,7 +14,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from codesign.ground.figures import Figure, Status
-from codesign.ground.part import Part
+from codesign.ground.models import Part
 from codesign.ground.units import PICOSECONDS_PER_SECOND
 from codesign.inputs.components import MemoryComponent
 from codesign.laws import Law, Monomial, Sum, as_sum, symbol

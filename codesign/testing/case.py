@@ -11,11 +11,10 @@ from typing import Any
 import numpy as np
 
 from codesign import maps
-from codesign.ground.part import Part
+from codesign.ground.models import Part
 from codesign.inputs import load_part
-from codesign.planners.demand import Demand
 from codesign.planners.interface import COMMAND, Planner, Problem
-from codesign.planners.job import Job
+from codesign.planners.job import Demand, Job
 from codesign.planners.plug_in import PlugIn
 from codesign.planners.styles import Architecture, Step, TaskStyle
 

@@ -11,9 +11,9 @@ import numpy as np
 from codesign.ground.errors import InputError
 from codesign.ground.figures import RESOURCES, Figure, Status
 from codesign.ground.memo import Memo
-from codesign.planners.demand import Demand
 from codesign.planners.external_memory import ExternalMemoryLaw
 from codesign.planners.interface import LOWER_BOUND
+from codesign.planners.job import Demand
 from codesign.planners.styles import Architecture, TaskStyle
 from codesign.testing.case import Case, Rule, Run, drained, names, of, on_maps, require, rule
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from codesign import maps
 from codesign.ground.errors import MapError
-from codesign.ground.frame import Frame
+from codesign.ground.models import Frame
 from codesign.maps import Crop, OccupancyGrid, Radius, Steps, Unknown
 from codesign.maps.survey import picture
 

@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from codesign.ground.figures import Figure, Status
-from codesign.ground.part import Part
+from codesign.ground.models import Part
 from codesign.inputs.part_file import load_part
 from codesign.planners.breadth_first.styles import timing as breadth_first
 from codesign.planners.clock_law import GROWTHS, MARGIN, TRANSFER, Placement, Registers, clock_law, on_family

@@ -22,8 +22,7 @@ from codesign.inputs.constraint import constraint_of
 from codesign.study.certificates.check import check
 from codesign.study.certificates.file import packed, read_certificate, unpacked, write_certificate
 from codesign.study.certificates.form import MAX_TEXTS, Claim
-from codesign.study.certify import certificate_of, differences
-from codesign.study.claims import Listed, Reasons
+from codesign.study.certify import Listed, Reasons, certificate_of, differences
 from codesign.study.front import dominators, non_dominated
 from codesign.study.outcomes import Outcomes
 from codesign.study.space import Box

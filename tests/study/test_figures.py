@@ -25,7 +25,7 @@ from codesign.study.document import study_schema
 from codesign.system.results.result import Result
 from codesign.system.verdicts import need_verdict
 from codesign.views.report import render_csv
-from codesign.views.report.comparison_tables import comparison_table
+from codesign.views.report.comparison_page import comparison_table
 from codesign.views.report.study_tables import front_table, study_csv, study_table
 
 NEW = ResultFigure(

@@ -15,7 +15,7 @@ from codesign.ground.figures import FIGURES
 from codesign.study import Outcomes, Study, load_study
 from codesign.study.pricing.price import PRICED
 from codesign.views.report import render_csv, render_text, study_csv, study_sentence, study_tables
-from codesign.views.report.chart import chart_data
+from codesign.views.report.study_page import chart_data
 
 SMALL = """\
 kind: workload

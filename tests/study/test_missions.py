@@ -19,7 +19,7 @@ from codesign.study.outcomes import Outcomes
 from codesign.study.study import Study
 from codesign.system.results.result import Result
 from codesign.views.report import front_table, reasons_table, render_text, study_table
-from codesign.views.report.chart import chart_data
+from codesign.views.report.study_page import chart_data
 from codesign.views.report.study_tables import study_counts
 
 F = FIGURES

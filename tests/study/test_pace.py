@@ -13,11 +13,11 @@ import pytest
 
 from codesign.study.budget import Budget
 from codesign.study.evaluation import Done
-from codesign.study.pace import ExplorationPace
 from codesign.study.partition import Alone, Together, Work
 from codesign.study.pricing.machines import Specs
 from codesign.study.pricing.price import Priced
 from codesign.study.space import DesignPoint
+from codesign.study.tally import ExplorationPace
 
 OWN = 1e-5
 """Seconds that the coordinator takes for each point."""

@@ -11,7 +11,7 @@ from typing import Any
 
 from codesign.ground.errors import Fault, InputError, SpecError, UnsuitedError, clip
 from codesign.ground.figures import Figure, Status
-from codesign.ground.part import Part
+from codesign.ground.models import Part
 from codesign.hardware.calibrate.reports import Report
 from codesign.hardware.rtl.design import PREFIX, top_name
 from codesign.hardware.rtl.export import MANIFEST
@@ -21,11 +21,10 @@ from codesign.inputs.calibration_file import CLOCK, STATIC
 from codesign.inputs.components import FpgaComponent
 from codesign.inputs.part_file import PARTS
 from codesign.planners.circuits import Circuit
-from codesign.planners.demand import Demand
-from codesign.planners.job import Job
+from codesign.planners.job import Demand, Job
 from codesign.planners.styles import Architecture, TaskStyle
 from codesign.system import System, catalog, point_of
-from codesign.system.calibrated import Laws
+from codesign.system.fit import Laws
 from codesign.system.scenarios import bind
 
 FOLDERS_UP = 4

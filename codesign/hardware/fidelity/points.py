@@ -9,7 +9,7 @@ from functools import cache
 from importlib import import_module
 
 from codesign.ground.figures import Figure, Status
-from codesign.ground.part import Part
+from codesign.ground.models import Part
 from codesign.hardware.fidelity.designs import (
     Design,
     circuit_of,
@@ -24,7 +24,7 @@ from codesign.hardware.rtl.cells import Counts
 from codesign.hardware.rtl.design import digest_of_circuit
 from codesign.inputs.part_file import list_parts, load_part
 from codesign.planners.clock_law import held_out
-from codesign.planners.demand import Line
+from codesign.planners.job import Line
 from codesign.planners.measured import PARTS, ClockRow, ResourceRow, clock_rows, resource_rows
 from codesign.system import catalog
 

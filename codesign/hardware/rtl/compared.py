@@ -13,7 +13,7 @@ from codesign.hardware.rtl.place import DEVICES, Placement, device_of, place
 from codesign.hardware.rtl.placed import Placed
 from codesign.hardware.rtl.synthesis import Synthesis, synthesise
 from codesign.planners import measured
-from codesign.planners.demand import Demand
+from codesign.planners.job import Demand
 
 _RESOURCES = tuple(Counts().by_resource())
 

@@ -14,7 +14,7 @@ from hashlib import sha256
 from typing import Any
 
 from codesign.ground.errors import printable
-from codesign.ground.part import Part
+from codesign.ground.models import Part
 from codesign.ground.units import PICOSECONDS_PER_SECOND, format_frequency
 from codesign.hardware.rtl.bench import BENCH, bench_files, template
 from codesign.hardware.rtl.cells import FAMILIES

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from codesign.ground.errors import UnsuitedError, choose_hint
-from codesign.ground.part import Part
+from codesign.ground.models import Part
 from codesign.inputs import Platform, Workload, fault
 from codesign.inputs.components import FpgaComponent
 from codesign.planners.circuits import CircuitStyle

@@ -20,7 +20,7 @@ from codesign.study.advice.needs import Question, workload_tree
 from codesign.study.identity import code_digest, platform_digest
 from codesign.study.space import canonical
 from codesign.system import catalog
-from codesign.system.planner_code import planner_code
+from codesign.system.bind import planner_code
 from codesign.system.results.model import ResultModel
 from codesign.system.results.result import Result
 from codesign.system.scenarios import simulate

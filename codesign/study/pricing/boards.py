@@ -12,14 +12,12 @@ from numpy.typing import NDArray
 
 from codesign.ground.figures import Figure, Status
 from codesign.ground.memo import Same
-from codesign.ground.part import Part
+from codesign.ground.models import Part
 from codesign.inputs.components import FpgaComponent
-from codesign.planners.demand import Demand
-from codesign.planners.job import Job
+from codesign.planners.job import Demand, Job
 from codesign.study.pricing.machines import Column, Specs
 from codesign.system.bind import System
-from codesign.system.calibrated import Laws, laws_of
-from codesign.system.fit import clock_reason, fit_part
+from codesign.system.fit import Laws, clock_reason, fit_part, laws_of
 from codesign.system.results.result import BoundUse, Power, Reason, ResourceUse
 
 Numbers = NDArray[np.intp]

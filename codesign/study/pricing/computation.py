@@ -13,10 +13,9 @@ from codesign.ground.records import Record
 from codesign.planners.quality import Quality, RobotsQuality
 from codesign.planners.styles import Exchange, Step
 from codesign.planners.task_graph import Flow
-from codesign.system.bind import System
+from codesign.system.bind import System, planner_steps
 from codesign.system.messages import Content, Routes
 from codesign.system.outcome import quality_of
-from codesign.system.planner_code import planner_steps
 from codesign.system.results.ledger import CYCLES, Ledger
 from codesign.system.results.model import ResultModel
 from codesign.system.results.result import Reason, Result

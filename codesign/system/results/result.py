@@ -12,10 +12,9 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from pydantic import Field, field_validator
 
-from codesign.ground.data_frames import data_frame
 from codesign.ground.errors import clip
 from codesign.ground.figures import FIGURES, Figure, ResultFigure, described, figure_of, label
-from codesign.ground.notebooks import InNotebooks
+from codesign.ground.notebooks import InNotebooks, data_frame
 from codesign.inputs.derived import DerivedFigure, derived_interval
 from codesign.planners.quality import Quality, RobotsQuality
 from codesign.system.results.fleet import FleetFigures

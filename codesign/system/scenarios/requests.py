@@ -16,9 +16,8 @@ from codesign.ground.memo import Memo
 from codesign.ground.models import Task
 from codesign.inputs.problem import ProblemSpec
 from codesign.planners.interface import Problem
-from codesign.system.bind import System
+from codesign.system.bind import System, planner_code
 from codesign.system.chain import Answer, PlanMachine, plan_chain
-from codesign.system.planner_code import planner_code
 from codesign.system.results.ledger import Ledger
 from codesign.system.sent_map import SentMap
 

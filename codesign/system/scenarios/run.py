@@ -12,7 +12,7 @@ from codesign.ground.memo import Memo
 from codesign.ground.records import Listener, SummaryRecord
 from codesign.inputs import Platform, Workload
 from codesign.maps import OccupancyGrid
-from codesign.planners.demand import lever_texts
+from codesign.planners.job import lever_texts
 from codesign.system.bind import System, bind_to
 from codesign.system.fit import TellLevers
 from codesign.system.outcome import head_fields

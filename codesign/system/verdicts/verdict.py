@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from functools import cached_property
-from typing import Literal
+from itertools import chain
+from typing import Any, Literal, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,15 +16,176 @@ from pydantic import Field
 from codesign.ground.figures import FIGURES, Figure, ResultFigure, named
 from codesign.ground.units import counted
 from codesign.inputs.constraint import LOWER, STRICT, Constraint
-from codesign.inputs.derived import DerivedFigure
+from codesign.inputs.derived import DerivedFigure, derived_ends
+from codesign.inputs.expression import evaluate
 from codesign.laws import Monomial
 from codesign.system.results.model import ResultModel
 from codesign.system.results.result import Result
 from codesign.system.results.terms import priced
-from codesign.system.verdicts.derived import DerivedMargin, Side, ends_of
 from codesign.system.verdicts.fits import Fit, fit_verdict
-from codesign.system.verdicts.rivals import Floats, Listed, Rivals
-from codesign.system.verdicts.sums import Difference, Inputs, Margin
+from codesign.system.verdicts.sums import Bound, Difference, Input, Inputs, Margin, Sum, greatest_of
+
+# Designs that are compared by one figure: values and intervals as columns, results where they are needed.
+
+Floats = NDArray[np.float64]
+
+
+class Rivals(Protocol):
+    """Designs by their positions."""
+
+    def values(self, figure: ResultFigure) -> Floats:
+        """The figure of each; NaN: it is infeasible or has none."""
+
+    def ends(self, figure: ResultFigure) -> tuple[Floats, Floats]:
+        """The ends of the interval of the figure of each; NaN: it has none, or the figure is no sum of terms."""
+
+    def assessed(self, why_not: Callable[[Result], str]) -> NDArray[np.bool_]:
+        """Whether there is no reason against a verdict in what each has in common with others."""
+
+    def at_hand(self, position: int) -> bool:
+        """Whether the full result of one is at hand, or has to be simulated."""
+
+    def result(self, position: int) -> Result:
+        """The full result of one."""
+
+    def shared(self, position: int) -> Result:
+        """Its result, or what that has in common with others: all but what rests on times, energy and clock."""
+
+
+class Listed:
+    """Results as rivals."""
+
+    def __init__(self, results: Sequence[Result]) -> None:
+        self._results = results
+
+    def values(self, figure: ResultFigure) -> Floats:
+        """The figure of each; NaN: it is infeasible or has none."""
+        values = (result.figure(figure) if result.feasible else None for result in self._results)
+        return np.array([math.nan if value is None else value for value in values], np.float64)
+
+    def ends(self, figure: ResultFigure) -> tuple[Floats, Floats]:
+        """The ends of the interval of the figure of each."""
+        pairs = [_interval(result, figure) for result in self._results]
+        table = np.array(pairs, np.float64).reshape(-1, 2)
+        return table[:, 0], table[:, 1]
+
+    def assessed(self, why_not: Callable[[Result], str]) -> NDArray[np.bool_]:
+        """Whether there is no reason against a verdict about each."""
+        return np.array([not why_not(result) for result in self._results], np.bool_)
+
+    def at_hand(self, position: int) -> bool:  # noqa: ARG002
+        """All are."""
+        return True
+
+    def result(self, position: int) -> Result:
+        """One of them."""
+        return self._results[position]
+
+    def shared(self, position: int) -> Result:
+        """The same."""
+        return self._results[position]
+
+
+def _interval(result: Result, figure: ResultFigure) -> tuple[float, float]:
+    """The interval of a figure that is a sum of terms; NaN where it is none."""
+    none = math.nan, math.nan
+    return none if result.terms is None else result.interval(figure) or none
+
+
+# The margin of a figure that an expression makes of others, as a function of the inputs of these.
+
+
+@dataclass(frozen=True)
+class Side:
+    """A derived figure of one result; or a limit. ``parts``: the sums or the value of each figure that it is made of.
+
+    ``low``, ``high``: the ends of its interval.
+    """
+
+    figure: DerivedFigure
+    parts: Mapping[str, tuple[Sum, ...] | float]
+    low: float
+    high: float
+    limit: float | None = None
+
+    @classmethod
+    def of(cls, held: Result | float, figure: DerivedFigure, inputs: Inputs) -> Side:
+        """The side of a result, which has the figure inside all intervals (``ends_of``); or of a limit."""
+        if not isinstance(held, Result):
+            return cls(figure, {}, held, held, held)
+        ends = ends_of(held, figure)
+        assert ends is not None, "the caller looks"
+        parts: dict[str, tuple[Sum, ...] | float] = {}
+        for name in figure.names:
+            sums = inputs.sums(held, name) if priced(FIGURES[name]) else ()
+            parts[name] = sums or held.figure(FIGURES[name]) or 0.0
+        return cls(figure, parts, *ends)
+
+    def at(self, values: Mapping[str, Any]) -> Any:
+        """The figure where inputs have these values."""
+        if self.limit is not None:
+            return self.limit
+
+        def column(name: str) -> Any:
+            part = self.parts[name]
+            return np.asarray(greatest_of(part, values) if isinstance(part, tuple) else part, np.float64)
+
+        return evaluate(self.figure.node, column) / self.figure.size
+
+    @property
+    def sums(self) -> Iterable[Sum]:
+        """Every sum that it is made of."""
+        return chain.from_iterable(part for part in self.parts.values() if isinstance(part, tuple))
+
+
+@dataclass(frozen=True)
+class DerivedMargin(Difference):
+    """How much ``theirs`` exceeds ``ours``."""
+
+    ours: Side
+    theirs: Side
+    inputs: Mapping[str, Input]
+
+    @property
+    def reversed(self) -> DerivedMargin:
+        """The same with the sides exchanged."""
+        return DerivedMargin(self.theirs, self.ours, self.inputs)
+
+    @property
+    def names(self) -> Iterable[str]:
+        """The inputs of all sums."""
+        sums = (*self.ours.sums, *self.theirs.sums)
+        return chain.from_iterable(each.inputs for plan in sums for each in plan)
+
+    def at(self, values: Mapping[str, Any] | None = None) -> Any:
+        """The margin where inputs have the given values (numbers or arrays), all others their own."""
+        full = {name: each.value for name, each in self.inputs.items()} | dict(values or {})
+        return self.theirs.at(full) - self.ours.at(full)
+
+    def least(self) -> Bound:
+        """The least margin inside all intervals, or a bound of it."""
+        return Bound(self.theirs.low - self.ours.high, exact=False)
+
+
+def ends_of(result: Result, figure: DerivedFigure) -> tuple[float, float] | None:
+    """The least and the greatest value of a derived figure of a result, which are one where it rests on no interval.
+
+    None where it has no value somewhere inside the intervals. Of a resource, what it demands may have one too.
+    """
+
+    def ends(name: str) -> tuple[Any, Any]:
+        declared = FIGURES[name]
+        value = result.figure(declared)
+        low, high = result.interval(declared) or (value, value)
+        items = [item for use in result.resources if use.resource == name for item in use.items]
+        if declared.is_resource and items:
+            low, high = (sum(item.figure.interval[end] for item in items) for end in (0, 1))
+        least, most = (math.nan if end is None else end for end in (low, high))
+        return np.array(least, np.float64), np.array(most, np.float64)
+
+    low, high = map(float, derived_ends(figure, ends))
+    return None if math.isnan(low) else (low, high)
+
 
 State = Literal["proved", "refuted", "depends", "not assessed"]
 Positions = NDArray[np.intp]

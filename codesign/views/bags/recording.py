@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from codesign.ground.frame import Frame
+from codesign.ground.models import Frame
 
 Seconds = NDArray[np.float64]
 

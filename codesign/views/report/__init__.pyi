@@ -2,12 +2,18 @@ from .aggregated import spread_table
 from .answer import Answer, answer
 from .canvas import Picture
 from .certainty import winners_certainty_table
-from .comparison_page import comparison_page
-from .comparison_tables import comparison_table
+from .comparison_page import comparison_page, comparison_table
 from .explain_tables import effects_table, explanation_sentence, explanation_tables
 from .front_picture import front_picture
-from .map_pictures import drive_picture, map_picture, moment_picture
-from .pictures import run_map_picture, run_pictures, run_timeline_picture, workload_map_picture
+from .pictures import (
+    drive_picture,
+    map_picture,
+    moment_picture,
+    run_map_picture,
+    run_pictures,
+    run_timeline_picture,
+    workload_map_picture,
+)
 from .planner_tables import planner_tables
 from .render import render_csv, render_markdown, render_text, write_csv
 from .reproduction_page import reproduction_page

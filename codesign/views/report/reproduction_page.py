@@ -2,17 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import math
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from codesign.ground.units import counted
-from codesign.planners.reproduction import Reproduction, joined
+from codesign.planners.reproduction import Reproduction, Row, joined, short_name
 from codesign.views.report.page import rendered, write_page
-from codesign.views.report.reproduction_plots import against, error_ticks, strips
-from codesign.views.report.reproduction_score import WITHIN, Score, missed_table, score_table, scores, unheld_table
+from codesign.views.report.reproduction_score import (
+    WITHIN,
+    Score,
+    missed_table,
+    score_of,
+    score_table,
+    scores,
+    unheld_table,
+)
 from codesign.views.report.reproduction_tables import (
+    error_text,
+    figure_of_row,
     joined_findings_table,
     reproduction_sources_table,
     reproduction_table,
@@ -22,6 +32,147 @@ from codesign.views.report.wording import share_text
 
 if TYPE_CHECKING:
     from codesign.views.report.canvas import Picture
+
+# The plots of a reproduction page as places: published against computed, and the errors of each paper.
+
+KINDS = 6
+"""Papers that have a colour and a shape of their own; further ones begin again with the first."""
+
+_RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+_SIDE, _LEFT, _BOTTOM, _MARGIN = 400.0, 46.0, 34.0, 8.0
+_ERRORS = (-1.0, -0.1, -0.01, 0.0, 0.01, 0.1, 1.0)
+_MOST_ERROR = 4.0
+_SMALLEST = 0.001
+"""Errors below it stand at 0; from there on the axis is logarithmic to either side."""
+
+
+@dataclass(frozen=True)
+class Mark:
+    """A row as a mark: its place, the number of its colour and shape, and what it says."""
+
+    x: float
+    y: float
+    kind: int
+    text: str
+
+
+@dataclass(frozen=True)
+class Against:
+    """Published against computed on logarithmic axes, in a square of ``side``.
+
+    ``ticks``: (place, text), of both axes alike; ``band``: the corners of what is within 10 %, as points of SVG.
+    ``frame``: left, top, right and bottom of the axes.
+    """
+
+    side: float
+    frame: tuple[float, float, float, float]
+    ticks: tuple[tuple[float, float, str], ...]
+    band: str
+    marks: tuple[Mark, ...]
+    papers: tuple[tuple[int, str], ...]
+
+
+@dataclass(frozen=True)
+class Strip:
+    """The errors of a paper: marks with ``x`` in percent of the width, ``y`` in pixels from the top."""
+
+    name: str
+    summary: str
+    height: float
+    marks: tuple[Mark, ...]
+
+
+def against(reproductions: Sequence[Reproduction]) -> Against | None:
+    """All rows with two numbers above 0; None without any. Each number is in the unit of its row."""
+    rows = [
+        (number, row, float(row.published), float(row.modelled))
+        for number, each in enumerate(reproductions)
+        for row in each.rows
+        if isinstance(row.published, int | float)
+        and isinstance(row.modelled, int | float)
+        and 0 < row.published < math.inf
+        and 0 < row.modelled < math.inf
+    ]
+    if not rows:
+        return None
+    values = [value for _, _, *pair in rows for value in pair]
+    low, high = math.floor(math.log10(min(values))), math.ceil(math.log10(max(values)))
+    high = max(high, low + 1)
+    frame = (_LEFT, _MARGIN, _SIDE - _MARGIN, _SIDE - _BOTTOM)
+
+    def across(value: float) -> float:
+        return round(frame[0] + (frame[2] - frame[0]) * (math.log10(value) - low) / (high - low), 2)
+
+    def up(value: float) -> float:
+        return round(frame[3] - (frame[3] - frame[1]) * (math.log10(value) - low) / (high - low), 2)
+
+    step = math.ceil((high - low) / 6)
+    ticks = tuple((across(10.0**power), up(10.0**power), _power(power)) for power in range(low, high + 1, step))
+    ends = 10.0**low, 10.0**high
+    corners = [(ends[0], 0.9), (ends[0], 1.1), (ends[1], 1.1), (ends[1], 0.9)]
+    band = " ".join(f"{across(value)},{up(value * share)}" for value, share in corners)
+    marks = tuple(
+        Mark(across(published), up(modelled), number % KINDS, _said(reproductions[number], row))
+        for number, row, published, modelled in rows
+    )
+    papers = tuple((number % KINDS, short_name(each.paper)) for number, each in enumerate(reproductions))
+    return Against(_SIDE, frame, ticks, band, marks, papers)
+
+
+def _power(power: int) -> str:
+    return f"{10.0**power:,g}" if -2 <= power <= 3 else f"10{str(power).translate(_RAISED)}"
+
+
+def _said(reproduction: Reproduction, row: Row) -> str:
+    published, modelled = (figure_of_row(value, row.unit).text for value in (row.published, row.modelled))
+    error = "" if row.error is None else f", {error_text(row.error)}"
+    place = f"{short_name(reproduction.paper)}, {row.table}"
+    return f"{place}: {row.quantity}: published {published}, modelled {modelled}{error}"
+
+
+def strips(reproductions: Sequence[Reproduction]) -> tuple[Strip, ...]:
+    """The errors of each paper that has any, side by side on one axis."""
+    each = (_strip(number, one) for number, one in enumerate(reproductions))
+    return tuple(strip for strip in each if strip.marks)
+
+
+def error_ticks() -> tuple[tuple[float, str], ...]:
+    """The ticks of the axis of errors: place in percent, and text."""
+    return tuple((_place(error), error_text(error).replace(".0", "")) for error in _ERRORS)
+
+
+def _strip(number: int, reproduction: Reproduction) -> Strip:
+    rows = [row for row in reproduction.rows if row.error is not None and math.isfinite(row.error)]
+    marks = []
+    for place, row, level in _stacked(rows):
+        marks.append(Mark(place, float(level), number % KINDS, _said(reproduction, row)))
+    deepest = max((mark.y for mark in marks), default=0.0)
+    score = score_of("", reproduction.rows)
+    summary = f"{score.within[-1]} of {score.compared} within 10 %, {score.within[0]} within 1 %"
+    placed = tuple(Mark(mark.x, 8.0 + 9.0 * mark.y, mark.kind, mark.text) for mark in marks)
+    return Strip(short_name(reproduction.paper), summary, 16.0 + 9.0 * deepest, placed)
+
+
+def _stacked(rows: Iterable[Row]) -> Iterable[tuple[float, Row, int]]:
+    """Each row with its place, and the level at which it hides no row before it."""
+    taken: list[float] = []
+    for row in sorted(rows, key=lambda row: row.error or 0.0):
+        place = _place(row.error or 0.0)
+        level = next((level for level, end in enumerate(taken) if place - end >= 1.6), len(taken))
+        taken[level : level + 1] = [place]
+        yield place, row, level
+
+
+def _place(error: float) -> float:
+    """Percent of the width: logarithmic from ``_SMALLEST`` on, to either side of 0."""
+    least, most = (_bent(end) for end in (_ERRORS[0], _MOST_ERROR))
+    share = (_bent(error) - least) / (most - least)
+    return round(2 + 96 * min(max(share, 0.0), 1.0), 2)
+
+
+def _bent(error: float) -> float:
+    return math.copysign(math.log10(1 + abs(error) / _SMALLEST), error)
+
 
 _FATES = tuple(
     zip(

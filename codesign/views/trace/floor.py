@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from codesign.ground.frame import Frame
+from codesign.ground.models import Frame
 from codesign.ground.records import MapRecord
 
 FREE, UNKNOWN, BLOCKED = 0, 1, 2

@@ -6,22 +6,306 @@ The file is complete or absent, and the same records give the same bytes.
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping
+import math
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, BinaryIO
 
 import foxglove
+import numpy as np
 from foxglove import Channel, Context, Schema, channels
+from foxglove import messages as fg
 from foxglove.mcap import MCAPCompression, MCAPWriteOptions, MCAPWriter
+from numpy.typing import NDArray
 
 from codesign.ground.errors import TraceError
 from codesign.ground.files import WholeOrAbsent, is_special, part_of, put
-from codesign.ground.records import RECORD_TYPES, Level, Record, Recorder, Subject
+from codesign.ground.records import (
+    RECORD_TYPES,
+    BeliefRecord,
+    Level,
+    MapRecord,
+    MissionRecord,
+    ObstacleRecord,
+    Record,
+    Recorder,
+    ScanRecord,
+    Subject,
+    TrajectoryRecord,
+)
+from codesign.ground.units import PICOSECONDS_PER_SECOND
+from codesign.views.trace import shapes
+from codesign.views.trace.floor import BLOCKED, FREE, UNKNOWN, Floor, floor_of
 from codesign.views.trace.messages import encoder_of
-from codesign.views.trace.robots import Encoded
+from codesign.views.trace.robots import Encoded, Robots, Show
 from codesign.views.trace.schemas import descriptor_set, schema_name, topic_of
-from codesign.views.trace.views import Views
+
+# Messages for viewers, derived from the stream of records. Our reader ignores them.
+
+SHORTEST_INTERVAL = PICOSECONDS_PER_SECOND
+INTERVAL_A_CELL = 72 * 10**6
+"""Picoseconds between two whole grids: at least 1 s, and 72 us a cell."""
+
+VOXELS_A_GRID = 4
+"""Of a large map, the voxels for Rerun are written with each fourth grid."""
+
+OBSTACLES_INTERVAL, INTERVAL_A_CAME = PICOSECONDS_PER_SECOND // 2, PICOSECONDS_PER_SECOND // 100
+"""Picoseconds between two messages of the obstacles that came: at least 0.5 s, and 10 ms a cell."""
+
+MOST_SHOWN = 2**18
+"""Most cells of a grid for viewers. Of a larger map, n × n cells are shown as one."""
+
+MOST_CUBES = 1024
+"""Most bars of obstacles in a scene. Where there are more, the grid of the map shows the rest."""
+
+_POINTS_OF_PATH = 1024
+_BELIEFS = np.array([FREE, BLOCKED], np.uint8)
+_ALARMS = {"no_way", "deadline_missed", "safety_stop", "contact", "livelock"}
+_HEIGHTS = {"true": -0.03, "belief": -0.02, "field": -0.01}
+"""The heights of grids in metres. They lie above each other, so that they do not flicker in one plane."""
+
+
+class Views:
+    """Takes the records of a run in the order of emission, and shows the views after each.
+
+    ``show`` takes each view. A record that does not fit the map of its run, or comes before the map, has no view.
+    """
+
+    def __init__(self, show: Show) -> None:
+        self._show = show
+        self._floor = Floor()
+        self._shape = (0, 0)
+        self._corner = np.zeros(2, np.int64)
+        self._start: NDArray[np.bool_] = np.zeros((0, 0), np.bool_)
+        self._grids: dict[str, _Grid] = {}
+        self._came: NDArray[np.bool_] = np.zeros(0, np.bool_)
+        self._came_due = _Due(0)
+        self._paths: list[NDArray[np.float64]] = []
+        self._path_time: int | None = None
+        self._robots = Robots(show)
+        self.mission = False
+        """Whether the run is a mission, known from its first event."""
+        self._makers: dict[Subject, Callable[[Any], None]] = {
+            Subject.MAP: self._map,
+            Subject.CHANGE: self._obstacle,
+            Subject.BELIEF: self._belief,
+            Subject.PATH: self._trajectory,
+            Subject.POSE: self._robots.posed,
+            Subject.FLEET: self._robots.placed,
+            Subject.STAGE: self._field,
+            Subject.FIELD: self._field,
+            Subject.SCAN: self._scan,
+            Subject.EVENT: self._event,
+            Subject.RESULT: lambda record: self.finish(record.time),
+        }
+
+    def of(self, record: Record) -> None:
+        """Show the views after ``record``."""
+        maker = self._makers.get(record.ROLE.about)
+        if self._paths and (maker is not None and record.time != self._path_time):
+            self._path()
+        if maker is not None:
+            maker(record)
+
+    def finish(self, time: int) -> None:
+        """Show the last state of everything that has changed since it was shown."""
+        if self._paths:
+            self._path()
+        for grid in self._grids.values():
+            grid.shown(self._show, time, self._floor, last=True)
+        if self._came_due.now(time, last=True):
+            self._obstacles(time)
+        self._robots.finish(time)
+
+    def _map(self, record: MapRecord) -> None:
+        self._floor, self._shape = floor_of(record), record.free.shape
+        self._corner, self._start = np.array(record.corner), record.free
+        self._grids.clear()
+        self._came = np.zeros(record.free.size, np.bool_)
+        self._robots.begin(self._floor, record.radius * self._floor.cell_size)
+        if record.free.size:
+            walls = np.where(record.free, shapes.FREE_NOW, shapes.WALL).astype(np.uint8)
+            self._grid("/map", "true", walls).shown(self._show, record.time, self._floor)
+        side, goals = self._floor.cell_size, self._floor.points(record.goals)
+        spheres = [
+            fg.SpherePrimitive(
+                pose=shapes.pose(x, y), size=fg.Vector3(x=side, y=side, z=side), color=shapes.colour(shapes.GOAL)
+            )
+            for x, y in goals.tolist()
+        ]
+        self._show("/goals", shapes.scene("goals", record.time, spheres=spheres), record.time)
+        self._show("/goals/points", shapes.cloud(goals, shapes.GOAL, record.time, 0.03), record.time)
+        # What the run before showed is cleared: there are no obstacles that came, and no path.
+        self._came_due = _Due(record.time)
+        self._obstacles(record.time)
+        self._show("/path", shapes.scene("path", record.time), record.time)
+
+    def _obstacle(self, record: ObstacleRecord) -> None:
+        places = self._places(record.cells)
+        if places is None:
+            return
+        began_free = self._start.ravel()[places]
+        states = (shapes.WALL, shapes.CAME) if record.appeared else (shapes.GONE, shapes.FREE_NOW)
+        grid = self._grids["/map"]
+        grid.cells.ravel()[places] = np.array(states, np.uint8)[began_free.view(np.uint8)]
+        grid.due.changed = True
+        self._came[places[began_free]] = record.appeared
+        self._came_due.changed = True
+        grid.shown(self._show, record.time, self._floor)
+        if self._came_due.now(record.time):
+            self._obstacles(record.time)
+
+    def _obstacles(self, time: int) -> None:
+        """All cells that came, as bars along the rows and as points."""
+        came = np.flatnonzero(self._came)
+        self._came_due.interval = max(OBSTACLES_INTERVAL, INTERVAL_A_CAME * len(came))
+        cells = np.column_stack(np.divmod(came, max(self._shape[1], 1)))
+        side, turned = self._floor.cell_size, self._floor.yaw
+        first = np.ones(len(cells), bool)
+        first[1:] = (np.diff(cells, axis=0) != (0, 1)).any(axis=1)
+        starts = np.flatnonzero(first)
+        lengths = np.diff(np.r_[starts, len(cells)])
+        middles = cells[starts] + np.column_stack([np.zeros(len(starts)), (lengths - 1) / 2])
+        places = self._floor.points(middles + self._corner)
+        cubes = [
+            fg.CubePrimitive(
+                pose=shapes.pose(x, y, turned, side / 2),
+                size=fg.Vector3(x=side * length, y=side, z=side),
+                color=shapes.colour(shapes.OBSTACLE),
+            )
+            for (x, y), length in zip(places[:MOST_CUBES].tolist(), lengths.tolist(), strict=False)
+        ]
+        self._show("/obstacles", shapes.scene("obstacles", time, cubes=cubes), time)
+        points = self._floor.points(cells + self._corner)
+        self._show("/obstacles/points", shapes.cloud(points, shapes.OBSTACLE, time, side), time)
+
+    def _belief(self, record: BeliefRecord) -> None:
+        places = self._places(record.cells)
+        if places is None:
+            return
+        name = f"/{record.source}"
+        grid = self._grids.get(name) or self._grid(name, "belief", np.full(self._shape, UNKNOWN, np.uint8))
+        grid.cells.ravel()[places] = _BELIEFS[record.blocked.view(np.uint8)]
+        grid.due.changed = True
+        grid.shown(self._show, record.time, self._floor)
+
+    def _places(self, cells: NDArray[np.int32]) -> NDArray[np.intp] | None:
+        """The numbers of the cells, row by row; None where one lies outside of the map."""
+        rows, columns = (cells - self._corner).T
+        try:
+            places: NDArray[np.intp] = np.ravel_multi_index((rows, columns), self._shape)
+        except ValueError:
+            return None
+        return places
+
+    def _field(self, record: Record) -> None:
+        """Keep the field until its plan is ready. A harmonic plan has a field for each stage."""
+        values: NDArray[np.float64] = getattr(record, record.ROLE.grid)
+        if values.shape != self._shape or not values.size:
+            return
+        topic = f"/{record.source}/plan"
+        if topic not in self._grids:
+            self._grid(topic, "field", values)
+        grid = self._grids[topic]
+        grid.cells, grid.due.changed = values, True
+        if not self.mission:
+            grid.shown(self._show, record.time, self._floor, last=True)
+
+    def _grid(self, topic: str, kind: str, cells: NDArray[Any]) -> _Grid:
+        self._grids[topic] = _Grid(topic, kind, cells)
+        return self._grids[topic]
+
+    def _trajectory(self, record: TrajectoryRecord) -> None:
+        """Keep the path until the time goes on. Paths of one time are shown side by side."""
+        self._path_time = record.time
+        self._paths.append(self._floor.points(record.points))
+
+    def _path(self) -> None:
+        time, paths, self._paths = self._path_time or 0, self._paths, []
+        most = _POINTS_OF_PATH // len(paths)
+        lines = [shapes.line(shapes.thinned(path, most), shapes.PATH, 0.01) for path in paths]
+        dense = [shapes.densified(path, self._floor.cell_size, most) for path in paths]
+        self._show("/path", shapes.scene("path", time, lines=lines), time)
+        self._show("/path/points", shapes.cloud(np.concatenate(dense), shapes.PATH, time, 0.01), time)
+
+    def _scan(self, record: ScanRecord) -> None:
+        """Rays turn clockwise in frame ``map``, whose y axis points up."""
+        x, y = self._floor.point(record.row, record.column)
+        rays = len(record.ranges)
+        self._show(
+            f"/{record.source}/laser",
+            fg.LaserScan(
+                timestamp=shapes.stamp(record.time),
+                frame_id=shapes.MAP_FRAME,
+                pose=shapes.pose(x, y, self._floor.yaw),
+                start_angle=0.0,
+                end_angle=-2 * math.pi * (rays - 1) / max(rays, 1),
+                ranges=shapes.rounded(record.ranges * np.float64(self._floor.cell_size)).tolist(),
+                intensities=[],
+            ),
+            record.time,
+        )
+
+    def _event(self, record: MissionRecord) -> None:
+        self.mission = True
+        self._show(
+            "/log",
+            fg.Log(
+                timestamp=shapes.stamp(record.time),
+                level=fg.LogLevel.Warning if record.event in _ALARMS else fg.LogLevel.Info,
+                message=f"{record.event.replace('_', ' ')}: {record.text}",
+                name=record.source,
+                file="",
+                line=0,
+            ),
+            record.time,
+        )
+        if record.event == "plan_ready":
+            for grid in self._grids.values():
+                if grid.kind == "field":
+                    grid.shown(self._show, record.time, self._floor)
+        if record.event == "ended":
+            self.finish(record.time)
+
+
+class _Due:
+    """When a state that changes is to be written again: ``interval`` picoseconds after the last time."""
+
+    def __init__(self, interval: int) -> None:
+        self.interval = interval
+        self.changed = False
+        self._written: int | None = None
+
+    def now(self, time: int, *, last: bool = False) -> bool:
+        """Whether it is due now. True counts as written."""
+        soon = self._written is not None and time - self._written < self.interval
+        if not self.changed or (soon and not last):
+            return False
+        self._written, self.changed = time, False
+        return True
+
+
+class _Grid:
+    """A grid that changes (uint8 or float64, rows × columns), under ``topic`` with an ending."""
+
+    def __init__(self, topic: str, kind: str, cells: NDArray[Any]) -> None:
+        self.kind, self.cells = kind, cells
+        self.topic = f"{topic}_" if kind == "field" else f"{topic}/"
+        self.due = _Due(max(SHORTEST_INTERVAL, INTERVAL_A_CELL * cells.size))
+        self.due.changed = True
+        self._voxels = _Due(max(SHORTEST_INTERVAL, VOXELS_A_GRID * INTERVAL_A_CELL * cells.size))
+
+    def shown(self, show: Show, time: int, floor: Floor, *, last: bool = False) -> None:
+        """Show the grid, where it is due, and its voxels."""
+        if self.due.now(time, last=last):
+            step = math.isqrt(max(self.cells.size - 1, 0) // MOST_SHOWN) + 1
+            grid, voxels = shapes.grids(self.kind, self.cells, time, floor, _HEIGHTS[self.kind], step)
+            show(f"{self.topic}grid", grid, time)
+            self._voxels.changed = True
+            if self._voxels.now(time, last=last):
+                show(f"{self.topic}voxels", voxels, time)
+
 
 LIBRARY = "hwsw-codesign"
 FORMAT = "2"

@@ -12,9 +12,8 @@ from toy_circuit import ToyCircuit
 from codesign.ground.errors import InputError, RunError
 from codesign.hardware.rtl import tools
 from codesign.hardware.rtl.cells import Counts
-from codesign.hardware.rtl.critical_path import MEMORY, critical_path, module_of
 from codesign.hardware.rtl.few_pins import with_few_pins
-from codesign.hardware.rtl.place import check_fit, device_of, place
+from codesign.hardware.rtl.place import MEMORY, check_fit, critical_path, device_of, module_of, place
 
 
 @pytest.fixture(autouse=True)

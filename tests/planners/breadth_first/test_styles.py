@@ -11,7 +11,7 @@ from codesign import maps
 from codesign.ground.errors import InputError
 from codesign.ground.figures import Status
 from codesign.ground.memo import Memo
-from codesign.ground.part import Part
+from codesign.ground.models import Part
 from codesign.inputs.part_file import load_part
 from codesign.planners.breadth_first.plan import search
 from codesign.planners.breadth_first.plan.parameters import Address, MemoryPlace, SearchParameters, VgaController
@@ -26,9 +26,8 @@ from codesign.planners.breadth_first.styles.software import (
     wall_cells,
 )
 from codesign.planners.breadth_first.styles.steps import pushes_of_each_pop
-from codesign.planners.demand import Demand, Line
 from codesign.planners.interface import Problem
-from codesign.planners.job import Job
+from codesign.planners.job import Demand, Job, Line
 from codesign.planners.measured import ResourceRow, resource_rows
 
 MACHINE = StateMachine()

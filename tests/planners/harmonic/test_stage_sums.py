@@ -13,7 +13,7 @@ from codesign.planners.harmonic.plan.fixed_point import Field
 from codesign.planners.harmonic.plan.parameters import RelaxParameters
 from codesign.planners.harmonic.plan.relax import relax
 from codesign.planners.harmonic.plan.stages import Stage, Visits
-from codesign.planners.harmonic.styles.stage_sums import StageRuns
+from codesign.planners.harmonic.styles.steps import StageRuns
 from codesign.planners.interface import Problem
 
 SCHEDULES = [(5,), (5, 9, 20), (5, 9, 20, 70), (5, 20), (3, 9), (5, 9, 33)]

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from codesign.ground.errors import InputError
 from codesign.ground.figures import RESOURCES, Figure, Status
-from codesign.ground.part import Part
+from codesign.ground.models import Part
 from codesign.planners.harmonic import published
 from codesign.planners.harmonic.plan.parameters import MAX_PRECISION, RelaxParameters
 from codesign.planners.harmonic.styles import ARCHITECTURES, geometry, levers, resources, timing

@@ -14,8 +14,16 @@ from codesign.hardware.reproduce import Reproduction
 from codesign.planners.relaxation import published
 from codesign.planners.relaxation.paper import measures as saudi2016
 from codesign.planners.relaxation.paper import runs as saudi2016_runs
-from codesign.planners.relaxation.paper.map import GOAL, floor_plan
-from codesign.planners.relaxation.paper.runs import Key, MethodRun, run_all, seconds, tabulated, until_followed
+from codesign.planners.relaxation.paper.runs import (
+    GOAL,
+    Key,
+    MethodRun,
+    floor_plan,
+    run_all,
+    seconds,
+    tabulated,
+    until_followed,
+)
 from codesign.planners.relaxation.plan import Boundary, Method
 from codesign.planners.relaxation.published import RelaxationSettings
 from codesign.planners.reproduction import Progress, Use, silent

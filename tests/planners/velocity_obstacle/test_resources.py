@@ -12,13 +12,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from codesign.ground.figures import RESOURCES
-from codesign.ground.part import Part
+from codesign.ground.models import Part
 from codesign.inputs import load_part
 from codesign.planners.job import Job
 from codesign.planners.velocity_obstacle import published
 from codesign.planners.velocity_obstacle.plan import AvoidParameters, generate
 from codesign.planners.velocity_obstacle.plan.parameters import Responsibility, Unit
-from codesign.planners.velocity_obstacle.styles import ARCHITECTURES, Style, levers, multipliers, resources
+from codesign.planners.velocity_obstacle.styles import ARCHITECTURES, Style, levers, resources
+from codesign.planners.velocity_obstacle.styles import resources as multipliers
 from codesign.planners.velocity_obstacle.styles.resources import LAWS
 from codesign.planners.velocity_obstacle.styles.timing import cycles_of_trial
 from codesign.system.fit import fit

@@ -8,7 +8,7 @@ import pytest
 
 from codesign.ground.figures import Status
 from codesign.ground.memo import Memo
-from codesign.ground.part import Part
+from codesign.ground.models import Part
 from codesign.inputs import load_part
 from codesign.planners.job import Job
 from codesign.planners.velocity_obstacle import published

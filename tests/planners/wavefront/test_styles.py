@@ -19,9 +19,8 @@ from codesign.ground.records import TaskRecord
 from codesign.inputs import load_platform
 from codesign.inputs.part_file import load_part
 from codesign.planners.breadth_first.styles.resources import block_rams
-from codesign.planners.demand import Demand
 from codesign.planners.interface import Problem
-from codesign.planners.job import Job
+from codesign.planners.job import Demand, Job
 from codesign.planners.measured import ResourceRow, resource_rows
 from codesign.planners.styles import Architecture, Step
 from codesign.planners.wavefront import published

@@ -20,7 +20,7 @@ pytest.importorskip("rosbags", reason="rosbags is not installed: pip install 'hw
 from recorded_bags import EPOCH, GOALS, Hall, _Make, _messages, hall
 
 from codesign.ground.errors import InputError
-from codesign.ground.frame import Frame
+from codesign.ground.models import Frame
 from codesign.views.bags import Choices, Topics, facts_of, read_bag
 from codesign.views.bags.recording import RecordedGoal, RecordedMap, RecordedPlan, Recording, Series
 from codesign.views.bags.topics import ROLES, choose_topics

@@ -15,8 +15,8 @@ from trace_samples import write
 
 from codesign.cli import main
 from codesign.ground.records import Record, SummaryRecord
+from codesign.views.report.result_page import scrub_data
 from codesign.views.report.scrub import SCRUB_KINDS, scrub_of
-from codesign.views.report.scrub_page import scrub_data
 from codesign.views.trace import open_trace
 
 

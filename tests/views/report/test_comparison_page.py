@@ -15,9 +15,7 @@ from codesign.ground.errors import Fault, RunError, SpecError
 from codesign.ground.figures import FIGURES
 from codesign.inputs.constraint import constraint_of
 from codesign.views.report import comparison_page
-from codesign.views.report.bars import bar_chart
-from codesign.views.report.comparison_page import comparison_html
-from codesign.views.report.comparison_tables import Designs
+from codesign.views.report.comparison_page import Designs, bar_chart, comparison_html
 
 EVIL = "<script>alert(1)</script>\"'&</style>]]><!--"
 FAULT = SpecError([Fault("mine.yaml", 3, 5, "map", f"no path leads from start (1, 2) {EVIL}", "move the start")])

@@ -199,7 +199,7 @@ def test_the_time_line_of_many_robots_has_one_row_for_all_but_the_first(count: i
 
 
 def test_where_robots_leave_the_map_the_picture_follows_them() -> None:
-    from codesign.views.report.map_pictures import _extent, _Layers
+    from codesign.views.report.pictures import _extent, _Layers
 
     layers = _Layers(np.ones((20, 30), bool), np.zeros((0, 2), np.int32), np.zeros((20, 30), bool))
     assert _extent(layers) == (-0.5, -0.5, 19.5, 29.5)

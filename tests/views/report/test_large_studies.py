@@ -24,10 +24,9 @@ from codesign.study.rivals import StudyRivals
 from codesign.study.study import Study
 from codesign.system.results.result import Result
 from codesign.system.verdicts import winner_verdict
-from codesign.system.verdicts.rivals import Listed
+from codesign.system.verdicts.verdict import Listed
 from codesign.views.report import render_text, study_table, study_tables, winners_table, write_study_csv
-from codesign.views.report.chart import chart_data
-from codesign.views.report.study_page import study_html
+from codesign.views.report.study_page import chart_data, study_html
 from codesign.views.report.study_tables import study_csv, why_out
 
 TIME, SLICES = FIGURES["first_plan_s"], FIGURES["slices"]

@@ -18,14 +18,13 @@ from codesign.planners.reproduction import Finding, Row, Use
 from codesign.study.outcomes import Outcomes
 from codesign.study.study import Study
 from codesign.views.report import Picture, study_page
-from codesign.views.report import chart as chart_module
-from codesign.views.report.chart import chart_data
+from codesign.views.report import study_page as chart_module
 from codesign.views.report.columns import Columns
 from codesign.views.report.page import template_text
 from codesign.views.report.reproduction_page import reproduction_html
 from codesign.views.report.result_page import result_html
 from codesign.views.report.study_answer import study_sentence
-from codesign.views.report.study_page import study_html
+from codesign.views.report.study_page import chart_data, study_html
 
 EVIL = "<script>alert(1)</script>\"'&</style>]]><!--"
 PICTURE = Picture(EVIL, EVIL, "png", b"\x89PNG", EVIL)

@@ -13,8 +13,7 @@ from report_samples import ROWS, a_reproduction
 
 from codesign.ground.errors import RunError
 from codesign.planners.reproduction import Reproduction, Row, Use
-from codesign.views.report.reproduction_page import reproduction_html, reproduction_page
-from codesign.views.report.reproduction_plots import against, strips
+from codesign.views.report.reproduction_page import against, reproduction_html, reproduction_page, strips
 from codesign.views.report.reproduction_score import (
     missed_table,
     score_of,

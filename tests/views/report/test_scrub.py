@@ -27,10 +27,17 @@ from codesign.ground.records import (
     TrajectoryRecord,
 )
 from codesign.views.report.columns import Columns
-from codesign.views.report.result_page import result_html
+from codesign.views.report.result_page import (
+    MOST_EVENTS,
+    MOST_TICKS,
+    result_html,
+    robots_table,
+    scrub_data,
+    scrub_part,
+    tick_of,
+)
 from codesign.views.report.scrub import scrub_of
 from codesign.views.report.scrub_cells import Cells, Changes
-from codesign.views.report.scrub_page import MOST_EVENTS, MOST_TICKS, robots_table, scrub_data, scrub_part, tick_of
 from codesign.views.trace.moment import moment
 
 

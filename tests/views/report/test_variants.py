@@ -15,8 +15,7 @@ from codesign.study.study import Study
 from codesign.system.results.result import Result
 from codesign.views.report import render_text, study_csv, study_table, winners_table
 from codesign.views.report.axes import axis_levels
-from codesign.views.report.chart import chart_data
-from codesign.views.report.study_page import study_html
+from codesign.views.report.study_page import chart_data, study_html
 
 F = FIGURES
 SIZES = (10, 100, 1000)

@@ -25,8 +25,8 @@ from codesign.views.exports.statistics import latencies_table, shares_table, sta
 from codesign.views.exports.waveform import waveform_of, write_waveform
 from codesign.views.report.render import render_text
 from codesign.views.trace import MOMENT_KINDS, Trace, moment, moment_lines, open_trace, timeline, trace_thumbnail
-from codesign.views.trace.json_messages import decode_json
 from codesign.views.trace.messages import decode, encode
+from codesign.views.trace.reader import decode_json
 from codesign.views.trace.scan import scan
 
 

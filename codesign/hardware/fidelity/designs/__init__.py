@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from codesign import maps
-from codesign.ground.part import Part
+from codesign.ground.models import Part
 from codesign.planners.circuits import Circuit, CircuitStyle
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job

@@ -25,9 +25,9 @@ from codesign.planners.breadth_first.plan.search import BreadthFirstPlan
 from codesign.planners.breadth_first.styles import timing
 from codesign.planners.breadth_first.styles.resources import address_bits
 from codesign.planners.breadth_first.styles.steps import expansions, pushes_of_each_pop
-from codesign.planners.demand import Lever, Line
 from codesign.planners.external_memory import ExternalMemoryLaw, Traffic
 from codesign.planners.interface import Problem
+from codesign.planners.job import Lever, Line
 
 BYTE = 8
 BUFFERED = 16

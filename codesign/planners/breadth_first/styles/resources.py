@@ -9,7 +9,7 @@ fitted to some sizes and held against others (``planners/breadth_first/measured/
 from __future__ import annotations
 
 from codesign.ground.figures import Status
-from codesign.ground.part import Part
+from codesign.ground.models import Part
 from codesign.planners.breadth_first import published
 from codesign.planners.breadth_first.plan.parameters import (
     Address,
@@ -20,9 +20,9 @@ from codesign.planners.breadth_first.plan.parameters import (
 )
 from codesign.planners.breadth_first.styles import timing
 from codesign.planners.counted import CountedLaws
-from codesign.planners.demand import Lever, Line, largest, packed, part_lever
 from codesign.planners.external_memory import ExternalMemoryLaw
 from codesign.planners.interface import Problem
+from codesign.planners.job import Lever, Line, largest, packed, part_lever
 
 CELL_BITS = 2
 DIRECTION_BITS = 2

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from codesign.ground.figures import Figure, Status, weakest
 from codesign.ground.memo import Memo
-from codesign.ground.part import Part
+from codesign.ground.models import Part
 from codesign.planners.breadth_first import published
 from codesign.planners.breadth_first.plan.parameters import (
     MemoryPlace,
@@ -34,10 +34,9 @@ from codesign.planners.breadth_first.styles.steps import (
     steps,
 )
 from codesign.planners.clock_law import on_family
-from codesign.planners.demand import Demand
 from codesign.planners.external_memory import Traffic
 from codesign.planners.interface import Problem
-from codesign.planners.job import Job
+from codesign.planners.job import Demand, Job
 from codesign.planners.power_law import counted_activity, slice_power
 from codesign.planners.styles import Architecture, Designs, Memory, Step
 

@@ -9,17 +9,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codesign.ground.figures import Figure, Status, weakest
-from codesign.ground.part import Part
+from codesign.ground.models import Part
 from codesign.planners.breadth_first.plan.parameters import MemoryPlace, SearchParameters
 from codesign.planners.breadth_first.plan.planner import PLANNER
 from codesign.planners.breadth_first.plan.search import BreadthFirstPlan
 from codesign.planners.breadth_first.styles import resources, timing
 from codesign.planners.breadth_first.styles.state_machine import StateMachine
 from codesign.planners.breadth_first.styles.steps import PATH, TRACK, step
-from codesign.planners.demand import Demand, Line
 from codesign.planners.host import HostTask
 from codesign.planners.interface import Problem
-from codesign.planners.job import Job
+from codesign.planners.job import Demand, Job, Line
 from codesign.planners.map_flood import CELL_KERNEL
 from codesign.planners.styles import Step, TaskStyle
 

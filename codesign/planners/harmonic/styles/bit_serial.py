@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 
 from codesign.ground.figures import Figure
 from codesign.ground.memo import Same
-from codesign.ground.part import Part
-from codesign.planners.demand import Demand, short_resources
+from codesign.ground.models import Part
 from codesign.planners.harmonic.plan.fixed_point import LowerBound
 from codesign.planners.harmonic.plan.parameters import RelaxParameters, Stop, Termination
 from codesign.planners.harmonic.plan.relax import HarmonicPlan
@@ -24,7 +23,7 @@ from codesign.planners.harmonic.styles.find import find_schedule
 from codesign.planners.harmonic.styles.steps import DECIDE, LOAD, READ, Costs, notes, relax_steps
 from codesign.planners.host import one_step
 from codesign.planners.interface import Problem
-from codesign.planners.job import Job
+from codesign.planners.job import Demand, Job, short_resources
 from codesign.planners.power_law import counted_activity, slice_power
 from codesign.planners.styles import Architecture, Designs, Found, Memory, Step
 

@@ -6,10 +6,10 @@ from dataclasses import replace
 from typing import Any
 
 from codesign.ground.figures import Status, label
-from codesign.ground.part import Part
-from codesign.planners.demand import Lever, Line, largest, part_lever
+from codesign.ground.models import Part
 from codesign.planners.harmonic.styles.geometry import RAM_WIDTH
 from codesign.planners.harmonic.styles.resources import Machine, largest_precision, totals, words
+from codesign.planners.job import Lever, Line, largest, part_lever
 
 Shape = tuple[int, int]
 Precisions = tuple[int, ...]

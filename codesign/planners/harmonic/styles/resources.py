@@ -16,9 +16,8 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 from codesign.ground.figures import Status
-from codesign.ground.part import Part
+from codesign.ground.models import Part
 from codesign.planners.counted import CountedLaws
-from codesign.planners.demand import Line, packed, sum_by_resource
 from codesign.planners.harmonic import published
 from codesign.planners.harmonic.plan.parameters import MAX_PRECISION
 from codesign.planners.harmonic.published import PAPER
@@ -32,6 +31,7 @@ from codesign.planners.harmonic.styles.geometry import (
     field_rams_a_memory,
     tree_widths,
 )
+from codesign.planners.job import Line, packed, sum_by_resource
 
 NODE_FLIP_FLOPS = published.NODE.flip_flops
 NODE_LUT4 = published.NODE.lut4

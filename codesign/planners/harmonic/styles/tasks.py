@@ -16,9 +16,8 @@ from numpy.typing import NDArray
 
 from codesign.ground.figures import Figure, Status
 from codesign.ground.memo import Memo
-from codesign.ground.part import Part
+from codesign.ground.models import Part
 from codesign.planners.clock_law import on_family
-from codesign.planners.demand import Demand, Line, packed
 from codesign.planners.harmonic import published
 from codesign.planners.harmonic.plan.fixed_point import LowerBound, limbs_needed
 from codesign.planners.harmonic.plan.parameters import RelaxParameters
@@ -28,7 +27,7 @@ from codesign.planners.harmonic.plan.warm_start import warm_start
 from codesign.planners.harmonic.styles import geometry, resources, timing
 from codesign.planners.host import HostTask, one_step
 from codesign.planners.interface import Problem
-from codesign.planners.job import Job
+from codesign.planners.job import Demand, Job, Line, packed
 from codesign.planners.power_law import slice_power
 from codesign.planners.styles import Step, TaskStyle
 

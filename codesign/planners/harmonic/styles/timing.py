@@ -32,7 +32,7 @@ from dataclasses import dataclass
 from functools import cache
 
 from codesign.ground.figures import Figure, Status, weakest
-from codesign.ground.part import Part
+from codesign.ground.models import Part
 from codesign.planners.clock_law import Placement, Registers, on_family
 from codesign.planners.harmonic import published
 from codesign.planners.harmonic.styles.geometry import digits, field_plane, tree_widths

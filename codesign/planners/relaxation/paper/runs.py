@@ -7,16 +7,60 @@ from collections.abc import Iterable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import cache
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
 from codesign.planners.relaxation import published
-from codesign.planners.relaxation.paper.map import GOAL, floor_plan
 from codesign.planners.relaxation.plan import PUBLISHED_TOLERANCE, Boundary, Method, Search, Solution, solve
 from codesign.planners.relaxation.styles.costs import direct_units, unit
 from codesign.planners.relaxation.styles.host import Host
 from codesign.planners.reproduction import Progress, silent
+
+# A floor plan of 330 × 270 cells, drawn for this purpose: the maps of Saudi and Sulaiman (2016) are not published.
+
+ROWS, COLUMNS = 270, 330
+WALL = 3
+GOAL = (150, 60)
+"""In the hall, as section V's "goal point": one goal for all starts."""
+
+HALL_WIDTH = 200
+
+_CORRIDORS = ((54, 72), (201, 219))
+"""First and last + 1 row of the corridors along the plan."""
+
+_DOORS = (
+    ((54 - WALL, 54), (20, 60, 100, 150, 200, 250, 300)),
+    ((72, 72 + WALL), (30, 130, 215, 290)),
+    ((201 - WALL, 201), (60, 150, 230, 280)),
+    ((219, 219 + WALL), (20, 75, 130, 190, 240, 300)),
+)
+"""Rows of a wall along a corridor, and the first columns of its doors."""
+
+_DOOR = 12
+
+
+def floor_plan(hall_width: int = HALL_WIDTH) -> NDArray[np.bool_]:
+    """Bool 270 × 330, true where free; every free cell can be reached."""
+    right = WALL + hall_width + WALL
+    middle = (right + COLUMNS) // 2
+    bands = (
+        ((WALL, 54 - WALL), (WALL, 44, 84, 132, 180, 228, 276, COLUMNS)),
+        ((72 + WALL, 201 - WALL), (WALL, right, middle, COLUMNS)),
+        ((219 + WALL, ROWS - WALL), (WALL, 57, 112, 170, 222, 276, COLUMNS)),
+    )
+    free = np.zeros((ROWS, COLUMNS), np.bool_)
+    for top, bottom in _CORRIDORS:
+        free[top:bottom, WALL : COLUMNS - WALL] = True
+    for (top, bottom), edges in bands:
+        for left, end in pairwise(edges):
+            free[top:bottom, left : end - WALL] = True
+    for (top, bottom), doors in _DOORS:
+        for left in doors:
+            free[top:bottom, left : left + _DOOR] = True
+    return free
+
 
 SOR_OMEGAS = (1.90, 1.93, 1.95, 1.955, 1.96, 1.965, 1.97, 1.98)
 HALF_OMEGAS = (1.90, 1.92, 1.94, 1.95, 1.96)

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from codesign.ground.part import Part
+from codesign.ground.models import Part
 from codesign.inputs import load_part
 from codesign.planners.papers import Case, Paper, Runs, Words
 from codesign.planners.quality import RobotsQuality

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from codesign.ground.figures import Status
-from codesign.ground.part import Part
-from codesign.planners.demand import Lever, Line, part_lever, short_resources, sum_by_resource
+from codesign.ground.models import Part
+from codesign.planners.job import Lever, Line, part_lever, short_resources, sum_by_resource
 from codesign.planners.velocity_obstacle.plan.parameters import AvoidParameters
 from codesign.planners.velocity_obstacle.published import PAPER, Style
 from codesign.planners.velocity_obstacle.styles import resources

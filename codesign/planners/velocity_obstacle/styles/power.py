@@ -16,7 +16,7 @@ from functools import cache
 import numpy as np
 
 from codesign.ground.figures import Figure, Status
-from codesign.ground.part import Part
+from codesign.ground.models import Part
 from codesign.planners.velocity_obstacle.published import CLOCK, PAPER, PART, TABLE_III, Style
 
 FITTED_ROBOTS = (2, 4)

@@ -11,10 +11,9 @@ import numpy as np
 
 from codesign.ground.errors import InputError
 from codesign.ground.figures import Figure
-from codesign.ground.part import Part
-from codesign.planners.demand import Demand
+from codesign.ground.models import Part
 from codesign.planners.host import task_record
-from codesign.planners.job import Job
+from codesign.planners.job import Demand, Job
 from codesign.planners.styles import Architecture, Memory, Step
 from codesign.planners.velocity_obstacle.plan.arithmetic import fixed
 from codesign.planners.velocity_obstacle.plan.avoid import avoid

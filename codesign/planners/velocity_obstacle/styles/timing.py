@@ -26,7 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codesign.ground.figures import Figure, Status
-from codesign.ground.part import Part
+from codesign.ground.models import Part
 from codesign.planners.clock_law import Placement, Registers, on_family
 from codesign.planners.measured import clock_rows
 from codesign.planners.velocity_obstacle.plan.avoidance import Avoidance

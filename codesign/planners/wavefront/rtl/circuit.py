@@ -3,24 +3,252 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from dataclasses import replace
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import ClassVar
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
 
 from codesign.ground.errors import Fault, UnsuitedError
-from codesign.planners.circuits import SHARED, Circuit, CircuitStyle, Expected
-from codesign.planners.interface import Problem
+from codesign.ground.models import Task
+from codesign.planners.circuits import SHARED, Circuit, CircuitStyle, Events, Expected, Image, phase_cycles
+from codesign.planners.interface import Cell, Problem
 from codesign.planners.job import Job
-from codesign.planners.wavefront.plan.parameters import Course, PropagateParameters, ReadOut
-from codesign.planners.wavefront.plan.plan import waits
-from codesign.planners.wavefront.rtl.expected import KINDS, PHASES, TILED_PHASES, expected_run
-from codesign.planners.wavefront.rtl.layout import Words, load_stream
-from codesign.planners.wavefront.rtl.samples import random_job
-from codesign.planners.wavefront.rtl.tile_layout import TileWords, tile_stream
-from codesign.planners.wavefront.styles import AdderComparator, DelayLine, Tiled, tile
+from codesign.planners.wavefront.plan.parameters import Course, PropagateParameters, ReadOut, WaveEnd
+from codesign.planners.wavefront.plan.plan import WavefrontPlan, waits
+from codesign.planners.wavefront.plan.planner import PLANNER
+from codesign.planners.wavefront.rtl.layout import OUTSIDE, Words, cell_flags, load_stream, packed_flags
+from codesign.planners.wavefront.styles import AdderComparator, DelayLine, Tiled, tile, timing
 from codesign.planners.wavefront.styles.array import ArrayStyle
 from codesign.planners.wavefront.styles.resources import LAWS
-from codesign.planners.wavefront.styles.steps import TRACK
+from codesign.planners.wavefront.styles.steps import EXCHANGE, LOAD, OBSTACLES, PROPAGATE, READ_OUT, TRACK
+
+# What the model says of a run: values from the plan, cycles from the laws of the style.
+
+PHASES = (LOAD, OBSTACLES, PROPAGATE, READ_OUT, TRACK)
+TILED_PHASES = (LOAD, OBSTACLES, PROPAGATE, EXCHANGE, TRACK)
+KINDS = ("potential", "obstacle_potential", "step", "visit")
+POTENTIAL, OBSTACLE_POTENTIAL, STEP, VISIT = range(4)
+
+Part = tuple[NDArray[np.int64], int, NDArray[np.uint64]]
+"""Events of one kind: cycles, kind, values."""
+
+
+def expected_run(style: ArrayStyle, job: Job[Problem, PropagateParameters], words: Words) -> Expected:
+    """The events of a run of ``style`` with the settled parameters of ``job``."""
+    cycles, plan = phase_cycles(style.work(job))
+    parts = [_visit_events(style, job, cycles[LOAD])] if isinstance(style, Tiled) else []
+    parts += _parts(style, job, words, cycles, plan)
+    events = Events(
+        np.concatenate([part[0] for part in parts]),
+        np.concatenate([np.full(len(part[0]), part[1], np.uint8) for part in parts]),
+        np.concatenate([part[2] for part in parts]),
+    )
+    return Expected(events, cycles)
+
+
+def _parts(
+    style: ArrayStyle, job: Job[Problem, PropagateParameters], words: Words, cycles: dict[str, int], plan: WavefrontPlan
+) -> Iterator[Part]:
+    """The events in the order of their cycles: a chain reports before the path is tracked, an array after it."""
+    flags = cell_flags(job.problem, job.parameters)
+    potentials = np.where(plan.potentials >= 0, plan.potentials, infinity(style, plan, words)).astype(np.int64)
+    distances = None
+    if plan.obstacle_potentials is not None:
+        distances = plan.obstacle_potentials.astype(np.int64)
+        if isinstance(style, AdderComparator | Tiled) and job.problem.free.all():
+            # No source at all: these leave their own infinity where a delay line leaves the last count.
+            distances[...] = (1 << (words.obstacle_bits or words.bits)) - 1
+    cells = np.arange(job.problem.free.size, dtype=np.int64)
+    begin = cycles[LOAD] + cycles.get(OBSTACLES, 0)
+    if words.chain and distances is not None:
+        yield begin + cells, OBSTACLE_POTENTIAL, words.packed(distances, None, flags)
+        begin += timing.read_out_cycles(len(cells))
+    begin += cycles.get(PROPAGATE, 0) + cycles.get(EXCHANGE, 0)
+    shown = words.packed(potentials, distances, flags)
+    if words.chain:
+        yield begin + cells, POTENTIAL, shown
+        begin += timing.read_out_cycles(len(cells))
+    if job.does(TRACK):
+        yield _steps(job, words, plan, begin)
+        begin += cycles[TRACK]
+    if not words.chain:
+        yield begin + timing.READ_LATENCY + cells, POTENTIAL, shown
+
+
+def _visit_events(style: Tiled, job: Job[Problem, PropagateParameters], begin: int) -> Part:
+    """The tiles in the order of their visits, each in the last cycle of the scan that chooses it."""
+    tile, tiles = style.array_shape(job), job.parameters.tile_count(*job.problem.shape)
+    exchange = timing.exchange_cycles(tile, tiles)
+    chosen, cycles = [], []
+    for _, visits in style.passes(job):
+        begin += timing.scan_cycles(tile[1], tiles)
+        ends = begin + np.cumsum(exchange + timing.visit_cycles(visits.span))
+        cycles.append(np.concatenate([[begin], ends[:-1]])[: len(ends)] - 1)
+        chosen.append(visits.tile.astype(np.uint64))
+        begin = int(ends[-1]) if len(ends) else begin
+    return np.concatenate(cycles).astype(np.int64), VISIT, np.concatenate(chosen)
+
+
+def infinity(style: ArrayStyle, plan: WavefrontPlan, words: Words) -> int:
+    """The register of a cell that no wave reached: the last count, or all bits of a register or a memory's word."""
+    if isinstance(style, AdderComparator | Tiled):
+        return (1 << words.bits) - 1
+    return plan.largest_potential + 1
+
+
+def _steps(job: Job[Problem, PropagateParameters], words: Words, plan: WavefrontPlan, begin: int) -> Part:
+    """The cells of the path behind the start; each is chosen in the last cycle of its step."""
+    start = job.problem.starts[0] if job.problem.starts else (0, 0)
+    path = np.zeros((0, 2), np.int64)
+    if plan.potentials[start] >= 0:
+        most = job.parameters.steps if job.parameters.course is Course.LOCAL else None
+        path = plan.tracker.follow(start, most)[1:]
+    after = np.array([timing.track_cycles(step + 1) for step in range(len(path))], np.int64)
+    values = (path[:, 0] << words.column_bits | path[:, 1]).astype(np.uint64)
+    return begin + after - 1, STEP, values
+
+
+# Random design points on random maps.
+
+LARGEST_SIDE = {"delay_line": 12, "adder_comparator": 7, "tiled": 14}
+DENSITIES = (0.0, 0.1, 0.25, 0.4)
+
+
+def random_job(seed: int, style: str) -> Job[Problem, PropagateParameters]:
+    """A design point of a style, every option at random, on a map that the planner accepts."""
+    rng = np.random.default_rng(seed)
+    problem = _problem(rng, LARGEST_SIDE[style])
+    parameters = PropagateParameters(**_options(rng, style))
+    inside = frozenset({"propagate"}) if rng.random() < 0.2 else None
+    job = Job(problem, parameters, inside=inside)
+    if PLANNER.check(job) is not None:
+        # The start cannot be reached: the wave runs to its own end.
+        job = Job(problem, parameters.model_copy(update={"stop": WaveEnd.WHOLE_MAP}), inside=inside)
+    return job
+
+
+def _problem(rng: np.random.Generator, largest_side: int) -> Problem:
+    """A random map with one goal or two, and a start."""
+    shape = tuple(int(side) for side in rng.integers(1, largest_side + 1, 2))
+    free = rng.random(shape) >= rng.choice(DENSITIES)
+    free.flat[int(rng.integers(free.size))] = True
+    cells = [(int(row), int(column)) for row, column in np.argwhere(free)]
+
+    def chosen(count: int) -> tuple[Cell, ...]:
+        return tuple(cells[index] for index in rng.integers(len(cells), size=count))
+
+    goals = tuple(dict.fromkeys(chosen(int(rng.integers(1, 3)))))
+    starts = chosen(1)
+    task = Task.FIELD if rng.random() < 0.2 else Task.PATH
+    return Problem(free, goals, starts, task=task)
+
+
+def _options(rng: np.random.Generator, style: str) -> dict[str, Any]:
+    """Every parameter of the planning task, raw."""
+    straight = int(rng.integers(1, 5))
+    delays = (2, 3) if rng.random() < 0.5 else (straight, straight + int(rng.integers(0, 4)))
+    options: dict[str, Any] = {
+        "stop": str(rng.choice(["starts", "whole_map"])),
+        "paths": str(rng.choice(["shortest", "safe"])),
+        "course": str(rng.choice(["local", "complete"])),
+        "steps": int(rng.integers(1, 6)),
+        "corner_cutting": bool(rng.integers(2)),
+        "delays": delays,
+        "read_out": str(rng.choice(["addressed", "chain"])),
+    }
+    if rng.random() < 0.4:
+        options["penalty"] = {"distance": int(rng.integers(1, 6)), "delay": int(rng.integers(1, 5))}
+    if style == "delay_line" and rng.random() < 0.4:
+        options["element_cells"] = int(rng.choice([2, 4, 8, 16]))
+        options["read_out"] = "addressed"
+    if style == "tiled" and rng.random() < 0.9:
+        options["tile"] = tuple(int(side) for side in rng.integers(1, 7, 2))
+    return options
+
+
+# What the circuit of a tiled array is built for: the sizes of its counters and memories, and the load stream.
+
+
+@dataclass(frozen=True)
+class TileWords:
+    """The words of the circuit. ``tile``: rows and columns of a tile; ``tiles``: down and across.
+
+    ``start_bits``: of the word that names the start.
+    """
+
+    tile: tuple[int, int]
+    tiles: tuple[int, int]
+    start_bits: int
+
+    @classmethod
+    def of(cls, problem: Problem, parameters: PropagateParameters, words: Words) -> TileWords:
+        """The words of a design point."""
+        tile = parameters.tile_shape(*problem.shape)
+        tiles = -(-problem.rows // tile[0]), -(-problem.columns // tile[1])
+        bits = words.row_bits + words.column_bits
+        return cls(tile, tiles, bits + _bits(tiles[0] * tiles[1] * tile[0]) + _bits(tile[1]))
+
+    @property
+    def tile_bits(self) -> int:
+        """Bits of the number of a tile."""
+        return _bits(self.tiles[0] * self.tiles[1])
+
+    @property
+    def words(self) -> int:
+        """Words of the memory of a column."""
+        return self.tiles[0] * self.tiles[1] * self.tile[0]
+
+    @property
+    def load_cells(self) -> int:
+        """Cells of a word of the load stream."""
+        return min(timing.LOAD_CELLS, self.tile[1])
+
+    def parameters(self) -> dict[str, int]:
+        """The Verilog parameters."""
+        return {
+            "TILE_ROWS": self.tile[0],
+            "TILE_COLUMNS": self.tile[1],
+            "DOWN": self.tiles[0],
+            "ACROSS": self.tiles[1],
+            "DOWN_BITS": self.tiles[0].bit_length(),
+            "ACROSS_BITS": self.tiles[1].bit_length(),
+            "TILE_BITS": self.tile_bits,
+            "ADDRESS_BITS": _bits(self.words),
+            "PLACE_BITS": _bits(self.tile[1]),
+            "STEP_BITS": (self.tile[0] + 1).bit_length(),
+            "LEVELS": (self.tile[1] - 1).bit_length(),
+        }
+
+    def start_word(self, start: tuple[int, int], words: Words) -> int:
+        """The start: its row, its column, its address in the memory of its column, and that column of the tile."""
+        row, column = start
+        number, place = divmod(column, self.tile[1])
+        at = words.row_bits + words.column_bits
+        address = row * self.tiles[1] + number
+        return row | column << words.row_bits | address << at | place << at + _bits(self.words)
+
+
+def tile_stream(problem: Problem, parameters: PropagateParameters, words: Words, tile_words: TileWords) -> Image:
+    """The start, then the tiles in raster order, each row by row, the leftmost cells of a row first."""
+    (rows, columns), (down, across) = tile_words.tile, tile_words.tiles
+    flags = np.full((down * rows, across * columns), OUTSIDE, np.uint8)
+    flags[: problem.rows, : problem.columns] = cell_flags(problem, parameters)
+    stream = [tile_words.start_word(problem.starts[0] if problem.starts else (0, 0), words)]
+    chunk = tile_words.load_cells
+    in_tiles = flags.reshape(down, rows, across, columns).transpose(0, 2, 1, 3).reshape(-1, columns)
+    for row in in_tiles:
+        padded = np.concatenate([row, np.full(-columns % chunk, OUTSIDE, np.uint8)])
+        stream += [packed_flags(padded[place : place + chunk], words.flags) for place in range(0, columns, chunk)]
+    return Image(max(chunk * words.flags, tile_words.start_bits), stream)
+
+
+def _bits(count: int) -> int:
+    """Bits of a number below ``count``, at least one."""
+    return max(1, (count - 1).bit_length())
+
 
 HERE = Path(__file__).parent
 MACHINE = (

@@ -9,11 +9,10 @@ from typing import Any
 
 from codesign.ground.figures import Figure, Status
 from codesign.ground.memo import Memo
-from codesign.ground.part import Part
-from codesign.planners.demand import Demand, Line
+from codesign.ground.models import Part
 from codesign.planners.host import one_step
 from codesign.planners.interface import Problem
-from codesign.planners.job import Job
+from codesign.planners.job import Demand, Job, Line
 from codesign.planners.power_law import counted_activity, slice_power
 from codesign.planners.styles import Architecture, Designs, Step
 from codesign.planners.wavefront.plan.parameters import Course, Paths, PropagateParameters, ReadOut

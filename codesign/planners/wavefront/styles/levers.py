@@ -6,8 +6,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from codesign.ground.figures import Status
-from codesign.ground.part import Part
-from codesign.planners.demand import Lever, Line, part_lever, short_resources
+from codesign.ground.models import Part
+from codesign.planners.job import Lever, Line, part_lever, short_resources
 
 Shape = tuple[int, int]
 ItemsOf = Callable[[Shape], tuple[Line, ...]]

@@ -8,14 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codesign.ground.figures import Figure, Status
-from codesign.ground.part import Part
+from codesign.ground.models import Part
 from codesign.planners.breadth_first.styles import resources as memories
 from codesign.planners.breadth_first.styles.state_machine import StateMachine
 from codesign.planners.clock_law import on_family
-from codesign.planners.demand import Demand, Line
 from codesign.planners.host import HostTask, one_step
 from codesign.planners.interface import Problem
-from codesign.planners.job import Job
+from codesign.planners.job import Demand, Job, Line
 from codesign.planners.paths import cell_of
 from codesign.planners.styles import Step, TaskStyle
 from codesign.planners.wavefront.plan.parameters import PropagateParameters

@@ -10,10 +10,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 from codesign.ground.figures import Status
-from codesign.ground.part import Part
+from codesign.ground.models import Part
 from codesign.planners.breadth_first.styles.resources import block_rams
 from codesign.planners.counted import CountedLaws
-from codesign.planners.demand import Line
+from codesign.planners.job import Line
 from codesign.planners.wavefront.styles import resources
 from codesign.planners.wavefront.styles.layout import ArrayLayout, Shape, side_bits
 from codesign.planners.wavefront.styles.resources import CONTROL, NODES, READ_OUT, TRACKER

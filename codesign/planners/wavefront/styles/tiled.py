@@ -14,10 +14,9 @@ import numpy as np
 
 from codesign.ground.figures import Figure
 from codesign.ground.memo import Memo
-from codesign.planners.demand import Line, short_resources
 from codesign.planners.host import one_step
 from codesign.planners.interface import Cell, Problem
-from codesign.planners.job import Job
+from codesign.planners.job import Job, Line, short_resources
 from codesign.planners.styles import Designs, Memory, Step, beyond_map
 from codesign.planners.wavefront.plan.grid import check_cells, tile_count
 from codesign.planners.wavefront.plan.parameters import MAX_TILES, Paths, PropagateParameters, ReadOut

@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codesign.ground.figures import Figure, Status
-from codesign.ground.part import Part
+from codesign.ground.models import Part
 from codesign.planners.clock_law import LEAST_SHARE, MOST_SHARE, Placement, Registers, on_family
 from codesign.planners.harmonic.styles import timing as harmonic_timing
 from codesign.planners.measured import clock_rows

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codesign.components.path import Polyline, join, starts_clear
+from codesign.system.bind import planner_code
 from codesign.system.chain import Answer
-from codesign.system.planner_code import planner_code
 
 OFF_PATH = 1.0
 """Cells: a robot farther than this from its path gets a new path of the same plan."""

@@ -16,10 +16,10 @@ from codesign.ground.records import PlanRecord, TrajectoryRecord
 from codesign.ground.units import format_time
 from codesign.inputs.scenario import ReplanPolicy, ReplanTrigger, WhenBusy
 from codesign.planners.interface import POSE, Problem
+from codesign.system.bind import planner_code
 from codesign.system.build import Machine
 from codesign.system.chain import Answer, MisreadMapError, plan_chain
 from codesign.system.messages import LostMessageError
-from codesign.system.planner_code import planner_code
 from codesign.system.results.ledger import Spent
 from codesign.system.scenarios.drive.active import ActivePlan
 from codesign.system.scenarios.drive.goals import Goals
