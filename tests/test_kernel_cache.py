@@ -38,7 +38,7 @@ def test_kernels_find_a_private_cache_where_there_is_no_other(tmp_path: Path, mo
 
 
 def test_every_folder_with_kernels_counts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    kernels = Path(kernel_cache.__file__).parent / "planners" / "harmonic" / "plan" / "__pycache__"
+    kernels = Path(kernel_cache.__file__).parents[1] / "planners" / "harmonic" / "plan" / "__pycache__"
     monkeypatch.setenv("NUMBA_CACHE_DIR", "")
     monkeypatch.delenv("NUMBA_CACHE_DIR")
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path))

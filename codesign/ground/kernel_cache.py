@@ -27,6 +27,7 @@ except ImportError:  # on Windows
 VARIABLE = "NUMBA_CACHE_DIR"
 _NODES = "nodes"
 
+_PACKAGE = Path(__file__).resolve().parents[1]
 T = TypeVar("T")
 
 
@@ -38,7 +39,7 @@ def provide_kernel_cache() -> None:
     if os.environ.get(VARIABLE) or _may_write(_user_cache()):
         return
     # By default numba caches a kernel beside the module that it stands in.
-    folders = {module.parent for module in Path(__file__).parent.rglob("*.py")}
+    folders = {module.parent for module in _PACKAGE.rglob("*.py")}
     if all(_may_write(folder / "__pycache__") for folder in folders):
         return
     folder = _private_folder()
@@ -62,7 +63,7 @@ def kernel_folders() -> tuple[Path, ...]:
     """The folders where numba looks for compiled kernels of this package."""
     if os.environ.get(VARIABLE):
         return (Path(os.environ[VARIABLE]),)
-    return (Path(__file__).parent, _user_cache())
+    return (_PACKAGE, _user_cache())
 
 
 def is_cold() -> bool:

@@ -6,6 +6,7 @@ import json
 from pathlib import Path
 
 import pytest
+from places import ROOT
 
 from codesign.ground.errors import InputError, RunError
 from codesign.hardware.rtl.cells import FAMILIES, Counts, counts_of
@@ -18,7 +19,7 @@ from codesign.planners.circuits import Circuit, Image
 pytest.importorskip("pyosys")
 
 SHARED = Path(circuits.__file__).parent / "verilog"
-TOY = Path(__file__).parent.parent / "support" / "toy" / "memories.v"
+TOY = ROOT / "tests" / "support" / "toy" / "memories.v"
 
 
 @pytest.fixture(autouse=True)

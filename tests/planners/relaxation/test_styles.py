@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import yaml
 from pydantic import ValidationError
 
 import codesign
@@ -131,6 +132,10 @@ def test_cost_law_on_rows_it_has_not_seen() -> None:
 
 def test_published_tables_give_table_iii() -> None:
     """Golden: Table III follows from Table I as typed in, but for one last digit."""
+    sheet = yaml.safe_load((Path(published.__file__).parent / "paper" / "rows.yaml").read_text(encoding="utf-8"))
+    stated: dict[tuple[str, str], tuple[float, ...]] = {}
+    for methods, what, _which, percent in sheet["tables"]["Table III"]["rows"]:
+        stated[methods, what] = (*stated.get((methods, what), ()), percent)
 
     def span(values: list[float]) -> tuple[float, float]:
         return round(min(values), 2), round(max(values), 2)
@@ -138,11 +143,13 @@ def test_published_tables_give_table_iii() -> None:
     gs, am = published.GS, {run.omega: run for run in published.AM}
     upward = [run for run in published.AM if (run.omega or 0.0) <= 1.97]
     assert span([100 * (1 - run.iterations / gs.iterations) for run in upward]) == (64.98, 96.64)
-    assert span([100 * (1 - run.seconds / gs.seconds) for run in upward]) == published.REDUCTIONS["AM against GS"][1]
+    assert span([100 * (1 - run.seconds / gs.seconds) for run in upward]) == stated["AM against GS", "time"]
     pairs = [(run, am[run.omega]) for run in published.MAM_COARSE]
-    stated = published.REDUCTIONS["MAM against AM"]
-    assert span([100 * (1 - one.iterations / other.iterations) for one, other in pairs]) == stated[0]
-    assert span([100 * (1 - one.seconds / other.seconds) for one, other in pairs]) == stated[1]
+    assert (
+        span([100 * (1 - one.iterations / other.iterations) for one, other in pairs])
+        == stated["MAM against AM", "iterations"]
+    )
+    assert span([100 * (1 - one.seconds / other.seconds) for one, other in pairs]) == stated["MAM against AM", "time"]
     assert sum(run.iterations for run in published.MAM_FINE) == 96_899
     assert published.MISPRINT.seconds == published.MISPRINT.iterations
 
