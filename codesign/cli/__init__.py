@@ -122,7 +122,7 @@ _CACHE = "delete the __pycache__ folders of codesign, or set NUMBA_CACHE_DIR to 
 
 
 def _is_of_kernel_cache(fault: BaseException) -> bool:
-    """Whether numba failed to read or write its cache. Such an error may be of any type."""
+    """True if numba failed to read or write its cache. Such an error may be of any type."""
     place = os.path.join("numba", "core", "caching.py")
     return any(frame.f_code.co_filename.endswith(place) for frame, _ in traceback.walk_tb(fault.__traceback__))
 
@@ -135,7 +135,7 @@ def _check_current_folder() -> None:
 
 
 def _was_lost(out: UnfailingStream | None) -> bool:
-    """Whether standard output failed. Reports the failure."""
+    """True if standard output failed. Reports the failure."""
     if out is None:
         return False
     out.flush()

@@ -123,7 +123,7 @@ def _how(study: Study, budget: Budget) -> str:
 
 
 def _checked(study: Study, count: int, *, quiet: bool) -> bool:
-    """Whether random points that are run alone have the figures of the study; says so on standard error."""
+    """True if random points that are run alone have the figures of the study; says so on standard error."""
     with progress_shown(after_s=LATER_S, quiet=quiet) as show, compiling_shown(show):
         check = check_points(study, count, show=show)
     for line in (check.sentence, *check.differences):

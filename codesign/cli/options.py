@@ -86,7 +86,7 @@ def _begin_debug(context: click.Context, _param: click.Parameter, wanted: bool) 
 
 
 def is_debug(context: click.Context) -> bool:
-    """Whether ``--debug`` was given, to the command or to a command around it."""
+    """True if ``--debug`` was given, to the command or to a command around it."""
     return _STOPWATCH in context.meta
 
 

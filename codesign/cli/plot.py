@@ -112,7 +112,7 @@ def schedule(asked: PlotSchedule) -> None:
 
 
 def _is_trace(name: str) -> bool:
-    """Whether the name is that of a trace by its ending, or of a file which begins as a trace does."""
+    """True if the name is that of a trace by its ending, or of a file which begins as a trace does."""
     if name.endswith(".mcap"):
         return True
     try:

@@ -76,7 +76,7 @@ def check_replaceable(option: str, path: Path, kind: str = "") -> None:
 
 
 def _is_of(path: Path, kind: Kind) -> bool:
-    """Whether nothing is lost: no file is there, an empty one, none that can be replaced, or one of the kind."""
+    """True if nothing is lost: no file is there, an empty one, none that can be replaced, or one of the kind."""
     if not path.exists() or is_special(path):
         return True
     try:

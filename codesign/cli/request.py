@@ -114,7 +114,7 @@ class Request:
 
     @property
     def quiet(self) -> bool:
-        """Whether nothing but the answer is printed: JSON, or one sentence."""
+        """True if nothing but the answer is printed: JSON, or one sentence."""
         return bool(getattr(self, "as_json", False)) or getattr(self, "detail", "") == SENTENCE
 
 

@@ -100,7 +100,7 @@ class Bus(Link):
         return None
 
     def _cut(self, since: int | None) -> bool:
-        """Whether an outage began since the attempt did, at ``since`` (ps; None: it has not begun)."""
+        """True if an outage began since the attempt did, at ``since`` (ps; None: it has not begun)."""
         return since is not None and self._outages.between(since, self.now + 1) is not None
 
     def _run_bursts(self, message: Message, line: Channel, words: int) -> Generator[simpy.Event, Any, int | None]:

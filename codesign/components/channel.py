@@ -124,7 +124,7 @@ class Channel:
         self._settle()
 
     def contested(self, message: Message) -> bool:
-        """Whether a message waits that may be next before the holder ``message`` is done."""
+        """True if a message waits that may be next before the holder ``message`` is done."""
         return any(
             queue[0] is not message and queue[0].ready and queue[0].priority <= message.priority
             for queue in self._queues.values()

@@ -90,7 +90,7 @@ class _Level:
         self.shown: float | None = None
 
     def due(self, now: int) -> bool:
-        """Whether the last sample is old enough."""
+        """True if the last sample is old enough."""
         return now - self.last >= max(SHORTEST, now // 64)
 
     def sampled(self, now: int) -> None:
@@ -176,11 +176,11 @@ class Component:
 
     @property
     def listening(self) -> bool:
-        """Whether there is a listener. Without one no record is built."""
+        """True if there is a listener. Without one no record is built."""
         return bool(self._listeners)
 
     def wants(self, kind: type[Record]) -> bool:
-        """Whether a listener wants records of this class. Others are not built."""
+        """True if a listener wants records of this class. Others are not built."""
         return bool(self._listeners) and kind not in self._unwanted
 
     def emit(self, record: Record) -> None:

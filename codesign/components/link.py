@@ -109,7 +109,7 @@ class Link(Component):
         return edge(self.ticks(bits), self._rate)
 
     def _one_line(self) -> bool:
-        """Whether all senders share one line."""
+        """True if all senders share one line."""
         return len(self.between) > 2
 
     def send(

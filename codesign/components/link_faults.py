@@ -55,7 +55,7 @@ class LinkErrors:
 
     @property
     def any(self) -> bool:
-        """Whether any error is possible. A checksum alone harms no message."""
+        """True if any error is possible. A checksum alone harms no message."""
         return bool(self.bit_error_rate or self.drop or self.late_share)
 
 

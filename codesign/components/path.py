@@ -236,7 +236,7 @@ def _from(path: Polyline, position: Point, arc: float, *, keep: bool = False) ->
 
 
 def starts_clear(path: Polyline, passable: NDArray[np.bool_] | None) -> bool:
-    """Whether the first segment of a path enters open cells only. ``passable``: as for ``join``."""
+    """True if the first segment of a path enters open cells only. ``passable``: as for ``join``."""
     if passable is None:
         return True
     first = Polyline(path.points[:2])

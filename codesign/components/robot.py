@@ -232,7 +232,7 @@ class MobileRobot(Component):
         return contact
 
     def _pressed_on(self, contact: Contact) -> bool:
-        """Whether the robot was already at the same obstacle and a new command drove it on."""
+        """True if the robot was already at the same obstacle and a new command drove it on."""
         if not self.contacts or self.contacts[-1].cell != contact.cell:
             return False
         before = self.contacts[-1].position

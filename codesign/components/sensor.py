@@ -50,7 +50,7 @@ class RangeScan:
         return len(self.free) + len(self.blocked)
 
     def same_as(self, other: RangeScan) -> bool:
-        """Whether both scans saw the same cells."""
+        """True if both scans saw the same cells."""
         return np.array_equal(self.free, other.free) and np.array_equal(self.blocked, other.blocked)
 
 

@@ -259,7 +259,7 @@ class TaskParameters(SpecModel):
 
     @property
     def begins_at_bound(self) -> bool:
-        """Whether a first plan begins at the result of task ``lower_bound``, where it is mapped. By default it does."""
+        """True if a first plan begins at the result of task ``lower_bound``, where it is mapped. By default it does."""
         return True
 
 

@@ -784,5 +784,5 @@ def unwanted_by(listeners: Sequence[Listener]) -> frozenset[type[Record]]:
 
 
 def recorded_by(listeners: Sequence[Listener], kind: type[Record]) -> bool:
-    """Whether a ``Recorder`` wants records of this class. Samples are made for recorders alone."""
+    """True if a ``Recorder`` wants records of this class. Samples are made for recorders alone."""
     return any(kind not in getattr(item, "unwanted", (kind,)) for item in listeners)

@@ -51,7 +51,7 @@ def conditions_of(document: Document, axis: str, axes: Mapping[str, Any]) -> dic
 
 
 def is_unsound(document: Document, axis: str, axes: Mapping[str, Any]) -> bool:
-    """Whether what an axis depends on is at fault: it may not exist where the axis does not fit."""
+    """True if what an axis depends on is at fault: it may not exist where the axis does not fit."""
     explore = document.tree.get("explore")
     when = explore.get("when") if isinstance(explore, dict) else None
     if not isinstance(when, dict) or axis not in when:
@@ -128,7 +128,7 @@ class _Trial:
         return _place(self.document, self.axis)
 
     def alone(self, movable: Movable) -> bool:
-        """Whether no other axis moves the same task, component, link or section."""
+        """True if no other axis moves the same task, component, link or section."""
         own = entry_of(movable.path(self.axis))
         return not any(other != self.axis and entry_of(movable.path(other)) == own for other in self.axes)
 
@@ -329,7 +329,7 @@ def _axis_faults(forms: list[_Form], document: Document, axes: Mapping[str, list
 
 
 def _places(movable: Movable, axis: str) -> bool:
-    """Whether an axis moves a task of the mapping, or one at its default place, which is moved by what it takes."""
+    """True if an axis moves a task of the mapping, or one at its default place, which is moved by what it takes."""
     task, key = axis.split(".")[:2]
     if task in movable.mapping:
         return isinstance(movable.mapping[task], dict)

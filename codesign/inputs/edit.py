@@ -168,7 +168,7 @@ _NO_AXIS = "no axis: write TASK.PARAMETER, COMPONENT.FIELD or LINK.FIELD"
 
 
 def moves(axis: str, section: str) -> bool:
-    """Whether an axis moves a section of the workload, the whole or a key inside: ``workload.problem.map.seed``."""
+    """True if an axis moves a section of the workload, the whole or a key inside: ``workload.problem.map.seed``."""
     return axis == section or axis.startswith(f"{section}.")
 
 
@@ -226,7 +226,7 @@ class Movable:
         return _movable_keys(type(entries[self._named(name)]))
 
     def is_shared_across(self, axis: str) -> bool:
-        """Whether runs that differ in a parameter that an axis moves share most of their work."""
+        """True if runs that differ in a parameter that an axis moves share most of their work."""
         name, *keys = axis.split(".")
         model = self.tasks.get(name) if keys and self.section(name) == "mapping" else None
         return model is not None and keys[0] in model.shared_across
@@ -464,7 +464,7 @@ def on_platform(platform: Platform, workload: Workload) -> Workload:
 
 
 def has_axis(platform: Platform, workload: Workload, axis: str) -> bool:
-    """Whether an axis names what platform or workload have: planners share names of tasks, not those of parameters."""
+    """True if an axis names what platform or workload have: planners share names of tasks, not those of parameters."""
     if axis == VARIANT_AXIS:
         return bool(workload.variants)
     if moves(axis, PROBLEM) or moves(axis, SCENARIO):

@@ -245,7 +245,7 @@ def not_kept(constraints: Sequence[Constraint], aggregate: Mapping[str, Rule]) -
 
 
 def overlap(axis: str, other: str) -> bool:
-    """Whether two axes set the same thing: the same key, or a key inside the other's."""
+    """True if two axes set the same thing: the same key, or a key inside the other's."""
     return f"{axis}.".startswith(f"{other}.") or f"{other}.".startswith(f"{axis}.")
 
 

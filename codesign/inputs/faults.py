@@ -157,7 +157,7 @@ def _wrong_kind(line: _Line, union: KeyPath) -> bool:
 
 
 def _miscounted(line: _Line) -> bool:
-    """Whether a list is called too short only because entries of it were refused."""
+    """True if a list is called too short only because entries of it were refused."""
     return line.type == "too_short" and len(line.value) >= line.context["min_length"]
 
 

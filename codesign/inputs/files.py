@@ -42,7 +42,7 @@ def shipped_names(folder: str) -> list[str]:
 
 
 def is_path(source: str | Path) -> bool:
-    """Whether a user's word for a spec is a path: it has a separator or ends in .yaml or .yml."""
+    """True if a user's word for a spec is a path: it has a separator or ends in .yaml or .yml."""
     if isinstance(source, Path):
         return True
     return "/" in source or os.sep in source or source.endswith((".yaml", ".yml"))

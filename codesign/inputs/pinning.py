@@ -67,7 +67,7 @@ def held(workload: Workload, values: Mapping[str, Any], by: str = "point: ") -> 
 
 
 def _exists_in(section: Exploration, axis: str, variant: Any) -> bool:
-    """Whether an axis exists for points of a variant."""
+    """True if an axis exists for points of a variant."""
     return variant in section.when.get(axis, {}).get(VARIANT_AXIS, (variant,))
 
 

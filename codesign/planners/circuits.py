@@ -169,7 +169,7 @@ class CircuitStyle(ABC):
         """A random design point on a random map, the same for the same seed. Icarus runs it in seconds."""
 
     def held_out(self, variables: Mapping[str, int], /) -> bool:
-        """Whether the resource laws of the style left a synthesis out of their fit, by the parameters of its top."""
+        """True if the resource laws of the style left a synthesis out of their fit, by the parameters of its top."""
         return self.laws is not None and self.laws.held_out(variables)
 
 

@@ -180,7 +180,7 @@ def _columns(placements: Sequence[Placement]) -> tuple[tuple[str, ...], ...]:
 
 
 def _grows(placements: Sequence[Placement], pipeline: str, family: str = "") -> bool:
-    """Whether the pipeline was placed in two sizes at least, on the family or on any one."""
+    """True if the pipeline was placed in two sizes at least, on the family or on any one."""
     placed = {
         (each.row.family, each.registers.size)
         for each in placements
@@ -259,7 +259,7 @@ def _beyond(placements: Sequence[Placement], growth: Growths, middle: float) -> 
 
 
 def _alike(placement: Placement, pipeline: str, family: str) -> bool:
-    """Whether it is of this pipeline on this family."""
+    """True if it is of this pipeline on this family."""
     return placement.registers.pipeline == pipeline and placement.row.family == family
 
 

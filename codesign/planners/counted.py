@@ -125,11 +125,11 @@ class CountedLaws:
         return terms
 
     def holds(self, text: str, variables: Mapping[str, int]) -> bool:
-        """Whether a condition of the table is true of a row."""
+        """True if a condition of the table is true of a row."""
         return bool(_Names(self, variables, "").value(text))
 
     def held_out(self, variables: Mapping[str, int]) -> bool:
-        """Whether a row with these parameters of the top module is held out of the fits."""
+        """True if a row with these parameters of the top module is held out of the fits."""
         return self.holds(self.table["held_out"], variables)
 
     @cached_property

@@ -202,7 +202,7 @@ class Planner(ABC):
         return _TASK_TEXTS[task]
 
     def plans_for_start(self, _job: Job[Any, Any], /) -> bool:
-        """Whether the plan depends on the first start, so that each start is simulated. By default it does."""
+        """True if the plan depends on the first start, so that each start is simulated. By default it does."""
         return True
 
     def answer_class(self, _job: Job[Any, Any], start: Cell, /) -> Hashable:

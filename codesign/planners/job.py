@@ -207,7 +207,7 @@ class Job(Generic[ProblemT, ParametersT]):
     detail: bool = True
 
     def does(self, task: str) -> bool:
-        """Whether the planning component does ``task`` itself.
+        """True if the planning component does ``task`` itself.
 
         >>> Job(None, None).does("decide"), Job(None, None, inside=frozenset({"relax"})).does("decide")
         (True, False)

@@ -183,7 +183,7 @@ class FleetUpdates(ABC):
     @property
     @abstractmethod
     def over(self) -> bool:
-        """Whether no update follows."""
+        """True if no update follows."""
 
     @property
     @abstractmethod

@@ -148,7 +148,7 @@ class Bounds:
 
     @property
     def shares(self) -> bool:
-        """Whether a figure is aggregated by share: a design may then be feasible though a condition is not."""
+        """True if a figure is aggregated by share: a design may then be feasible though a condition is not."""
         return any(isinstance(rule, Share) for rule in self.section.aggregate.values())
 
     def families(self) -> Iterator[Family]:
@@ -395,5 +395,5 @@ class OpenFamily:
 
     @staticmethod
     def _is_same(figure: ResultFigure) -> bool:
-        """Whether all designs of a family have the same figure."""
+        """True if all designs of a family have the same figure."""
         return not isinstance(figure, DerivedFigure) and (figure.name not in PRICED or figure.name == "cycles")

@@ -57,7 +57,7 @@ class Budget:
         return min(left_s, max(0.0, self.seconds - (self.clock() - self._begun)))
 
     def spend(self, points: int) -> bool:
-        """Whether so many points may be begun now; they then count as begun."""
+        """True if so many points may be begun now; they then count as begun."""
         if self._is_over():
             return False
         if self.left is not None and points > self.left:
@@ -67,7 +67,7 @@ class Budget:
         return True
 
     def late(self, points: int) -> bool:
-        """Whether the time is over for so many points that were granted and not begun: they then count as not begun."""
+        """True if the time is over for so many points that were granted and not begun: they then count as not begun."""
         over = self._is_over()
         self.used -= points * over
         return over

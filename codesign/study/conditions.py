@@ -146,5 +146,5 @@ class Conditions:
         return rule_for(self.aggregate, figure)
 
     def maximise(self, figure: ResultFigure) -> bool:
-        """Whether more of the aggregated figure is better: of a share that meets a limit it is, whatever the figure."""
+        """True if more of the aggregated figure is better: of a share that meets a limit it is, whatever the figure."""
         return figure.maximise or isinstance(self.rule(figure), Share)

@@ -67,7 +67,7 @@ class StudyPoint:
 
     @property
     def feasible(self) -> bool:
-        """Whether it fits and, in a study without conditions, satisfies every constraint."""
+        """True if it fits and, in a study without conditions, satisfies every constraint."""
         return bool(self.study.judged.feasible_points[self.index])
 
     @property
@@ -193,7 +193,7 @@ class Design:
 
     @property
     def feasible(self) -> bool:
-        """Whether it fits in every condition that counts, and satisfies every constraint."""
+        """True if it fits in every condition that counts, and satisfies every constraint."""
         return bool(self.study.judged.feasible[self.index])
 
     @property

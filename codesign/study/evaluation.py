@@ -65,12 +65,12 @@ class Done:
 
     @property
     def together(self) -> bool:
-        """Whether its points were priced side by side."""
+        """True if its points were priced side by side."""
         return self.priced is not None or bool(self.block)
 
     @property
     def apart(self) -> bool:
-        """Whether its points have to be simulated each by itself."""
+        """True if its points have to be simulated each by itself."""
         return bool(self.why_apart)
 
 

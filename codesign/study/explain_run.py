@@ -79,7 +79,7 @@ def derived_words(figures: Sequence[ResultFigure]) -> dict[str, Words]:
 
 
 def is_priced(result: Result, figure: ResultFigure) -> bool:
-    """Whether a figure of a result is made of prices, and there."""
+    """True if a figure of a result is made of prices, and there."""
     return priced(figure) and result.figure(figure) is not None
 
 

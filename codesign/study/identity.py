@@ -279,7 +279,7 @@ def _package_of(module: str) -> tuple[str, tuple[Path, ...]]:
 
 
 def _has_no_part(name: str) -> bool:
-    """Whether no result depends on a shipped file, by its name as of ``_shipped``."""
+    """True if no result depends on a shipped file, by its name as of ``_shipped``."""
     *folders, file = name.split("/")
     if folders and folders[0] in _DATA:
         return not name.startswith(_DATA_IN_RESULTS)

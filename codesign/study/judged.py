@@ -112,7 +112,7 @@ class Judged:
 
     @cached_property
     def tolerant(self) -> bool:
-        """Whether no figure that designs are judged by needs a run in every condition.
+        """True if no figure that designs are judged by needs a run in every condition.
 
         A share does not, nor does what a design takes of its chip.
         """

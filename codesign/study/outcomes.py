@@ -98,7 +98,7 @@ class Outcomes:
         return len(self.state)
 
     def __eq__(self, other: object) -> bool:
-        """Whether the same came of every point, however the templates are numbered."""
+        """True if the same came of every point, however the templates are numbered."""
         if not isinstance(other, Outcomes) or len(self) != len(other):
             return False
         columns = zip(self._columns(), other._columns(), strict=True)
@@ -182,7 +182,7 @@ class Outcomes:
         return None if number < 0 else self.templates[number]
 
     def is_priced(self, index: int) -> bool:
-        """Whether a point has a template in place of a full result."""
+        """True if a point has a template in place of a full result."""
         number = int(self.which[index])
         return number >= 0 and number not in self.whole
 

@@ -30,7 +30,7 @@ class StudyRivals:
         self._verdicts: dict[ResultFigure, Verdict] = {}
 
     def verdict(self, figure: ResultFigure) -> Verdict:
-        """Whether the best point by a figure is the best at every value inside all intervals.
+        """True if the best point by a figure is the best at every value inside all intervals.
 
         Not assessed where points would have to be simulated, and the files of the study are missing.
         """
@@ -67,11 +67,11 @@ class StudyRivals:
         return np.where(np.asarray(termless, np.bool_), math.nan, low), high
 
     def assessed(self, why_not: Callable[[Result], str]) -> NDArray[np.bool_]:
-        """Whether there is no reason against a verdict in what each has in common with others."""
+        """True if there is no reason against a verdict in what each has in common with others."""
         return np.asarray(self._of_each(lambda number: not why_not(self._outcomes.templates[number])), np.bool_)
 
     def at_hand(self, position: int) -> bool:
-        """Whether the full result of one was kept, or has to be simulated."""
+        """True if the full result of one was kept, or has to be simulated."""
         return not self._outcomes.is_priced(int(self.points[position]))
 
     def result(self, position: int) -> Result:

@@ -49,7 +49,7 @@ class Search(Protocol):
 
     @property
     def complete(self) -> bool:
-        """Whether every design was asked for or excluded."""
+        """True if every design was asked for or excluded."""
 
     @property
     def excluded(self) -> Sequence[Box]:
@@ -115,7 +115,7 @@ class Searched:
 
     @property
     def proved(self) -> bool:
-        """Whether the chosen search proved the front."""
+        """True if the chosen search proved the front."""
         return self.traces[0].proved
 
 
@@ -147,7 +147,7 @@ class RandomSearch:
 
     @property
     def complete(self) -> bool:
-        """Whether all designs were drawn."""
+        """True if all designs were drawn."""
         return len(self._asked) == self._size
 
     def ask(self, count: int) -> list[int]:

@@ -43,7 +43,7 @@ class _OpenBox:
 
     @property
     def is_single(self) -> bool:
-        """Whether it is one design."""
+        """True if it is one design."""
         return bool((self.low == self.last).all())
 
 
@@ -176,7 +176,7 @@ class BoundSearch:
         return self._bounds.design(family.part, family.at(fast[0].tolist()))
 
     def _is_dominated(self, box: _OpenBox) -> bool:
-        """Whether an evaluated design dominates a box, which is then excluded."""
+        """True if an evaluated design dominates a box, which is then excluded."""
         archive = self._archive(box.family.task)
         number = archive.dominating(box.costs)
         if number < 0:

@@ -132,7 +132,7 @@ class OptunaSearch:
 
     @property
     def complete(self) -> bool:
-        """Whether every design was asked for."""
+        """True if every design was asked for."""
         return len(self._known) == len(self._problem.decisions)
 
     def ask(self, count: int) -> list[int]:

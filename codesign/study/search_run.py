@@ -106,7 +106,7 @@ class Rounds(Tally):
         return outcomes
 
     def is_done(self, point: int) -> bool:
-        """Whether a point was computed, and did not fail."""
+        """True if a point was computed, and did not fail."""
         number, row = self._place.get(point, (-1, -1))
         return number >= 0 and self._held[number][1].state[row] == State.DONE
 

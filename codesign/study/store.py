@@ -84,7 +84,7 @@ class Store(Protocol):
         """The blocks there are under ``keys``, one by one."""
 
     def has_entries(self) -> bool:
-        """Whether any point that was simulated by itself is kept."""
+        """True if any point that was simulated by itself is kept."""
 
     def computations(self) -> dict[str, str]:
         """Every computation, up to ``MOST_COMPUTATIONS`` bytes of them, by digest."""
@@ -126,7 +126,7 @@ class MemoryStore:
         yield from ((key, self._blocks[key]) for key in keys if key in self._blocks)
 
     def has_entries(self) -> bool:
-        """Whether any entry is kept."""
+        """True if any entry is kept."""
         return bool(self._entries)
 
     def computations(self) -> dict[str, str]:
@@ -357,7 +357,7 @@ class FileStore:
             yield key, data
 
     def has_entries(self) -> bool:
-        """Whether any point that was simulated by itself is kept."""
+        """True if any point that was simulated by itself is kept."""
         with self._reported_faults():
             return self._connection.execute("SELECT 1 FROM point LIMIT 1").fetchone() is not None
 

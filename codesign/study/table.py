@@ -175,7 +175,7 @@ class Table:
 
     @property
     def broken(self) -> bool:
-        """Whether every design failed: the exploration shows nothing about what is feasible."""
+        """True if every design failed: the exploration shows nothing about what is feasible."""
         return len(self.failed) == self.judged.count > 0
 
     @cached_property

@@ -135,7 +135,7 @@ class Dealer:
         self._first.extend(works)
 
     def is_empty(self) -> bool:
-        """Whether no work is left."""
+        """True if no work is left."""
         if not self._first and not any(self._waiting.values()):
             self._first.extend([work] if (work := next(self._works, None)) is not None else [])
         return not self._first and not any(self._waiting.values())
@@ -216,11 +216,11 @@ class WorkQueue:
         return [replace(each, work=work) for work, each in zip(works, done, strict=False)]
 
     def on_trial(self, work: Work) -> bool:
-        """Whether a work is computed alone, as a worker died while it was under way before."""
+        """True if a work is computed alone, as a worker died while it was under way before."""
         return any(work is trial for trial in self._trials)
 
     def is_empty(self) -> bool:
-        """Whether no work is left that is not under way."""
+        """True if no work is left that is not under way."""
         return not self.suspects and self._dealer.is_empty()
 
     def take(self, done: Done) -> Iterator[Done]:

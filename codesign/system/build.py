@@ -66,11 +66,11 @@ class Machine:
 
     @property
     def listening(self) -> bool:
-        """Whether there is a listener."""
+        """True if there is a listener."""
         return bool(self._listeners)
 
     def wants(self, kind: type[Record]) -> bool:
-        """Whether a listener wants records of this class. Others are not built."""
+        """True if a listener wants records of this class. Others are not built."""
         return bool(self._listeners) and kind not in self._unwanted
 
     def run(self, process: Generator[Any, Any, None]) -> None:
@@ -93,7 +93,7 @@ class Machine:
 
     @property
     def claimed(self) -> bool:
-        """Whether a display takes cycles of a memory that the design works in."""
+        """True if a display takes cycles of a memory that the design works in."""
         if self.system.part is None:
             return False
         memories = (self.planning_component.block_ram, self.planning_component.external)

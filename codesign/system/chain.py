@@ -58,7 +58,7 @@ class PlanMachine(Protocol):
         """The parts of an energy up to now, by name; none of a recorder."""
 
     def wants(self, kind: type[Record]) -> bool:
-        """Whether a listener wants records of this class."""
+        """True if a listener wants records of this class."""
 
     def run(self, process: Generator[Any, Any, None]) -> None:
         """Run a process generator to the end."""

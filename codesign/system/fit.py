@@ -102,7 +102,7 @@ def laws_of(style: Architecture | TaskStyle, component: FpgaComponent, task: str
 
 
 def is_for(calibration: CalibrationFile, style: Architecture | TaskStyle, task: str = "") -> bool:
-    """Whether a calibration is for the laws of a style."""
+    """True if a calibration is for the laws of a style."""
     return (calibration.planner, calibration.style, calibration.task) == (style.planner, style.style, task)
 
 

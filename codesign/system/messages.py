@@ -61,7 +61,7 @@ class Routes:
         self.between = cache(self._between)
 
     def joined(self, origin: str, target: str) -> bool:
-        """Whether any route leads from one component to the other."""
+        """True if any route leads from one component to the other."""
         return bool(networkx.has_path(self._graph, origin, target))
 
     def _between(self, origin: str, target: str) -> tuple[Hop, ...]:

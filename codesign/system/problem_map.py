@@ -246,7 +246,7 @@ class Places:
         return tuple(pairs), tuple(scenario.optimal_length for scenario in pairs.values())
 
     def _other_map(self, name: str, scenario: MovingAiScenario) -> bool:
-        """Whether a problem is of another map than the workload's, by name or size; that is a fault."""
+        """True if a problem is of another map than the workload's, by name or size; that is a fault."""
         file, wanted = self._workload.map_file, self._problem.map
         its_name = scenario.map_name.replace("\\", "/").rpartition("/")[2]
         what = None

@@ -35,7 +35,7 @@ class Arrivals:
 
     @property
     def serve(self) -> bool:
-        """Whether enough starts arrive."""
+        """True if enough starts arrive."""
         return self.arrived >= self.needed
 
     def __str__(self) -> str:
@@ -76,7 +76,7 @@ class Trial:
 
     @property
     def serves(self) -> bool:
-        """Whether the design fits and its plan serves."""
+        """True if the design fits and its plan serves."""
         return not self.short and (self.arrivals is None or self.arrivals.serve)
 
     def __str__(self) -> str:

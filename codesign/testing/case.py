@@ -88,7 +88,7 @@ class Case:
 
     @property
     def on_maps(self) -> bool:
-        """Whether the planner's problem is a map with goals and starts."""
+        """True if the planner's problem is a map with goals and starts."""
         return self.planner.problem_model is None
 
     @cached_property
@@ -186,7 +186,7 @@ class Case:
         return row, column
 
     def same(self, plan: Any) -> bool:
-        """Whether ``plan`` is the planner's plan of ``problem``."""
+        """True if ``plan`` is the planner's plan of ``problem``."""
         return self.planner.identity(plan) == self.planner.identity(self.plan)
 
 

@@ -212,7 +212,7 @@ def check_design(report: Report, point: DesignPoint, expected: str | None) -> st
 
 
 def names_part(written: str, part: Part) -> bool:
-    """Whether a part as a tool writes it, such as ``7a200tffv1156-2``, is a part in its speed grade.
+    """True if a part as a tool writes it, such as ``7a200tffv1156-2``, is a part in its speed grade.
 
     A report without a speed grade is of any. Gowin writes ``C8/I7`` for its grade.
     """

@@ -45,7 +45,7 @@ class Spread:
 
     @property
     def beyond(self) -> bool:
-        """Whether a resource is off by more than its tolerance on the rows held out, or on all where none is."""
+        """True if a resource is off by more than its tolerance on the rows held out, or on all where none is."""
         errors = self.held or self.fitted
         if self.quantity in EXACT:
             return max(self.fitted + self.held) > 0

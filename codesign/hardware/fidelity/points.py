@@ -73,7 +73,7 @@ class Point:
 
     @property
     def holds(self) -> bool:
-        """Whether the law's interval has the measured figure in it."""
+        """True if the law's interval has the measured figure in it."""
         low, high = self.predicted.interval
         return low <= self.measured <= high
 

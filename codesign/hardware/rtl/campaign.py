@@ -41,7 +41,7 @@ class Checked:
 
     @property
     def equal(self) -> bool:
-        """Whether the circuit reports what the model expects."""
+        """True if the circuit reports what the model expects."""
         return self.verified is not None and self.verified.first is None
 
 
@@ -66,7 +66,7 @@ class StyleChecked:
 
     @property
     def equal(self) -> bool:
-        """Whether every point is equal, and the cycles deviate by no more than is excused."""
+        """True if every point is equal, and the cycles deviate by no more than is excused."""
         return all(point.equal for point in self.points) and self.deviation <= MOST_DEVIATION
 
 

@@ -22,7 +22,7 @@ TWO_PORTS = "ram_2rw.v"
 
 
 def holds_memories(circuit: Circuit, family: Family) -> bool:
-    """Whether block RAMs of the family hold the memories of a circuit."""
+    """True if block RAMs of the family hold the memories of a circuit."""
     return family.true_two_ports or all(source.name != TWO_PORTS for source in circuit.sources)
 
 

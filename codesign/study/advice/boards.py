@@ -108,5 +108,5 @@ def boards_of(sources: Sequence[str] | None = None) -> tuple[Board, ...]:
 
 
 def is_file(board: Board) -> bool:
-    """Whether the board is a file of the user, not a shipped platform."""
+    """True if the board is a file of the user, not a shipped platform."""
     return is_path(board.source)

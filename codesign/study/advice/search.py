@@ -95,7 +95,7 @@ def search(
 
 
 def _goes_on(trial: Trial, question: Question) -> bool:
-    """Whether the next design of a chain may suffice where this one does not."""
+    """True if the next design of a chain may suffice where this one does not."""
     if trial.time_s is not None and trial.time_s > question.needs.period_s:
         return False
     return bool(trial.shortfalls) and all(shortfall.need == "arrive" for shortfall in trial.shortfalls)

@@ -56,7 +56,7 @@ class Shortfall(ResultModel):
 
     @property
     def is_unknown(self) -> bool:
-        """Whether nobody knows what it comes to, which is no matter of a refusal."""
+        """True if nobody knows what it comes to, which is no matter of a refusal."""
         return self.demand is None and self.need != "refused"
 
     @property

@@ -79,7 +79,7 @@ def _count_apart(design: Int, part: Int, low: Int, high: Int, shapes: Shapes, en
 
 
 def _apart(low: Int, high: Int) -> bool:
-    """Whether no two boxes meet. They are cut in two, again and again, until few are left to compare."""
+    """True if no two boxes meet. They are cut in two, again and again, until few are left to compare."""
     stack, work = [(low, high)], _MOST_WORK * (len(low) + 1)
     while stack:
         low, high = stack.pop()

@@ -64,7 +64,7 @@ def _reasons_alone(system: System) -> Iterator[str]:
 
 
 def _is_of_whole_results(figure: ResultFigure) -> bool:
-    """Whether a figure may rest on what prices move, and pricing does not know how."""
+    """True if a figure may rest on what prices move, and pricing does not know how."""
     part = figure.path.partition(".")[0]
     moved = part in _MOVED or (part == "task" and figure.unit == "s") or figure.value is not None
     return moved and figure.name not in PRICED

@@ -53,7 +53,7 @@ class Moved(ResultModel):
 
     @property
     def dominates(self) -> bool:
-        """Whether it is feasible, better in an objective and worse in none."""
+        """True if it is feasible, better in an objective and worse in none."""
         return bool(self.feasible and self.better and not self.worse)
 
 

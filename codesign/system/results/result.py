@@ -281,7 +281,7 @@ class Result(InNotebooks, ResultModel):
 
     @property
     def simulated(self) -> bool:
-        """Whether the design was run. One that does not fit was not; one with a plan of too few starts was."""
+        """True if the design was run. One that does not fit was not; one with a plan of too few starts was."""
         return self.utilisation is not None
 
     def figure(self, figure: ResultFigure | str) -> float | None:

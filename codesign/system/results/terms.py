@@ -50,7 +50,7 @@ class Draw(Monomial):
     beside: Annotated[str, Field(description="the component that it works and waits with; by default itself")] = ""
 
     def during(self, term: Term) -> bool:
-        """Whether it is drawn in a part of the time."""
+        """True if it is drawn in a part of the time."""
         busy = term.works and term.where == (self.beside or self.where)
         return self.when == "always" or busy == (self.when == "busy")
 
@@ -100,14 +100,14 @@ ENERGY_OVER = "plan_time_mean_s"
 
 
 def priced(figure: ResultFigure) -> bool:
-    """Whether a figure rests on figures with intervals: the times and the energy of a plan, power, what they make."""
+    """True if a figure rests on figures with intervals: the times and the energy of a plan, power, what they make."""
     if isinstance(figure, DerivedFigure):
         return any(priced(FIGURES[name]) for name in figure.names)
     return (figure.within in {"time", "task", "energy"} and figure.unit in {"s", "J"}) or figure.name == "power"
 
 
 def is_edges(name: str) -> bool:
-    """Whether an input is a number of clock periods waited, which nobody can measure by itself."""
+    """True if an input is a number of clock periods waited, which nobody can measure by itself."""
     return name.endswith(" edges")
 
 

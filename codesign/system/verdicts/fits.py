@@ -34,7 +34,7 @@ class Fit(ResultModel):
 
 
 def fit_verdict(result: Result) -> Fit:
-    """Whether the design of a result fits; see ``Fit``. Of several limits the hardest is named."""
+    """True if the design of a result fits; see ``Fit``. Of several limits the hardest is named."""
     fits = [*limit_verdicts(result.resources, result.bounds, result.clock)]
     # A combination that is refused; and a bound of a result that was written without its bounds.
     known = {bound.name for bound in result.bounds}
@@ -48,7 +48,7 @@ def fit_verdict(result: Result) -> Fit:
 
 
 def limit_verdicts(resources: Sequence[ResourceUse], bounds: Sequence[BoundUse], clock: Clock | None) -> Iterator[Fit]:
-    """Whether each limit of a design is kept at every value inside the intervals."""
+    """True if each limit of a design is kept at every value inside the intervals."""
     for use in resources:
         budget = Figure(use.budget, "1", Status.PUBLISHED, "the part")
         yield _held(use.resource, [item.figure for item in use.items], budget)

@@ -52,7 +52,7 @@ class Input(NamedTuple):
 
     @property
     def measurable(self) -> bool:
-        """Whether it is a figure that somebody can measure, and not known yet."""
+        """True if it is a figure that somebody can measure, and not known yet."""
         return self.low < self.high and not is_edges(self.name)
 
 

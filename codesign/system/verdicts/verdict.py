@@ -40,10 +40,10 @@ class Rivals(Protocol):
         """The ends of the interval of the figure of each; NaN: it has none, or the figure is no sum of terms."""
 
     def assessed(self, why_not: Callable[[Result], str]) -> NDArray[np.bool_]:
-        """Whether there is no reason against a verdict in what each has in common with others."""
+        """True if there is no reason against a verdict in what each has in common with others."""
 
     def at_hand(self, position: int) -> bool:
-        """Whether the full result of one is at hand, or has to be simulated."""
+        """True if the full result of one is at hand, or has to be simulated."""
 
     def result(self, position: int) -> Result:
         """The full result of one."""
@@ -70,7 +70,7 @@ class Listed:
         return table[:, 0], table[:, 1]
 
     def assessed(self, why_not: Callable[[Result], str]) -> NDArray[np.bool_]:
-        """Whether there is no reason against a verdict about each."""
+        """True if there is no reason against a verdict about each."""
         return np.array([not why_not(result) for result in self._results], np.bool_)
 
     def at_hand(self, position: int) -> bool:  # noqa: ARG002
@@ -243,7 +243,7 @@ class Verdict(ResultModel):
 def need_verdict(
     result: Result, figure: ResultFigure | str, limit: float, *, at_least: bool = False, strict: bool = False
 ) -> Verdict:
-    """Whether a figure of a result is at most ``limit`` (in its unit), or ``at_least`` it.
+    """True if a figure of a result is at most ``limit`` (in its unit), or ``at_least`` it.
 
     ``strict``: a value that is equal to the limit does not do.
     """
@@ -280,7 +280,7 @@ def _difference(inputs: Inputs, figure: ResultFigure, ours: Result | float, thei
 
 
 def constraint_verdict(result: Result, constraint: Constraint) -> Verdict:
-    """Whether a result keeps a constraint; of two bounds, about the one that is harder to keep.
+    """True if a result keeps a constraint; of two bounds, about the one that is harder to keep.
 
     A design without a part has a share of 0 of what a part has.
     """
@@ -317,7 +317,7 @@ def _with_demand(verdict: Verdict, result: Result, figure: ResultFigure, limit: 
 
 
 def winner_verdict(results: Sequence[Result] | Rivals, figure: ResultFigure | str) -> Verdict:
-    """Whether the best of several results by a figure is the best at every value inside all intervals.
+    """True if the best of several results by a figure is the best at every value inside all intervals.
 
     Results that share an input have one value of it. Those that are infeasible or have no such figure take no part.
     ``winner``, ``rival`` and ``equals`` are positions in ``results``. After a verdict that is not proved, the rest is

@@ -153,7 +153,7 @@ class _Drawer:
         return next(placed, None)
 
     def _placed(self, frame: str) -> bool:
-        """Whether transforms say where a frame is on the map, or move it in the frame that counts as the map."""
+        """True if transforms say where a frame is on the map, or move it in the frame that counts as the map."""
         path, whole = self._path(frame)
         return whole or bool(path and len(known_times(self._bag.edges, path)))
 

@@ -137,7 +137,7 @@ def _check_kind(path: Path) -> None:
 
 
 def _is_other_mcap(path: Path) -> bool:
-    """Whether an MCAP file has another profile: the first text of its header, which is its first record."""
+    """True if an MCAP file has another profile: the first text of its header, which is its first record."""
     with _guarded(path, lambda: "cannot be read", None), path.open("rb") as file:
         head = file.read(32)
     profile = len(_MAGIC) + 9

@@ -24,7 +24,7 @@ class RecordedMap:
     frame_id: str
 
     def same_as(self, other: RecordedMap) -> bool:
-        """Whether both are the same map."""
+        """True if both are the same map."""
         return self.frame == other.frame and np.array_equal(self.cells, other.cells)
 
 

@@ -37,7 +37,7 @@ class Role:
     never: tuple[str, ...] = ()
 
     def fits(self, topic: str, kind: str) -> bool:
-        """Whether a topic may have the role."""
+        """True if a topic may have the role."""
         last = topic.rsplit("/", 1)[-1]
         return kind in self.types and self.needs in last and not any(word in topic for word in self.never)
 

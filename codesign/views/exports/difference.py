@@ -52,7 +52,7 @@ class Difference:
 
     @property
     def equal(self) -> bool:
-        """Whether all records are equal."""
+        """True if all records are equal."""
         return self.first is None
 
     def fields(self) -> list[tuple[str, str, str]]:

@@ -74,7 +74,7 @@ def answer(result: Result, asked: Iterable[Constraint] = (), needs: Sequence[Con
 
 
 def _need_text(result: Result, need: Constraint) -> str:
-    """Whether a need is met. Nothing is known of it where the design does not fit and was not run."""
+    """True if a need is met. Nothing is known of it where the design does not fit and was not run."""
     if not result.simulated and result.figure(need.figure) is None:
         return "not known: the design was not run"
     return need_text(constraint_verdict(result, need))

@@ -51,7 +51,7 @@ def verdict_text(verdict: Verdict) -> str:
 
 
 def need_text(verdict: Verdict) -> str:
-    """Whether a need is met, and how sure that is: ``met (proved)``, ``met, flips at …``."""
+    """True if a need is met, and how sure that is: ``met (proved)``, ``met, flips at …``."""
     if verdict.holds is None:
         return f"missed: {verdict.reason}"
     fate, decides = "met" if verdict.holds else "missed", verdict.decides
@@ -99,7 +99,7 @@ def measure_text(verdict: Verdict) -> str:
 
 
 def fit_text(fit: Fit) -> str:
-    """Whether a design fits at every value, in a line."""
+    """True if a design fits at every value, in a line."""
     if fit.fits == "yes" or fit.demand is None or fit.limit is None:
         return "yes, at every value of its demand and of its clock limit" if fit.fits == "yes" else fit.fits
     unit = "" if fit.figure is None or fit.figure.unit == "1" else fit.figure.unit

@@ -110,7 +110,7 @@ def best_designs_table(best: Sequence[Winner]) -> Table:
 
 
 def needs_table(designs: Designs, needs: Sequence[Constraint]) -> Table:
-    """Whether each design meets each need, and how sure that is."""
+    """True if each design meets each need, and how sure that is."""
     rows = []
     for need in needs:
         for name, result in designs:
@@ -233,7 +233,7 @@ class BarChart:
 
     @property
     def whiskers(self) -> bool:
-        """Whether any bar has an interval."""
+        """True if any bar has an interval."""
         return any(bar.low is not None for bar in self.bars)
 
 

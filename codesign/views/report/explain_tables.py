@@ -37,7 +37,7 @@ HOLES_NOTE = (
 
 
 def explanation_sentence(explanation: Explanation) -> str:
-    """Whether the design is feasible, what its time goes into or why it is out, and what is better."""
+    """True if the design is feasible, what its time goes into or why it is out, and what is better."""
     number = "" if explanation.index is None else f"design {explanation.index} of "
     head = f"{number}{explanation.workload} on {explanation.platform}"
     if explanation.out:

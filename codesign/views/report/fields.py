@@ -45,7 +45,7 @@ class Shown:
 
     @property
     def is_declared(self) -> bool:
-        """Whether it is a declared figure of results."""
+        """True if it is a declared figure of results."""
         return self.name in FIGURES
 
     @property
@@ -71,7 +71,7 @@ def shown_fields(kind: type) -> tuple[Shown, ...]:
 
 
 def _is_number(annotation: Any) -> bool:
-    """Whether the field holds a number, or a number or None."""
+    """True if the field holds a number, or a number or None."""
     optional = get_origin(annotation) in (Union, UnionType)
     return annotation in (int, float) or (optional and set(get_args(annotation)) <= {int, float, NoneType})
 

@@ -435,7 +435,7 @@ def _without_head(table: Table) -> Table:
 
 
 def _is_narrow(table: Table) -> bool:
-    """Whether half of the page is wide enough. Of two columns the second is words, which may be wrapped."""
+    """True if half of the page is wide enough. Of two columns the second is words, which may be wrapped."""
     if len(table.columns) > _NARROW_COLUMNS:
         return False
     if len(table.columns) <= 2:

@@ -165,7 +165,7 @@ def _times_table(result: Result) -> Table:
 
 
 def _several(result: Result) -> bool:
-    """Whether several starts asked for an answer each."""
+    """True if several starts asked for an answer each."""
     return result.task is not None and result.task.starts > 1 and result.task.task != "field"
 
 

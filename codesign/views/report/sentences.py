@@ -35,7 +35,7 @@ _SAME = 0.02
 
 
 def headline(result: Result) -> Headline:
-    """Whether the design is feasible, and the figures of its mission, its fleet or its plan."""
+    """True if the design is feasible, and the figures of its mission, its fleet or its plan."""
     feasible = (("feasible" if result.feasible else "not feasible", ""),)
     if result.mission is not None:
         return feasible + mission_headline(result.mission)
@@ -93,7 +93,7 @@ def reach_notes(results: Iterable[Result | None]) -> tuple[str, ...]:
 
 
 def mission_headline(mission: Mission) -> Headline:
-    """Whether a mission reached its goals, and its first figures."""
+    """True if a mission reached its goals, and its first figures."""
     return (
         ("reached" if mission.reached else "not reached", ""),
         *_rows(mission, *(name for name in _OF_MISSION if vars(mission)[name] is not None)),
@@ -143,7 +143,7 @@ def _arrivals(quality: Quality | RobotsQuality) -> tuple[int, int]:
 
 
 def all_arrive(quality: Quality | RobotsQuality) -> bool:
-    """Whether all starts or robots arrive."""
+    """True if all starts or robots arrive."""
     arrived, tried = _arrivals(quality)
     return arrived == tried
 

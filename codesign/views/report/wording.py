@@ -65,7 +65,7 @@ def part_cell(part: float, whole: float) -> Cell:
 
 
 def yes_cell(truth: bool | None) -> Cell:
-    """Whether something holds."""
+    """True if something holds."""
     return Cell(ABSENT) if truth is None else Cell("yes" if truth else "no", truth)
 
 
@@ -183,7 +183,7 @@ def labelled(name: str, unit: str) -> str:
 
 
 def wants_logarithm(least: float, most: float) -> bool:
-    """Whether an axis from ``least`` to ``most`` is easier to read by its logarithm."""
+    """True if an axis from ``least`` to ``most`` is easier to read by its logarithm."""
     return least > 0 and most / least > 20
 
 

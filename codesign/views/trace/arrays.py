@@ -34,7 +34,7 @@ _STORED = {"bool": (BITS,), "float64": ("float64", "float32", PLANES)}
 
 
 def is_packed(form: ArrayOf) -> bool:
-    """Whether the field of an array is packed: protobuf has its dtype, and the number of values gives its shape."""
+    """True if the field of an array is packed: protobuf has its dtype, and the number of values gives its shape."""
     return form.dtype in PACKED_TYPES and None not in form.shape[1:]
 
 
@@ -111,7 +111,7 @@ def decode_array(name: str, form: ArrayOf, message: Any) -> NDArray[Any]:
 
 
 def has_shape(form: ArrayOf, shape: Sequence[int]) -> bool:
-    """Whether an array of this form may have this shape."""
+    """True if an array of this form may have this shape."""
     return len(shape) == len(form.shape) and all(
         side in (None, length) for side, length in zip(form.shape, shape, strict=True)
     )

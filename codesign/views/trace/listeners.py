@@ -278,7 +278,7 @@ class _Due:
         self._written: int | None = None
 
     def now(self, time: int, *, last: bool = False) -> bool:
-        """Whether it is due now. True counts as written."""
+        """True if it is due now. True counts as written."""
         soon = self._written is not None and time - self._written < self.interval
         if not self.changed or (soon and not last):
             return False

@@ -192,7 +192,7 @@ class Trace:
 
     @property
     def complete(self) -> bool:
-        """Whether the file is complete and its checksums are right."""
+        """True if the file is complete and its checksums are right."""
         return self.fault is None
 
     @property

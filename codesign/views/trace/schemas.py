@@ -139,7 +139,7 @@ def descriptor_set(record_type: type[Record]) -> bytes:
 
 
 def agrees(record_type: type[Record], written: bytes) -> bool:
-    """Whether messages of the ``FileDescriptorSet`` of a file are such records.
+    """True if messages of the ``FileDescriptorSet`` of a file are such records.
 
     They are if each field of the class has its name and type there, or is absent and has a default. So a later version
     may add fields, and nothing else.

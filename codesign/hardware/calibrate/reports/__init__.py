@@ -65,6 +65,6 @@ def _unknown(text: Text) -> SpecError:
 
 
 def _is_foreign(line: str) -> bool:
-    """Whether most letters of a line are not those of English."""
+    """True if most letters of a line are not those of English."""
     letters = [mark for mark in line if mark.isalpha()]
     return sum(mark > "\x7f" for mark in letters) * 2 > len(letters)

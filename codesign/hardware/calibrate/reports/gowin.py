@@ -25,7 +25,7 @@ _RESOURCES = {"Register": "flip_flops", "CLS": "slices"}
 
 
 def is_report(text: Text) -> bool:
-    """Whether Gowin EDA wrote it."""
+    """True if Gowin EDA wrote it."""
     return text.find(r"(?:Gowin )?(?:PnR|Timing Analysis|Power Analysis) Report") is not None and text.has(
         "Gowin Semiconductor"
     )

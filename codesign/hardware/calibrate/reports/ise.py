@@ -42,7 +42,7 @@ _HZ = {"kHz": 1e3, "MHz": 1e6, "GHz": 1e9}
 
 
 def is_report(text: Text) -> bool:
-    """Whether a tool of ISE wrote it."""
+    """True if a tool of ISE wrote it."""
     return text.find(_HEAD) is not None and text.has("Xilinx")
 
 

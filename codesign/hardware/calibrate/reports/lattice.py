@@ -22,7 +22,7 @@ _VERSION = r"(Diamond|Radiant)(?: Software)? \(64-bit\) (\d[\w.]*)"
 
 
 def is_report(text: Text) -> bool:
-    """Whether a tool of Lattice wrote it."""
+    """True if a tool of Lattice wrote it."""
     return text.find(_VERSION) is not None and (text.has("Lattice Mapping Report") or _is_timing(text))
 
 

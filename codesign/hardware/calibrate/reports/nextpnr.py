@@ -39,7 +39,7 @@ _FREQUENCY = r"Max frequency for clock\s+'(.*)':\s+([\d.]+) MHz \((?:PASS|FAIL) 
 
 
 def is_report(text: Text) -> bool:
-    """Whether nextpnr wrote it."""
+    """True if nextpnr wrote it."""
     if text.whole.lstrip().startswith("{"):
         return '"fmax"' in text.whole and '"utilization"' in text.whole
     return text.find(r"^(?:Info: )?Device utilisation:") is not None

@@ -39,7 +39,7 @@ _SNAPSHOTS = {"synthesized": Stage.SYNTHESISED, "planned": Stage.SYNTHESISED, "p
 
 
 def is_report(text: Text) -> bool:
-    """Whether Quartus wrote it."""
+    """True if Quartus wrote it."""
     kinds = "|".join(_KINDS)
     return text.find(_VERSION) is not None and text.find(rf"^(?:{kinds}) (?:report for|Status\s*:)") is not None
 

@@ -46,7 +46,7 @@ class ClockReading:
 
     @property
     def met(self) -> bool:
-        """Whether the constraint was met. The tool then had no reason to go on, so ``fmax`` is a lower bound."""
+        """True if the constraint was met. The tool then had no reason to go on, so ``fmax`` is a lower bound."""
         return self.constraint is not None and self.fmax.value >= self.constraint
 
 

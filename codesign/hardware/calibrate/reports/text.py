@@ -74,7 +74,7 @@ class Text:
         return found[1].group(1).strip() if found else ""
 
     def has(self, words: str) -> bool:
-        """Whether the text has these words anywhere."""
+        """True if the text has these words anywhere."""
         return words in self.whole
 
     def number(self, text: str, line: int) -> float:

@@ -42,7 +42,7 @@ _NETS = {"unplaced": Stage.SYNTHESISED, "estimated": Stage.PLACED, "routed": Sta
 
 
 def is_report(text: Text) -> bool:
-    """Whether Vivado wrote it."""
+    """True if Vivado wrote it."""
     return text.find(r"^\|\s*Tool Version\s*:\s*Vivado") is not None
 
 

@@ -24,7 +24,7 @@ Modules = dict[str, dict[str, tuple[int, int]]]
 
 
 def is_report(text: Text) -> bool:
-    """Whether Yosys wrote it."""
+    """True if Yosys wrote it."""
     if text.whole.lstrip().startswith("{"):
         return '"num_cells_by_type"' in text.whole and '"modules"' in text.whole
     return (

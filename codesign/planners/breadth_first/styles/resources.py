@@ -60,7 +60,7 @@ def address_bits(rows: int, columns: int, address: Address = Address.SIDE_BY_SID
 
 
 def on_screen(shape: tuple[int, int]) -> bool:
-    """Whether a map of (rows, columns) has a pixel a cell on its half of the screen."""
+    """True if a map of (rows, columns) has a pixel a cell on its half of the screen."""
     return shape[0] <= published.DISPLAY_ROWS and shape[1] <= published.DISPLAY_COLUMNS // 2
 
 

@@ -21,7 +21,7 @@ def block_count(map_shape: Shape, block: Shape) -> int:
 
 
 def fits(machine: Machine, part: Part) -> bool:
-    """Whether the part has the resources for such a block."""
+    """True if the part has the resources for such a block."""
     return not _short(machine, part)
 
 

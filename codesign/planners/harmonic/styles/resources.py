@@ -90,7 +90,7 @@ class Machine:
         }
 
     def of_paper(self, family: str) -> bool:
-        """Whether it is the published design, on a family of parts that it was published for."""
+        """True if it is the published design, on a family of parts that it was published for."""
         return not self.pipeline and self.digit_bits == 1 and family in PAPER_FAMILIES
 
 

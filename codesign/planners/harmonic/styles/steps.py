@@ -251,7 +251,7 @@ class _Run:
 
     @property
     def below(self) -> bool:
-        """Whether the values begin nowhere above the converged field."""
+        """True if the values begin nowhere above the converged field."""
         return self.start is None or isinstance(self.start, LowerBound)
 
     @property

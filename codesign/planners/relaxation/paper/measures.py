@@ -305,7 +305,7 @@ def flat_by_sor(runs: MethodsRuns, _case: Case) -> Words:
 
 @measure
 def none_flat_by_means(runs: MethodsRuns, _case: Case) -> bool:
-    """Whether no run of GS, AM or MAM with the paper's boundary left flat cells."""
+    """True if no run of GS, AM or MAM with the paper's boundary left flat cells."""
     return not any(
         outcome.flat
         for key, outcome in runs.outcomes.items()

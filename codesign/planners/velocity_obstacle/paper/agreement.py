@@ -103,7 +103,7 @@ def in_doubles(numbers: Arithmetic, robot: RobotState) -> RobotState:
 
 
 def _heading_is_near(exact: Arithmetic, robot: RobotState, limits: Bounds) -> bool:
-    """Whether the target's direction lies on the border of two directions of the array, within the bound."""
+    """True if the target's direction lies on the border of two directions of the array, within the bound."""
     x, y = robot.target[0] - robot.position[0], robot.target[1] - robot.position[1]
     sector = 2.0 * math.pi / exact.directions
     away = (math.atan2(y, x) / sector - 0.5) % 1.0
@@ -118,7 +118,7 @@ def _candidate_is_near(
     choices: tuple[Choice, Choice],
     limits: Bounds,
 ) -> bool:
-    """Whether the first candidate that one choice takes and the other refuses is near a threshold."""
+    """True if the first candidate that one choice takes and the other refuses is near a threshold."""
     robot = robots[index]
     candidate = next(
         offered

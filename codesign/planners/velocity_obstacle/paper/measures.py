@@ -172,7 +172,7 @@ def power_law(_runs: RobotsRuns, case: Case) -> Words:
 
 @measure
 def fits(_runs: RobotsRuns, case: Case) -> Words:
-    """Whether a hybrid design fits the part."""
+    """True if a hybrid design fits the part."""
     part = chip()
     short = levers.shortages(Style.HYBRID, case.robots, PARAMETERS, part)
     need = levers.totals(Style.HYBRID, case.robots, PARAMETERS, part)

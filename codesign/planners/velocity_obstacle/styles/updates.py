@@ -31,7 +31,7 @@ class Updates(FleetUpdates):
 
     @property
     def over(self) -> bool:
-        """Whether no update follows."""
+        """True if no update follows."""
         return self.loop.over
 
     @property

@@ -72,7 +72,7 @@ class ArrayLayout:
 
     @property
     def shared(self) -> bool:
-        """Whether an element serves several cells."""
+        """True if an element serves several cells."""
         return self.element_cells > 1
 
     @property

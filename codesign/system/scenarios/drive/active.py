@@ -48,7 +48,7 @@ class ActivePlan:
         return round(float(row)), round(float(column))
 
     def lost(self, position: tuple[float, float], passable: NDArray[np.bool_]) -> bool:
-        """Whether the plan knows no path from ``position``, which is not where it was planned from."""
+        """True if the plan knows no path from ``position``, which is not where it was planned from."""
         if not self._again:
             off = self.path.closest(position)[1] > OFF_PATH
             return off and not starts_clear(join(self.path, position, passable), passable)
@@ -82,7 +82,7 @@ class ActivePlan:
 
 
 def _inside(points: NDArray[np.float64], shape: tuple[int, ...]) -> bool:
-    """Whether all points, float64 n × 2, lie on a map of ``shape``, its rim included."""
+    """True if all points, float64 n × 2, lie on a map of ``shape``, its rim included."""
     return bool(((points >= -0.5) & (points <= np.array(shape) - 0.5)).all())
 
 

@@ -24,7 +24,7 @@ class Goals(ABC):
     @property
     @abstractmethod
     def over(self) -> bool:
-        """Whether nothing is left to be done."""
+        """True if nothing is left to be done."""
 
     @abstractmethod
     def goals(self) -> list[Cell]:
@@ -36,19 +36,19 @@ class Goals(ABC):
 
     @abstractmethod
     def arrived(self) -> bool:
-        """Whether the robot was last seen where it was to go; it goes on from there."""
+        """True if the robot was last seen where it was to go; it goes on from there."""
 
     @abstractmethod
     def obsolete(self, target: Cell, /) -> bool:
-        """Whether a path to ``target`` has lost its purpose."""
+        """True if a path to ``target`` has lost its purpose."""
 
     @property
     def waiting(self) -> bool:
-        """Whether the robot waits at a goal, as the next one is not given yet."""
+        """True if the robot waits at a goal, as the next one is not given yet."""
         return False
 
     def given(self) -> bool:
-        """Whether the goal that the robot waited for is given now. True ends the wait."""
+        """True if the goal that the robot waited for is given now. True ends the wait."""
         return False
 
     @property
@@ -79,7 +79,7 @@ class Tour(Goals):
 
     @property
     def over(self) -> bool:
-        """Whether all goals were reached."""
+        """True if all goals were reached."""
         return self.done == len(self._legs)
 
     def goals(self) -> list[Cell]:
@@ -94,7 +94,7 @@ class Tour(Goals):
         return f"goal {named} is taken by an obstacle{near}"
 
     def arrived(self) -> bool:
-        """Whether the robot was last seen at a goal of the leg under way, standing at the last. Goes on if so."""
+        """True if the robot was last seen at a goal of the leg under way, standing at the last. Goes on if so."""
         look = self._scene.latest_look
         last = self.done == len(self._legs) - 1
         if look.cell not in self._legs[self.done] or (last and look.speed > 0):
@@ -107,11 +107,11 @@ class Tour(Goals):
 
     @property
     def waiting(self) -> bool:
-        """Whether the time of the next goal has not come."""
+        """True if the time of the next goal has not come."""
         return self._waiting
 
     def given(self) -> bool:
-        """Whether the time of the next goal has come."""
+        """True if the time of the next goal has come."""
         if not self._waiting or self._scene.machine.now < self._times[self.done]:
             return False
         self._waiting = False
@@ -151,7 +151,7 @@ class FrontierGoals(Goals):
 
     @property
     def over(self) -> bool:
-        """Whether all that can be reached is known."""
+        """True if all that can be reached is known."""
         return not self.goals()
 
     def goals(self) -> list[Cell]:
@@ -164,7 +164,7 @@ class FrontierGoals(Goals):
         return "no frontier can be reached"
 
     def arrived(self) -> bool:
-        """Whether the robot looked from a frontier cell that it stands in."""
+        """True if the robot looked from a frontier cell that it stands in."""
         look = self._scene.latest_look
         if look.speed > 0 or not self._frontiers.mask(look.cell)[look.cell]:
             return False
@@ -173,5 +173,5 @@ class FrontierGoals(Goals):
         return True
 
     def obsolete(self, target: Cell) -> bool:
-        """Whether what lies beyond ``target`` was seen meanwhile."""
+        """True if what lies beyond ``target`` was seen meanwhile."""
         return not self._frontiers.mask(self._scene.latest_look.cell)[target]

@@ -153,7 +153,7 @@ def _pace(mission: Mission, runs: tuple[LeverRun, ...]) -> Bottleneck | None:
 
 
 def _helps(mission: Mission, run: LeverRun) -> bool:
-    """Whether the mission ends earlier, or reaches goals that it did not reach."""
+    """True if the mission ends earlier, or reaches goals that it did not reach."""
     if not run.reached or run.mission_time_s is None:
         return False
     return not mission.reached or run.mission_time_s < (1.0 - HELPS) * mission.mission_time_s

@@ -181,7 +181,7 @@ class Pilot:
             replanner.learnt(sight)
 
     def _is_lost(self, active: ActivePlan) -> bool:
-        """Whether the robot was seen where the plan knows no path."""
+        """True if the robot was seen where the plan knows no path."""
         look = self.scene.latest_look
         return active.lost(look.position, self.scene.belief.planning_free(look.cell))
 

@@ -55,7 +55,7 @@ class Replanner:
 
     @property
     def busy(self) -> bool:
-        """Whether a plan is under way."""
+        """True if a plan is under way."""
         return self._since is not None
 
     def request(self, sight: Sight, why: str, *, seen: bool) -> None:
@@ -101,7 +101,7 @@ class Replanner:
             self.request(sight, "what lies beyond the frontier was seen", seen=True)
 
     def _blocked(self, active: ActivePlan) -> bool:
-        """Whether anything that is believed blocked lies on the rest of the path."""
+        """True if anything that is believed blocked lies on the rest of the path."""
         look = self.scene.latest_look
         free = self.scene.belief.planning_free(look.cell)
         return active.from_here(look.position, free).first_closed(free, 1) >= 0

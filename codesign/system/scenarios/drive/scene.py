@@ -148,7 +148,7 @@ class Scene:
         return self.machine.system.problem.named(cell)
 
     def moved_since(self, time: int) -> bool:
-        """Whether the robot came away from where it was after ``time`` (ps)."""
+        """True if the robot came away from where it was after ``time`` (ps)."""
         self.advance()
         return self.robot.stood_since > time
 

@@ -97,7 +97,7 @@ class Moving:
 
     @property
     def closed(self) -> bool:
-        """Whether it goes around."""
+        """True if it goes around."""
         return len(self.route) > 2 and self.route[0] == self.route[-1]
 
     def path(self) -> list[Cell]:

@@ -190,7 +190,7 @@ class World:
             self.deferrals[position] = Deferral(waited.time, waited.kind, waited.index, now)
 
     def _admits(self, cells: Cells, robot: Point | None) -> bool:
-        """Whether obstacles on ``cells`` leave the robot its place."""
+        """True if obstacles on ``cells`` leave the robot its place."""
         if robot is None:
             return True
         place = cell_of(robot)
