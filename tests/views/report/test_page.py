@@ -5,6 +5,7 @@ import re
 from dataclasses import replace
 from functools import cache
 from html import escape
+from importlib import import_module
 from pathlib import Path
 
 import numpy as np
@@ -18,7 +19,6 @@ from codesign.planners.reproduction import Finding, Row, Use
 from codesign.study.outcomes import Outcomes
 from codesign.study.study import Study
 from codesign.views.report import Picture, study_page
-from codesign.views.report import study_page as chart_module
 from codesign.views.report.columns import Columns
 from codesign.views.report.page import template_text
 from codesign.views.report.reproduction_page import reproduction_html
@@ -190,7 +190,7 @@ def test_a_point_says_what_it_lacks_and_by_how_much() -> None:
 
 def test_a_large_study_is_thinned_and_keeps_its_front(monkeypatch: pytest.MonkeyPatch) -> None:
     study = a_study(200)
-    monkeypatch.setattr(chart_module, "MOST_POINTS", 120)
+    monkeypatch.setattr(import_module("codesign.views.report.study_page"), "MOST_POINTS", 120)
     data = chart_data(study)
     points = column(data, data["points"]).tolist()
     assert len(points) <= 120
