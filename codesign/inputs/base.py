@@ -1,19 +1,25 @@
-"""A loaded spec: frozen, picklable, with its document (the raw tree and the places of its keys) and a digest."""
+"""A loaded spec: frozen, picklable, with its document (the raw tree and the places of its keys) and a digest.
+
+An edited document is validated again where it was edited; the rest of the spec stays as it is.
+"""
 
 from __future__ import annotations
 
+import contextlib
 import functools
 import hashlib
 import json
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, Self, cast
+from typing import Any, ClassVar, Self, TypeVar, cast
 
-from pydantic import BaseModel, PrivateAttr
+from pydantic import BaseModel, PrivateAttr, ValidationError
 
-from codesign.ground.errors import Fault
+from codesign.ground.errors import Fault, SpecError
 from codesign.ground.figures import Figure
 from codesign.ground.models import SpecModel
 from codesign.inputs.document import Document, KeyPath
+from codesign.inputs.faults import Keep, Teller, context_of, translate
 from codesign.inputs.fields import DECLARED
 
 _NO_DOCUMENT = Document("", Path(), {})
@@ -27,6 +33,12 @@ _NOT_IDENTITY = frozenset({"source", "description", "explore"})
 
 class Spec(SpecModel):
     """A platform or a workload, loaded. Its ``repr`` is its name; ``model_dump`` gives all of it."""
+
+    alone: ClassVar[tuple[str, ...]] = ()
+    """Sections that are sound by themselves, as long as the rest of the spec stays."""
+
+    entries: ClassVar[Mapping[str, bool]] = {}
+    """Sections of named entries, each sound by itself; True if an edit may add and remove entries."""
 
     # A factory, as pydantic copies a default for each model.
     _document: Document = PrivateAttr(default_factory=lambda: _NO_DOCUMENT)
@@ -54,6 +66,22 @@ class Spec(SpecModel):
         spec._document = document
         return spec
 
+    def edited(
+        self, document: Document, fixed: Mapping[str, Any], tell: Teller, keep: Keep | None = None
+    ) -> tuple[Self | None, list[Fault]]:
+        """The spec with its document edited, or every fault of it: see ``validated``."""
+        if document is self.document:
+            return (self.model_copy(update=dict(fixed)) if fixed else self), []
+        return validated(type(self), self, document, fixed, tell, keep)
+
+    def validated_alone(self, section: str, name: str, raw: Any, document: Document) -> SpecModel:
+        """One of the sections ``alone`` (its ``name`` is empty) or a named entry, from its raw form.
+
+        Raises:
+            TypeError, ValueError, KeyError, ValidationError, SpecError: it has a fault.
+        """
+        raise NotImplementedError
+
     def digest(self) -> str:
         """SHA-256, hex, of all that can change a result.
 
@@ -74,6 +102,84 @@ def fault(spec: Spec, path: KeyPath, what: str, hint: str | None = None) -> Faul
     ``path`` leads to the key: ``("problem", "goals", 0)``.
     """
     return spec.document.fault(path, what, hint)
+
+
+S = TypeVar("S", bound=Spec)
+
+
+def validated(
+    model: type[S], spec: S | None, document: Document, fixed: Mapping[str, Any], tell: Teller, keep: Keep | None = None
+) -> tuple[S | None, list[Fault]]:
+    """An edited document as a model, or every fault of it.
+
+    Args:
+        model: of the document.
+        spec: the document before the edits, validated; what they left as it was is not validated again. None: all is.
+        document: the edited document.
+        fixed: fields that do not come from the document.
+        tell: makes the faults. ``keep``: says which are made.
+    """
+    tree = document.tree
+    fields = {key: raw for key, raw in tree.items() if key not in fixed}
+    if spec is not None:
+        edited_spec = _by_entries(spec, document, fixed)
+        if edited_spec is not None:
+            return edited_spec, []
+        before = spec.document.tree
+        for key, validated_before in dict(spec).items():
+            fields[key] = _unless_edited(tree.get(key), before.get(key), validated_before)
+    try:
+        whole = model.model_validate({**fields, **fixed}, context=context_of(document))
+    except ValidationError as error:
+        return None, translate(error, document, tell, keep)
+    return whole.with_document(document, spec), []
+
+
+def _unless_edited(raw: Any, before: Any, model: Any) -> Any:
+    """The ``model`` that a raw section was validated to, entry by entry; or what is raw, where an edit put it there."""
+    if raw is before:
+        return model
+    if isinstance(raw, dict) and isinstance(before, dict) and isinstance(model, dict):
+        entries = {name: _unless_edited(entry, before.get(name), model.get(name)) for name, entry in raw.items()}
+        return {name: raw[name] if entry is None else entry for name, entry in entries.items()}
+    return raw
+
+
+def _by_entries(spec: S, document: Document, fixed: Mapping[str, Any]) -> S | None:
+    """The spec with only the sections and entries validated that were edited; None where that is not enough.
+
+    Where another section was edited, or one of these has a fault, the whole document is validated.
+    """
+    changes, tree, tree_before = dict(fixed), document.tree, spec.document.tree
+    if not tree.keys() <= tree_before.keys():
+        return None
+    for key, before in tree_before.items():
+        raw = tree.get(key)
+        if raw is before or key in fixed:
+            continue
+        changed = _section(spec, key, raw, before, document)
+        if changed is None:
+            return None
+        changes[key] = with_sources(changed, document, (key,), getattr(spec, key))
+    edited = spec.model_copy(update=changes)
+    edited._document = document
+    return edited
+
+
+def _section(spec: Spec, key: str, raw: Any, before: Any, document: Document) -> Any:
+    """An edited section, validated by itself; None where that is not enough."""
+    with contextlib.suppress(TypeError, ValueError, KeyError, ValidationError, SpecError):
+        if key in spec.alone:
+            return spec.validated_alone(key, "", raw, document)
+        if key in spec.entries and isinstance(raw, dict) and raw and (spec.entries[key] or raw.keys() == before.keys()):
+            validated_before = getattr(spec, key)
+            return {
+                name: validated_before[name]
+                if name in validated_before and entry is before.get(name)
+                else spec.validated_alone(key, name, entry, document)
+                for name, entry in raw.items()
+            }
+    return None
 
 
 def _without(content: Any, keys: frozenset[str]) -> Any:

@@ -13,6 +13,7 @@ from typing import Any
 from codesign.ground.errors import Fault, UnsuitedError, clip, show
 from codesign.ground.models import TaskParameters
 from codesign.inputs.axes import MAX_VALUES, in_circle, listed, refusals
+from codesign.inputs.base import validated
 from codesign.inputs.document import Document, KeyPath, Origin, put
 from codesign.inputs.edit import (
     ENTRIES,
@@ -26,7 +27,6 @@ from codesign.inputs.edit import (
     entry_of,
     moves,
     no_variant,
-    validated,
     with_variant,
 )
 from codesign.inputs.exploration import MAX_AXES, MAX_POINTS, overlap

@@ -3,20 +3,25 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Iterable
-from typing import Annotated, Any, Literal, TypeVar
+import json
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Annotated, Any, ClassVar, Literal, TypeVar
 
 from pydantic import Field
 
 from codesign.ground.errors import Fault, choose_hint, clip
 from codesign.ground.models import SpecModel
 from codesign.inputs.base import Spec
-from codesign.inputs.components import AnyComponent, Component, FpgaComponent
+from codesign.inputs.calibration_file import calibration_state
+from codesign.inputs.components import COMPONENTS, AnyComponent, Component, FpgaComponent
 from codesign.inputs.document import Document
 from codesign.inputs.faults import validate
 from codesign.inputs.fields import Name, PowerFigure, PriceFigure
 from codesign.inputs.files import Source, read_spec, shipped_names
-from codesign.inputs.links import MAX_ENDS, Link
+from codesign.inputs.host_file import host_state
+from codesign.inputs.links import LINKS, MAX_ENDS, Link
+from codesign.inputs.part_file import PARTS, name_and_grade
 from codesign.inputs.roles import LINK, ROLE_TYPES, ROLES, Roles, filled_roles, role_faults
 
 _SHOWN = 6
@@ -57,6 +62,8 @@ Kind = TypeVar("Kind", bound=AnyComponent)
 class Platform(Spec):
     """The hardware: components, and the links between them."""
 
+    entries: ClassVar[Mapping[str, bool]] = {"components": False, "links": False}
+
     kind: Literal["platform"] = Field(description="This file is a platform.")
     name: Name = Field(description="Name of the platform, which results show.")
     description: str = Field(default="", description="What it is, for readers.")
@@ -84,6 +91,10 @@ class Platform(Spec):
         """The components of one kind by name, in the order of the file."""
         return {name: spec for name, spec in self.components.items() if isinstance(spec, kind)}
 
+    def validated_alone(self, section: str, name: str, raw: Any, document: Document) -> SpecModel:  # noqa: ARG002
+        """See ``Spec.validated_alone``: a component or link; one of the same content is validated once."""
+        return _of_content(section, json.dumps(raw), document.folder, state_behind(raw, document.folder))
+
     def _identity(self) -> dict[str, Any]:
         chips = [part.chip.model_dump(mode="json") for part in self.of(FpgaComponent).values()]
         identity = super()._identity()
@@ -103,6 +114,21 @@ class Platform(Spec):
             for name, component in self.of(FpgaComponent).items()
             if component.calibrated is not None
         }
+
+
+@functools.lru_cache(maxsize=1024)
+def _of_content(section: str, text: str, folder: Path, _files: object) -> SpecModel:
+    entry = json.loads(text)
+    model: type[SpecModel] = (LINKS if section == "links" else COMPONENTS)[entry["type"]]
+    return model.model_validate(entry, context={"document": Document("", folder, entry)})
+
+
+def state_behind(raw: Mapping[str, Any], folder: Path) -> tuple[object, ...]:
+    """When the files that a raw component names were changed: its part, host and calibration."""
+    part, host, calibration = raw.get("part"), raw.get("host"), raw.get("calibration")
+    parts = PARTS.state([name_and_grade(part)[0]], (folder / "parts",)) if isinstance(part, str) else ()
+    hosts = host_state(host, (folder / "hosts",)) if isinstance(host, str) else ()
+    return (*parts, *hosts, *(calibration_state(calibration, folder) if isinstance(calibration, str) else ()))
 
 
 def _link_faults(document: Document) -> list[Fault]:

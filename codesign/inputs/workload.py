@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from itertools import chain
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import ConfigDict, Field, SerializeAsAny, ValidationError, ValidationInfo, field_validator
 from pydantic_core import InitErrorDetails
@@ -16,6 +16,7 @@ from codesign.inputs.base import Spec
 from codesign.inputs.derived import DerivedFigure
 from codesign.inputs.document import Document
 from codesign.inputs.exploration import Exploration
+from codesign.inputs.faults import context_of
 from codesign.inputs.fields import Name
 from codesign.inputs.map_spec import FileMap
 from codesign.inputs.places import ScenarioLine
@@ -109,6 +110,10 @@ class Variant(SpecModel):
 class Workload(Spec):
     """The job: planner, problem, scenario, mapping, variants and exploration."""
 
+    # As long as planner and scenario stay.
+    alone: ClassVar[tuple[str, ...]] = ("problem",)
+    entries: ClassVar[Mapping[str, bool]] = {"mapping": True}
+
     kind: Literal["workload"] = Field(description="This file is a workload.")
     name: Name = Field(description="Name of the workload, which results show.")
     description: str = Field(default="", description="What it is, for readers.")
@@ -153,6 +158,13 @@ class Workload(Spec):
         if models is None:
             return None
         return {**_other_tasks(self.scenario, (task.name for task in self.tasks)), **models}
+
+    def validated_alone(self, section: str, name: str, raw: Any, document: Document) -> SpecModel:
+        """See ``Spec.validated_alone``: a problem, or the mapping of a task."""
+        if section == "problem":
+            return problem_model(self.planner, document.context).model_validate(raw, context=context_of(document))
+        models = self.task_models
+        return map_task(raw, RawParameters if models is None else models[name], document)
 
     def _identity(self) -> dict[str, Any]:
         # A variant that is not chosen changes no result; one that is has no variants left.

@@ -66,6 +66,18 @@ def planner_steps(planner: Planner, steps: Iterable[Step]) -> Generator[Step, No
 
 
 @dataclass(frozen=True, eq=False)
+class Design:
+    """What one FPGA is configured with: a style, and the job that it is asked about.
+
+    ``task``: the task that is placed by itself; empty of the design that plans.
+    """
+
+    style: Any
+    job: Job[Any, Any]
+    task: str = ""
+
+
+@dataclass(frozen=True, eq=False)
 class System(Draft):
     """One design point, all settled: what ``fit`` and a run take.
 
@@ -116,6 +128,18 @@ class System(Draft):
             external=self.external,
             position=(float(row), float(column)),
         )
+
+    @property
+    def designs(self) -> dict[str, Design]:
+        """The design on each FPGA that has one, by its name; the one that plans comes first."""
+        fpgas, placement = self.platform.of(FpgaComponent), self.placement
+        found = {self.component: Design(self.architecture, self.job)} if self.component in fpgas else {}
+        for task, style in placement.styles.items():
+            name = placement.places[task]
+            if name in fpgas and task not in placement.inside:
+                job = Job(self.problem, self.planning, part=fpgas[name].chip)
+                found.setdefault(name, Design(style, job, task))
+        return found
 
 
 def bind_to(

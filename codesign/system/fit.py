@@ -17,7 +17,8 @@ from codesign.inputs.calibration_file import CLOCK, DYNAMIC, STATIC, Calibration
 from codesign.inputs.components import FpgaComponent
 from codesign.planners.job import Demand, Job, Lever, Line, lever_texts, sum_by_resource
 from codesign.planners.styles import Architecture, TaskStyle
-from codesign.system.results.result import BoundUse, Clock, Reason, ResourceItem, ResourceUse
+from codesign.system.bind import Design
+from codesign.system.results.result import BoundUse, Clock, Power, Reason, ResourceItem, ResourceUse
 from codesign.system.verdicts.fits import ends_text, limit_verdicts
 
 # The laws of a style on an FPGA, as the calibration that its platform names corrects them.
@@ -152,6 +153,31 @@ def fit(
     return PartFit(
         uses, bounds, Clock(hz=clock, limit=clock_limit), (*reasons, *([too_fast] if too_fast is not None else []))
     )
+
+
+@dataclass(frozen=True)
+class DesignFit:
+    """A design's use of a component. ``power``: static and dynamic; None on a processor. ``notes``: for the user."""
+
+    part: PartFit
+    power: Power | None
+    notes: tuple[str, ...]
+
+
+def fit_design(
+    name: str, component: FpgaComponent | None, design: Design, clock: int, tell: TellLevers = lever_texts
+) -> DesignFit:
+    """Hold a design against the component of that name, at a clock in Hz; ``component``: None of a processor."""
+    style, job = design.style, design.job
+    if component is None:
+        held = fit(style.demand(job), None, clock, None, tell)
+        return DesignFit(held, None, fit_notes(name, held))
+    laws = laws_of(style, component, design.task)
+    demand = laws.demand(job)
+    held = fit(demand, component.chip, clock, laws.clock_limit(job), tell)
+    static, dynamic = laws.power(laws.power_demand(job, demand), clock)
+    notes = fit_notes(name, held) + calibration_notes(name, component, style, design.task)
+    return DesignFit(held, Power(static=static, dynamic=dynamic), notes)
 
 
 def fit_part(

@@ -15,13 +15,13 @@ from codesign.inputs import Platform, Workload
 from codesign.inputs.components import DisplayComponent, FpgaComponent, ProcessorComponent
 from codesign.inputs.document import dotted, leaves
 from codesign.inputs.edit import PROBLEM, moves
-from codesign.planners.job import Job, lever_texts
+from codesign.planners.job import lever_texts
 from codesign.planners.quality import Quality
-from codesign.system.bind import System
+from codesign.system.bind import Design, System
 from codesign.system.build import Machine
 from codesign.system.chain import Answer
 from codesign.system.energy import board_powers, energy, idle_boards
-from codesign.system.fit import TellLevers, calibration_notes, fit, fit_notes, laws_of
+from codesign.system.fit import TellLevers, fit_design
 from codesign.system.problem_map import grid_of, length_error
 from codesign.system.results.mission import LinkUse
 from codesign.system.results.provenance import Provenance
@@ -102,56 +102,30 @@ class SystemFit:
 
 
 def fit_system(system: System, tell: TellLevers = lever_texts) -> SystemFit:
-    """Hold the design against its parts. ``tell`` puts the levers of its planning task into words."""
-    job, part = system.job, system.part
-    fields, reasons, powers = _apart(system)
-    fields["notes"] = system.notes + fields.get("notes", ())
-    spec = system.platform.of(FpgaComponent).get(system.component)
-    if spec is not None:
-        laws = laws_of(system.architecture, spec)
-        demand = laws.demand(job)
-        held = fit(demand, part, system.clock, laws.clock_limit(job), tell)
-        fields["notes"] += fit_notes(system.component, held)
-        fields["notes"] += calibration_notes(system.component, spec, system.architecture)
-        static, dynamic = laws.power(laws.power_demand(job, demand), system.clock)
-        powers[system.component] = power = Power(static=static, dynamic=dynamic)
-        fields |= {"resources": held.resources, "clock": held.clock, "power": power}
-    else:
-        held = fit(system.architecture.demand(job), None, system.clock, None, tell)
-        fields["notes"] += fit_notes(system.component, held)
-        fields = {"processor": _processor_figures(system), **fields}
-    fields["bounds"] = held.bounds + fields.get("bounds", ())
+    """Hold the design against its parts. ``tell`` puts the levers of its planning task into words.
+
+    The resources and the clock of a result are those of the FPGA that plans; where none does, of the last one that has
+    a design.
+    """
+    specs, designs = system.platform.of(FpgaComponent), system.designs
+    planning = designs.pop(system.component, None) or Design(system.architecture, system.job)
+    held = {
+        name: fit_design(name, specs[name], design, int(specs[name].clock.value)) for name, design in designs.items()
+    }
+    own = specs.get(system.component)
+    held[system.component] = fit_design(system.component, own, planning, system.clock, tell)
+    fields: dict[str, Any] = {} if own is not None else {"processor": _processor_figures(system)}
+    powers = {name: each.power for name, each in held.items() if each.power is not None}
+    for name, power in powers.items():
+        fields |= {"resources": held[name].part.resources, "clock": held[name].part.clock, "power": power}
     boards = board_powers(system, powers)
-    fields["idle_fpgas"] = {name: boards[name].static for name in idle_boards(system)}
-    return SystemFit(fields, held.reasons + reasons, boards)
-
-
-def _apart(system: System) -> tuple[dict[str, Any], tuple[Reason, ...], dict[str, Power]]:
-    """The use by tasks of FPGAs that do not plan: fields of a result, what does not fit, and the power of each FPGA."""
-    fields: dict[str, Any] = {}
-    reasons: tuple[Reason, ...] = ()
-    powers: dict[str, Power] = {}
-    for task, style in system.placement.styles.items():
-        name = system.placement.places[task]
-        spec = system.platform.of(FpgaComponent).get(name)
-        if task in system.placement.inside or spec is None:
-            continue
-        part, clock = spec.chip, int(spec.clock.value)
-        job = Job(system.problem, system.planning, part=part)
-        laws = laws_of(style, spec, task)
-        demand = laws.demand(job)
-        held = fit(demand, part, clock, laws.clock_limit(job))
-        static, dynamic = laws.power(laws.power_demand(job, demand), clock)
-        powers[name] = power = Power(static=static, dynamic=dynamic)
-        fields = {
-            "resources": held.resources,
-            "bounds": fields.get("bounds", ()) + held.bounds,
-            "clock": held.clock,
-            "power": power,
-            "notes": fit_notes(name, held) + calibration_notes(name, spec, style, task),
-        }
-        reasons += held.reasons
-    return fields, reasons, powers
+    *apart, last = held.values()
+    fields |= {
+        "notes": system.notes + sum((each.notes for each in apart), ()) + last.notes,
+        "bounds": sum((each.part.bounds for each in (last, *apart)), ()),
+        "idle_fpgas": {name: boards[name].static for name in idle_boards(system)},
+    }
+    return SystemFit(fields, sum((each.part.reasons for each in (last, *apart)), ()), boards)
 
 
 def _processor_figures(system: System) -> dict[str, Figure]:

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from input_fuzz import quietly
 
 from codesign.ground.errors import SpecError
-from codesign.inputs import Platform, Workload, design_point, edit, load_platform
+from codesign.inputs import Platform, Workload, base, design_point, edit, load_platform
 from codesign.inputs.faults import context_of
 from codesign.system import catalog
 
@@ -82,7 +82,7 @@ def test_a_point_is_what_its_edited_files_are(point: tuple[tuple[str, str], dict
     names, values = point
     specs = outcome(names, values)
     with pytest.MonkeyPatch.context() as slow:
-        slow.setattr(edit, "_by_entries", lambda *_: None)
+        slow.setattr(base, "_by_entries", lambda *_: None)
         slow.setattr(edit, "_kept_platform", edit._kept_platform.__wrapped__)
         slow.setattr(edit, "_kept_variant", lambda key, name: (edit.with_variant(key.it.document, name), None))
         slow_specs = outcome(names, values)

@@ -70,13 +70,7 @@ def placed(platform: Platform, workload: Workload) -> Placed:
 
 def on_fpgas(system: System) -> list[tuple[str, str, str]]:
     """Task ("" for the planning task), style and component of every task of the planner that is on an FPGA."""
-    of_planning = [("", system.architecture.style, system.component)] if system.part is not None else []
-    apart = [
-        (task, style.style, system.placement.places[task])
-        for task, style in system.placement.styles.items()
-        if task not in system.placement.inside and style.component_type == "fpga"
-    ]
-    return of_planning + apart
+    return [(design.task, design.style.style, name) for name, design in system.designs.items()]
 
 
 def job_of(system: System, task: str, spec: FpgaComponent) -> Job[Any, Any]:

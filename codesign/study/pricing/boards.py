@@ -14,9 +14,9 @@ from codesign.ground.figures import Figure, Status
 from codesign.ground.memo import Same
 from codesign.ground.models import Part
 from codesign.inputs.components import FpgaComponent
-from codesign.planners.job import Demand, Job
+from codesign.planners.job import Demand
 from codesign.study.pricing.machines import Column, Specs
-from codesign.system.bind import System
+from codesign.system.bind import Design, System
 from codesign.system.fit import Laws, clock_reason, fit_part, laws_of
 from codesign.system.results.result import BoundUse, Power, Reason, ResourceUse
 
@@ -52,19 +52,11 @@ class Board:
 
 def boards_of(system: System, specs: Specs) -> dict[str, Board]:
     """The use of every FPGA of a platform, by name."""
-    return {name: _board(system, specs.models[name], name) for name in system.platform.of(FpgaComponent)}
+    designs = system.designs
+    return {name: _board(designs.get(name), specs.models[name]) for name in system.platform.of(FpgaComponent)}
 
 
-def used_boards(system: System) -> tuple[str, ...]:
-    """The FPGAs with a task: the one that plans, then those of tasks apart."""
-    placement, fpgas = system.placement, system.platform.of(FpgaComponent)
-    apart = (placement.places[task] for task in placement.styles if task not in placement.inside)
-    names = dict.fromkeys((system.component, *apart))
-    return tuple(name for name in names if name in fpgas)
-
-
-def _board(system: System, models: Sequence[Any], name: str) -> Board:
-    style, job, task = _design_on(system, name)
+def _board(design: Design | None, models: Sequence[Any]) -> Board:
     kinds: dict[Any, int] = {}
     kind: list[int] = []
     parts: list[Part] = []
@@ -78,11 +70,11 @@ def _board(system: System, models: Sequence[Any], name: str) -> Board:
         if key not in kinds:
             kinds[key] = len(fits)
             parts.append(part)
-            if style is None:
+            if design is None:
                 fits.append(((), (), ()))
                 prices.append(None)
             else:
-                laws, own = laws_of(style, model, task), replace(job, part=part)
+                laws, own = laws_of(design.style, model, design.task), replace(design.job, part=part)
                 demand = laws.demand(own)
                 fits.append(_fit(Same(demand), Same(part)))
                 prices.append((laws, laws.power_demand(own, demand), laws.clock_limit(own)))
@@ -104,14 +96,3 @@ def _board(system: System, models: Sequence[Any], name: str) -> Board:
 def _fit(demand: Same[Demand], part: Same[Part]) -> PartUse:
     """See ``fit_part``; styles give many designs one demand."""
     return fit_part(demand.it, part.it)
-
-
-def _design_on(system: System, name: str) -> tuple[Any, Job[Any, Any], str]:
-    """The style of the design on an FPGA, its job, and its task where that does not plan; None: no task is on it."""
-    if name == system.component:
-        return system.architecture, system.job, ""
-    placement = system.placement
-    for task, style in placement.styles.items():
-        if placement.places[task] == name and task not in placement.inside:
-            return style, Job(system.problem, system.planning), task
-    return None, system.job, ""

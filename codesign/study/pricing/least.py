@@ -12,7 +12,7 @@ from __future__ import annotations
 import numpy as np
 
 from codesign.ground.units import PICOSECONDS_PER_SECOND
-from codesign.study.pricing.boards import boards_of, used_boards
+from codesign.study.pricing.boards import boards_of
 from codesign.study.pricing.computation import Act, Computation
 from codesign.study.pricing.machines import Column, Machines, Specs
 from codesign.study.pricing.price import parts_of
@@ -45,7 +45,7 @@ def least(system: System, fastest: Specs, slowest: Specs, computation: Computati
         "first_plan_s": played[0].times[first.before or first.answered] / PICOSECONDS_PER_SECOND,
         "energy_j": mean_of_requests([played[number].joules["energy_j"] for number in computation.of_starts]),
     }
-    used = used_boards(system)
+    used = tuple(system.designs)
     if used:
         bounds["power"] = sum(watts[used[0]])
     return {

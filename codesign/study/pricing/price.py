@@ -12,7 +12,7 @@ import numpy as np
 from codesign.ground.figures import FIGURES, ResultFigure
 from codesign.ground.units import PICOSECONDS_PER_SECOND
 from codesign.inputs.components import DisplayComponent
-from codesign.study.pricing.boards import Board, Numbers, PartUse, boards_of, used_boards
+from codesign.study.pricing.boards import Board, Numbers, PartUse, boards_of
 from codesign.study.pricing.computation import Computation, Recorded
 from codesign.study.pricing.machines import Column, Machines, Played, Specs, Times
 from codesign.system.bind import System
@@ -98,7 +98,7 @@ def price(system: System, specs: Specs, computed: Callable[[], Computation]) -> 
         RunError: a time is beyond 64 bits. All that ``computed`` raises.
     """
     boards = boards_of(system, specs)
-    used = used_boards(system)
+    used = tuple(system.designs)
     templates, which = _fitted(system, specs, boards, used)
     reason, reasons = _too_fast(specs, boards)
     figures, lows, highs = ({name: np.full(specs.count, math.nan) for name in PRICED} for _ in range(3))
