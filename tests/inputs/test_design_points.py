@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from spec_texts import PLATFORM, TASKS, WORKLOAD, Relax
+from spec_texts import PLATFORM, TASKS, WORKLOAD, Relax, assert_axes_are_sound
 
 from codesign.ground.errors import SpecError
 from codesign.ground.figures import Status
@@ -188,8 +188,9 @@ def cross_faults(folder: Path, *changes: tuple[str, str]) -> str:
 
 
 def test_platform_and_workload_that_go_together(tmp_path: Path) -> None:
-    cross_check(*load(tmp_path))
-    cross_check(*load(tmp_path, ("fpga.clock: [100 MHz", "relax.component: [fpga, host]\n    fpga.clock: [100 MHz")))
+    on_either = ("fpga.clock: [100 MHz", "relax.component: [fpga, host]\n    fpga.clock: [100 MHz")
+    for changes in ((), (on_either,)):
+        assert_axes_are_sound(*load(tmp_path, *changes))
 
 
 @pytest.mark.parametrize(

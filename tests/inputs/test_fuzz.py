@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from input_fuzz import faults_of, paths, quietly, replaced, trees
+from input_fuzz import assert_faults_are_told, paths, quietly, replaced, trees
 from spec_texts import PLATFORM, TASKS, WORKLOAD
 
 from codesign.ground.errors import CodesignError, SpecError
@@ -51,7 +51,7 @@ def test_any_text(text: str) -> None:
 @quietly
 @given(st.binary(max_size=80))
 def test_any_bytes(content: bytes) -> None:
-    faults_of(lambda: parse_document(content, "f.yaml", Path()))
+    assert_faults_are_told(lambda: parse_document(content, "f.yaml", Path()))
 
 
 @quietly
@@ -63,7 +63,7 @@ def test_one_wrong_value_anywhere(tmp_path: Path, data: st.DataObject) -> None:
     # JSON is YAML, so any tree can be written without a YAML writer's own ideas.
     text = json.dumps(replaced(which, path, data.draw(trees)))
     file.write_text(text, encoding="utf-8")
-    for fault in faults_of(lambda: load(file)):
+    for fault in assert_faults_are_told(lambda: load(file)):
         assert fault.line == 1
 
 
@@ -75,7 +75,7 @@ def test_bytes_of_a_spec_damaged(tmp_path: Path, data: st.DataObject) -> None:
     at = data.draw(st.integers(0, len(text) - 1))
     length = data.draw(st.integers(0, 12))
     file.write_bytes(text[:at] + data.draw(st.binary(max_size=6)) + text[at + length :])
-    faults_of(lambda: load(file))
+    assert_faults_are_told(lambda: load(file))
 
 
 @quietly
@@ -105,10 +105,10 @@ def test_any_value_of_an_axis(tmp_path: Path, axis: str, value: Any) -> None:
     (tmp_path / "w.yaml").write_text(WORKLOAD)
     platform = load_platform(tmp_path / "p.yaml")
     workload = load_workload(tmp_path / "w.yaml", TASKS)
-    faults_of(lambda: design_point(platform, workload, {axis: value}))
+    assert_faults_are_told(lambda: design_point(platform, workload, {axis: value}))
     axes = {"explore": {"axes": {axis: [value]}}}
     (tmp_path / "w.yaml").write_text(json.dumps({**WORKLOAD_TREE, **axes}), encoding="utf-8")
-    faults_of(lambda: cross_check(platform, load_workload(tmp_path / "w.yaml", TASKS)))
+    assert_faults_are_told(lambda: cross_check(platform, load_workload(tmp_path / "w.yaml", TASKS)))
 
 
 @pytest.mark.parametrize("name", ["", ".", "..", "x" * 10_000, "a\0b", "\ud800", "~", "C:", "virtex4-pci\n", "💥"])
@@ -132,4 +132,4 @@ def test_any_name(name: str) -> None:
 )
 def test_many_faults_take_no_time_that_grows_with_their_square(tmp_path: Path, text: str) -> None:
     (tmp_path / "spec.yaml").write_text(text)
-    assert 1 <= len(faults_of(lambda: load(tmp_path / "spec.yaml"))) <= 101
+    assert 1 <= len(assert_faults_are_told(lambda: load(tmp_path / "spec.yaml"))) <= 101

@@ -8,14 +8,15 @@ from typing import Any
 
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from input_fuzz import faults_of, paths, quietly, replaced, trees
+from input_fuzz import assert_faults_are_told, paths, quietly, replaced, trees
+from spec_texts import assert_axes_are_sound
 from variant_texts import TREE, load
 
 from codesign.inputs import Workload, cross_check, design_point, load_platform
 
 
 def test_the_tree_of_the_fuzz_is_sound(tmp_path: Path) -> None:
-    cross_check(*load(tmp_path, text=json.dumps(TREE)))
+    assert_axes_are_sound(*load(tmp_path, text=json.dumps(TREE)))
 
 
 @settings(quietly, max_examples=60)
@@ -30,7 +31,7 @@ def test_one_wrong_value_anywhere(tmp_path: Path, data: st.DataObject) -> None:
         made.append(workload)
         cross_check(platform, workload)
 
-    faults_of(loaded)
+    assert_faults_are_told(loaded)
     for workload in made:
         # What was accepted on loading is there to be chosen.
         for name in workload.variants:
@@ -50,7 +51,7 @@ def test_one_wrong_value_anywhere(tmp_path: Path, data: st.DataObject) -> None:
 )  # fmt: skip
 def test_any_value_of_an_axis(tmp_path: Path, axis: str, value: Any) -> None:
     specs = load(tmp_path)
-    faults_of(lambda: design_point(*specs, {axis: value}))
-    faults_of(lambda: design_point(*specs, {axis: value, "workload.variant": "patient"}))
+    assert_faults_are_told(lambda: design_point(*specs, {axis: value}))
+    assert_faults_are_told(lambda: design_point(*specs, {axis: value, "workload.variant": "patient"}))
     text = json.dumps({**TREE, "explore": {"axes": {axis: [value], "relax.iterations": [1]}}})
-    faults_of(lambda: cross_check(*load(tmp_path, text=text)))
+    assert_faults_are_told(lambda: cross_check(*load(tmp_path, text=text)))

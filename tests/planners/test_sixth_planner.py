@@ -58,6 +58,7 @@ printed("check", *specs)
 assert '"feasible": true' in printed("run", *specs, "--json", "--no-levers")
 assert "Nobody 2026" in printed("reproduce", "flood")
 assert all_probes()["flood_cell"]().units == 1000
+print("known")
 """
 
 
@@ -110,7 +111,7 @@ def python(tree: Path, *arguments: str) -> str:
 
 
 def test_the_command_line_knows_the_planner(tree: Path) -> None:
-    python(tree, "-c", COMMANDS)
+    assert python(tree, "-c", COMMANDS).splitlines()[-1] == "known"
 
 
 def test_the_reference_has_its_keys(tree: Path) -> None:

@@ -70,10 +70,6 @@ class Contract:
             store.begin(key, f"definition of {key}")
         assert store.latest() == ("definition of one", b"")
 
-    def test_closes_twice(self, store: Store) -> None:
-        store.close()
-        store.close()
-
 
 class TestMemoryStore(Contract):
     @pytest.fixture
@@ -111,9 +107,10 @@ def test_what_was_put_is_there_the_next_time(file: Path) -> None:
             assert store.latest() == ("definition", b"plan")
 
 
-def test_one_file_is_left(tmp_path: Path) -> None:
+def test_one_file_is_left_by_a_store_that_is_closed_twice(tmp_path: Path) -> None:
     with FileStore(tmp_path / "points.sqlite") as store:
         store.put(Batch([DONE]))
+        store.close()
     assert os.listdir(tmp_path) == ["points.sqlite"]
 
 

@@ -116,7 +116,7 @@ def explored(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Specs]:
     return file, specs
 
 
-def ends_well(hwsw: Hwsw, file: Path, specs: Specs) -> None:
+def assert_ends_well(hwsw: Hwsw, file: Path, specs: Specs) -> None:
     """Every reader of the file ends with what it is for, or with one of the project's own errors."""
     with bounded():
         read = report(hwsw, file)
@@ -226,7 +226,7 @@ def damage(data: st.DataObject, file: Path) -> None:
     file.write_bytes(content[:at] + piece + (b"" if cut else content[at + len(piece) :]))
 
 
-def attempt(hwsw: Hwsw, explored: tuple[Path, Specs], folder: Path, data: st.DataObject) -> None:
+def assert_any_change_ends_well(hwsw: Hwsw, explored: tuple[Path, Specs], folder: Path, data: st.DataObject) -> None:
     file = folder / "forged.sqlite"
     for left in folder.glob("forged.sqlite*"):
         left.unlink()
@@ -236,20 +236,20 @@ def attempt(hwsw: Hwsw, explored: tuple[Path, Specs], folder: Path, data: st.Dat
             change(data, file)
         except (sqlite3.Error, ValueError, LookupError):
             break
-    ends_well(hwsw, file, explored[1])
+    assert_ends_well(hwsw, file, explored[1])
 
 
 @fuzzed
 @given(st.data())
 def test_any_file_of_points(hwsw: Hwsw, explored: tuple[Path, Specs], tmp_path: Path, data: st.DataObject) -> None:
-    attempt(hwsw, explored, tmp_path, data)
+    assert_any_change_ends_well(hwsw, explored, tmp_path, data)
 
 
 @pytest.mark.slow
 @settings(fuzzed, max_examples=examples(120))
 @given(st.data())
 def test_many_files_of_points(hwsw: Hwsw, explored: tuple[Path, Specs], tmp_path: Path, data: st.DataObject) -> None:
-    attempt(hwsw, explored, tmp_path, data)
+    assert_any_change_ends_well(hwsw, explored, tmp_path, data)
 
 
 @pytest.mark.parametrize("state", ["", "DONE", "running"])

@@ -63,7 +63,7 @@ def stands_at_any_width(browser: Any, page: Path) -> None:
                 assert len(tab.pdf(prefer_css_page_size=True)) > 10_000
 
 
-def tables_fit(browser: Any, page: Path) -> None:
+def assert_tables_fit(browser: Any, page: Path) -> None:
     """At 1600 px no table hides a column, and no row is mostly empty; at 400 px a table of few columns is no card."""
     with opened(browser, page, viewport={"width": 1600, "height": 1000}) as tab:
         hidden = "[...document.querySelectorAll('.wide')].filter((each) => each.scrollWidth > each.clientWidth + 1)"

@@ -40,8 +40,8 @@ trees = st.recursive(
 )
 
 
-def faults_of(action: Callable[[], object]) -> tuple[Fault, ...]:
-    """The faults of an action that may succeed, each short and with its place; any other exception is let through."""
+def assert_faults_are_told(action: Callable[[], object]) -> tuple[Fault, ...]:
+    """The faults of an action that may succeed: each is short and has its place. Any other exception is let through."""
     try:
         action()
     except SpecError as error:

@@ -9,7 +9,17 @@ from pydantic import ConfigDict, Field, model_validator
 
 from codesign.ground.errors import SpecError
 from codesign.ground.models import TaskParameters
-from codesign.inputs import RefusalError, SpecModel, list_parts, load_platform, load_workload
+from codesign.inputs import (
+    Platform,
+    RefusalError,
+    SpecModel,
+    Workload,
+    cross_check,
+    design_point,
+    list_parts,
+    load_platform,
+    load_workload,
+)
 
 PLATFORM = """\
 kind: platform
@@ -111,3 +121,11 @@ def faults(text: str, *changes: tuple[str, str]) -> str:
     except SpecError as error:
         return str(error)
     return ""
+
+
+def assert_axes_are_sound(platform: Platform, workload: Workload) -> None:
+    """The two go together, and each value of an axis makes a design point of its own."""
+    cross_check(platform, workload)
+    for axis, values in workload.explore.axes.items():
+        made = [design_point(platform, workload, {axis: value}) for value in values]
+        assert len({tuple(spec.digest() for spec in point) for point in made}) == len(values), axis

@@ -52,7 +52,7 @@ def drawn(style: str, seed: int) -> tuple[str, Design]:
     return room, draw(random.Random(f"{style} {seed}"))
 
 
-def demand_holds(room: str, design: Design, family: str) -> None:
+def assert_demand_holds(room: str, design: Design, family: str) -> None:
     """The LUT of the circuit lie between the sums of the ends of its lines."""
     counted = synthesise(circuit_of(room, design).circuit(job_of(room, design)), family)
     demand: Any = laws_of(room, design).demand(job_of(room, design, load_part(PART)))
@@ -66,7 +66,7 @@ def demand_holds(room: str, design: Design, family: str) -> None:
 @pytest.mark.parametrize("style", STYLES)
 def test_a_random_design_takes_the_lut_of_its_law(style: str, seed: int) -> None:
     pytest.importorskip("pyosys")
-    demand_holds(*drawn(style, seed), "ecp5")
+    assert_demand_holds(*drawn(style, seed), "ecp5")
 
 
 @pytest.mark.slow

@@ -38,7 +38,7 @@ def needs(program: str) -> None:
         pytest.skip(f"{program} is not installed")
 
 
-def holds(circuit: RobotCircuit, seed: int) -> None:
+def assert_decides_as_the_planner(circuit: RobotCircuit, seed: int) -> None:
     needs("iverilog")
     result = verify(circuit, circuit.sample(seed), BACKEND)
     assert (result.differences, result.first) == (0, None), f"seed {seed}"
@@ -47,14 +47,14 @@ def holds(circuit: RobotCircuit, seed: int) -> None:
 @pytest.mark.parametrize("circuit", CIRCUITS, ids=lambda each: each.style)
 def test_the_circuit_decides_as_the_planner_does(circuit: RobotCircuit) -> None:
     for seed in FEW:
-        holds(circuit, seed)
+        assert_decides_as_the_planner(circuit, seed)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("circuit", CIRCUITS, ids=lambda each: each.style)
 def test_hundreds_of_circuits_decide_as_the_planner_does(circuit: RobotCircuit) -> None:
     for seed in MANY:
-        holds(circuit, seed)
+        assert_decides_as_the_planner(circuit, seed)
 
 
 def run(circuit: RobotCircuit, job: Job[object, AvoidParameters]) -> Run:

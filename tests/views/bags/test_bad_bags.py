@@ -48,7 +48,7 @@ def make(late: float = 0.0) -> _Make:
     return _Make(get_typestore(Stores.ROS2_HUMBLE).types, late)
 
 
-def refused(hwsw: Callable[..., Result], bag: Path, *words: str) -> str:
+def assert_refused(hwsw: Callable[..., Result], bag: Path, *words: str) -> str:
     """The error of a bag that is refused: it names the bag, and has a hint."""
     before = set(Path().rglob("*"))
     done = hwsw("workload", "from-bag", bag, "-o", "made")
@@ -62,45 +62,45 @@ def refused(hwsw: Callable[..., Result], bag: Path, *words: str) -> str:
 
 
 def test_what_is_no_bag_is_refused(hwsw: Callable[..., Result], tmp_path: Path) -> None:
-    refused(hwsw, tmp_path / "absent", "does not exist")
+    assert_refused(hwsw, tmp_path / "absent", "does not exist")
     folder = tmp_path / "folder"
     folder.mkdir()
-    refused(hwsw, folder, "has no metadata.yaml")
+    assert_refused(hwsw, folder, "has no metadata.yaml")
     text = tmp_path / "notes.txt"
     text.write_text("no bag")
-    refused(hwsw, text, "is no ROS 2 bag")
+    assert_refused(hwsw, text, "is no ROS 2 bag")
     old = tmp_path / "old.bag"
     old.write_bytes(b"#ROSBAG V2.0\n")
-    refused(hwsw, old, "is a bag of ROS 1", "rosbags-convert --src")
+    assert_refused(hwsw, old, "is a bag of ROS 1", "rosbags-convert --src")
     for name in ("empty.mcap", "empty.db3"):
         empty = tmp_path / name
         empty.write_bytes(b"")
-        refused(hwsw, empty)
+        assert_refused(hwsw, empty)
 
 
 def test_a_native_trace_is_no_bag(hwsw: Callable[..., Result], specs: tuple[Path, Path]) -> None:
     assert hwsw("run", *specs, "--trace", "run.mcap", "-q").exit_code == 0
-    refused(hwsw, Path("run.mcap"), "rofile is not ros2", "hwsw trace export FILE --ros2 DIR")
+    assert_refused(hwsw, Path("run.mcap"), "rofile is not ros2", "hwsw trace export FILE --ros2 DIR")
 
 
 def test_a_bag_without_a_map_names_the_topics(hwsw: Callable[..., Result], tmp_path: Path) -> None:
     bare = write(tmp_path / "bare", (0.0, "/goal_pose", make().goal(0.0, (1.0, 1.0))))
-    refused(hwsw, bare, "has no topic /map", "topics: /goal_pose")
+    assert_refused(hwsw, bare, "has no topic /map", "topics: /goal_pose")
     other = write(tmp_path / "other", (0.0, "/static_map", make().map(hall())), (0.0, "/old_map", make().map(hall())))
-    refused(hwsw, other, "/old_map, /static_map", "--map-topic /old_map")
+    assert_refused(hwsw, other, "/old_map, /static_map", "--map-topic /old_map")
     wrong = write(tmp_path / "wrong", (0.0, "/map", make().goal(0.0, (1.0, 1.0))))
-    refused(hwsw, wrong, "topic /map has messages of geometry_msgs/msg/PoseStamped")
+    assert_refused(hwsw, wrong, "topic /map has messages of geometry_msgs/msg/PoseStamped")
     empty = write(tmp_path / "empty")
-    refused(hwsw, empty, "holds no message")
+    assert_refused(hwsw, empty, "holds no message")
 
 
 def test_a_bag_with_a_map_alone_has_no_mission(hwsw: Callable[..., Result], tmp_path: Path) -> None:
     alone = write(tmp_path / "alone", (0.0, "/map", make().map(hall())))
-    refused(hwsw, alone, "shows no goal, no plan and no robot")
+    assert_refused(hwsw, alone, "shows no goal, no plan and no robot")
     lost = write(
         tmp_path / "lost", (0.0, "/map", make().map(hall())), (1.0, "/goal_pose", make().goal(1.0, (1.0, 1.0)))
     )
-    refused(hwsw, lost, "does not show where the robot is")
+    assert_refused(hwsw, lost, "does not show where the robot is")
 
 
 def test_of_two_maps_one_is_taken_and_that_is_said(tmp_path: Path) -> None:
@@ -127,7 +127,7 @@ def test_clocks_that_jump(hwsw: Callable[..., Result], tmp_path: Path, jump: flo
         messages.append((step * 0.1, "/odom", make().odom(stamp, 0.1, 0.1, 0.0, 0.0)))
     jumped = write(tmp_path / "jumped", *messages)
     if words is not None:
-        refused(hwsw, jumped, "the clock of /odom", words, "cut the bag there")
+        assert_refused(hwsw, jumped, "the clock of /odom", words, "cut the bag there")
     else:
         assert any("/odom has a gap of 20.1 s" in remark for remark in read_bag(jumped, Topics()).remarks)
 
@@ -137,18 +137,18 @@ def test_places_outside_of_the_map_are_refused(hwsw: Callable[..., Result], tmp_
         tmp_path / "far", (0.0, "/map", make().map(hall())), (1.0, "/goal_pose", make().goal(1.0, (99.0, 0.0))),
         (1.0, "/odom", make().odom(1.0, 0.0, 0.0, 0.0, 0.0)),
     )  # fmt: skip
-    refused(hwsw, far, "goal 1 at (99.000, 0.000) m lies outside of the map of 10 × 6 m")
+    assert_refused(hwsw, far, "goal 1 at (99.000, 0.000) m lies outside of the map of 10 × 6 m")
     inside = write(
         tmp_path / "inside", (0.0, "/map", make().map(hall())), (1.0, "/goal_pose", make().goal(1.0, (4.5, 3.0))),
         (1.0, "/odom", make().odom(1.0, 0.0, 0.0, 0.0, 0.0)),
     )  # fmt: skip
-    refused(hwsw, inside, "goal 1 at (4.500, 3.000) m lies on no free cell")
+    assert_refused(hwsw, inside, "goal 1 at (4.500, 3.000) m lies on no free cell")
     nowhere = write(
         tmp_path / "nowhere",
         (0.0, "/map", make().map(hall())),
         (1.0, "/goal_pose", make().goal(1.0, (float("nan"), 0))),
     )
-    refused(hwsw, nowhere, "a goal at (nan, 0)")
+    assert_refused(hwsw, nowhere, "a goal at (nan, 0)")
 
 
 @pytest.mark.parametrize("fault", ["cells", "resolution", "tilted", "rays", "numbers"])

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from browser import opened, tables_fit
+from browser import assert_tables_fit, opened
 from report_samples import a_hopeless_study, a_study
 
 from codesign.ground.figures import FIGURES, ResultFigure
@@ -76,7 +76,7 @@ def test_a_page_is_drawn_at_any_width_and_in_both_colours(browser: Any, page: Pa
 
 
 def test_its_tables_fit(browser: Any, page: Path) -> None:
-    tables_fit(browser, page)
+    assert_tables_fit(browser, page)
 
 
 PLOT_WIDTH = "document.querySelector('#plot canvas').getBoundingClientRect().width"

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from browser import opened, stands_at_any_width, tables_fit
+from browser import assert_tables_fit, opened, stands_at_any_width
 from report_samples import a_result
 from runs_over_time import a_drive, a_fleet, a_plan
 
@@ -55,7 +55,7 @@ def test_a_run_stands_at_any_width_in_both_colours_and_on_paper(
     browser: Any, pages: dict[str, Path], name: str
 ) -> None:
     stands_at_any_width(browser, pages[name])
-    tables_fit(browser, pages[name])
+    assert_tables_fit(browser, pages[name])
     for width in (1600, 900, 400):
         with opened(browser, pages[name], viewport={"width": width, "height": 900}, color_scheme="dark") as tab:
             colours, dark = pixels_of(tab)

@@ -25,7 +25,7 @@ Hwsw = Callable[..., Invoked]
 fuzzed = settings(max_examples=25)
 
 
-def agree(board: Path, drive: Path) -> list[Fault]:
+def assert_agree(board: Path, drive: Path) -> list[Fault]:
     """The faults that ``check`` finds; ``run`` ends with a refusal if there are any, and with a result if not."""
     with bounded():
         faults = check_files((board, drive))
@@ -46,14 +46,14 @@ def agree(board: Path, drive: Path) -> list[Fault]:
 @fuzzed
 @given(placements, changes())
 def test_check_and_run_agree(tmp_path: Path, placement: str, made: list[Change]) -> None:
-    agree(*files(tmp_path, placement, made, limit="20 s", events=600))
+    assert_agree(*files(tmp_path, placement, made, limit="20 s", events=600))
 
 
 @pytest.mark.slow
 @settings(fuzzed, max_examples=examples(400))
 @given(placements, changes(most=6))
 def test_check_and_run_agree_on_many(tmp_path: Path, placement: str, made: list[Change]) -> None:
-    agree(*files(tmp_path, placement, made, limit="20 s", events=3000))
+    assert_agree(*files(tmp_path, placement, made, limit="20 s", events=3000))
 
 
 def robot(**keys: Any) -> list[Change]:
@@ -152,7 +152,7 @@ REFUSED: dict[str, tuple[str, list[Change], str]] = {
 def test_check_refuses_what_run_refuses(tmp_path: Path, name: str) -> None:
     """Each passed ``check`` once, or ended either of the two with a traceback."""
     placement, made, said = REFUSED[name]
-    faults = agree(*files(tmp_path, placement, made))
+    faults = assert_agree(*files(tmp_path, placement, made))
     assert any(said in str(fault) for fault in faults), [str(fault) for fault in faults]
     assert all(fault.line for fault in faults)
 
@@ -160,8 +160,8 @@ def test_check_refuses_what_run_refuses(tmp_path: Path, name: str) -> None:
 def test_long_routes_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("codesign.system.scenarios.drive.faults.MAX_OBSTACLE_CELLS", 1000)
     moving = [MOVING | {"route": [[0, 0], [0, 15]] * 10, "speed": "1 m/s"}]
-    assert not agree(*files(tmp_path, "breadth-first", scenario(obstacles={"moving": moving * 3})))
-    (fault,) = agree(*files(tmp_path, "breadth-first", scenario(obstacles={"moving": moving * 4})))
+    assert not assert_agree(*files(tmp_path, "breadth-first", scenario(obstacles={"moving": moving * 3})))
+    (fault,) = assert_agree(*files(tmp_path, "breadth-first", scenario(obstacles={"moving": moving * 4})))
     assert fault.key == "scenario.obstacles.moving"
     assert fault.what == "the routes have 1,140 steps, more than 1,000"
 
@@ -208,7 +208,7 @@ def test_a_wide_robot_is_refused_soon(tmp_path: Path) -> None:
     """To grow 75,000 obstacles one by one, each by 125,000 cells, took a minute."""
     places = {"map": {"generate": "random", "rows": 500, "columns": 500, "density": 0.3, "seed": 1}}
     made = [("drive", ("problem",), places | {"goals": [[0, 0]], "starts": {"count": 1}}), *robot(radius="20 m")]
-    (fault,) = agree(*files(tmp_path, "breadth-first", made))
+    (fault,) = assert_agree(*files(tmp_path, "breadth-first", made))
     assert "does not fit at its start" in fault.what
 
 
