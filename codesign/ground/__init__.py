@@ -1,1 +1,1 @@
-"""What every room stands on: errors, units, figures with their source, files, records of a run, caches, progress."""
+"""The ground of every room: errors, units, figures with their source, files, records of a run, caches, progress."""

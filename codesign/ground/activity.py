@@ -1,4 +1,4 @@
-"""What components and links do over time: the spans, marks and values of records, in one form for all exports.
+"""The acts of components and links over time: the spans, marks and values of records, in one form for all exports.
 
 A span has a *track*: the component or link, and the kind of its work (``stages``, ``visits``, ``plans``), or the
 direction of its messages. Spans of one track may overlap, as several cores do; ``Lanes`` puts them side by side.
@@ -20,7 +20,7 @@ Kind = Literal["task", "stage", "visits", "message", "wait", "plan"]
 Change = tuple[int, int]
 
 WORKS: tuple[Kind, ...] = ("task", "stage", "message")
-"""What a component or a link is busy with. Visits are inside stages."""
+"""The work that a component or a link is busy with. Visits are inside stages."""
 
 
 @dataclass(frozen=True)
@@ -50,7 +50,7 @@ class Span:
 
     @property
     def name(self) -> str:
-        """What it is, with how it ended."""
+        """Its name, with how it ended."""
         return f"{self.what}{self.tail}"
 
     @property
@@ -88,14 +88,14 @@ Activity = Span | Mark | Value
 
 
 class Acting(Protocol):
-    """What says what is done when: a record."""
+    """Something that says what is done when: a record."""
 
     def acts(self) -> Iterable[Activity]:
         """Its spans, marks and values."""
 
 
 def activities(records: Iterable[Acting]) -> Iterator[Activity]:
-    """What the records say is done when, in the order of the records: each when it had ended.
+    """The acts that the records tell, in the order of the records: each when it had ended.
 
     A plan of a mission is a span from its request to its answer, and ends with the mission at the latest.
     """
@@ -134,7 +134,7 @@ class Lanes:
 
 
 def depth_over_time(spans: Iterable[Span]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """How many spans hold at a time: the times (ps, int64, rising) at which it changes, and the number from then on.
+    """The number of spans at a time: the times (ps, int64, rising) at which it changes, and the number from then on.
 
     >>> times, depth = depth_over_time([Span("wait", "pci", "", "", 0, 9), Span("wait", "pci", "", "", 4, 9)])
     >>> times.tolist(), depth.tolist()

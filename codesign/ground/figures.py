@@ -21,7 +21,7 @@ from codesign.ground.errors import InputError, choose_hint, clip, show
 
 
 class Status(StrEnum):
-    """Where a figure comes from, strongest first."""
+    """The source of a figure, strongest first."""
 
     PUBLISHED = "published"
     CALIBRATED = "calibrated"

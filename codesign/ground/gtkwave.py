@@ -13,7 +13,7 @@ from vcd.gtkw import GTKWSave, make_translation_filter
 Form = Literal["hex", "dec", "real"]
 
 NOTHING = "–"
-"""What a signal of names shows while there is none."""
+"""The text that a signal of names shows while there is none."""
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""What every model of a spec shares: strict scalars, closed keys, and refusals with a remedy.
+"""The base of every model of a spec: strict scalars, closed keys, and refusals with a remedy.
 
 Pydantic checks. ``codesign.inputs.faults`` turns its errors into faults with places. Three rules keep the faults clear:
 
@@ -121,7 +121,7 @@ SPEED_GRADE_PATTERN = r"^-[0-9A-Za-z]+$"
 
 
 class Task(StrEnum):
-    """What is asked of a planner on a map, and timed.
+    """The question to a planner on a map, which is timed.
 
     - ``path``: from each start, a request of its own: the map is sent, a path is planned, the answer is received.
     - ``field``: the deciding component holds an answer for every cell that leads to a goal.
@@ -166,7 +166,7 @@ def refusal_details(refusal: RefusalError, location: Location = (), value: objec
 
 
 def raise_all(title: str, details: list[InitErrorDetails]) -> None:
-    """Raise one validation error of all ``details``; pydantic merges it into that of the model around."""
+    """Raise one validation error of all ``details``; pydantic merges it into the error of the model around."""
     if details:
         raise ValidationError.from_exception_data(title, details)
 

@@ -1,4 +1,4 @@
-"""What a notebook shows of an object: a class derives from ``InNotebooks``, and the report makes the HTML.
+"""The picture of an object in a notebook: a class derives from ``InNotebooks``, and the report makes the HTML.
 
 The report stands above most classes that it shows, so it is not imported here: ``codesign`` itself, which every program
 loads first, names the function that makes the HTML.

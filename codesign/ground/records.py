@@ -65,7 +65,7 @@ ValueGrid = Annotated[NDArray[np.float64], ArrayOf("float64", (None, None))]
 
 
 class Level(StrEnum):
-    """How much a trace holds. Each level holds what the one before holds, and more.
+    """The amount that a trace holds. Each level holds what the one before holds, and more.
 
     - ``mission``: the map, obstacles, beliefs, plans, paths, poses, events, busy shares of the whole run, the result.
     - ``messages``: tasks, messages, commands, scans, and samples of queues, FIFOs and busy shares.
@@ -80,7 +80,7 @@ class Level(StrEnum):
 
 
 class Subject(Enum):
-    """What a record is about, for all who draw it, with the attributes that they read of it."""
+    """The subject of a record, for all who draw it, with the attributes that they read of it."""
 
     MAP = ("free", "goals", "resolution", "corner", "origin", "radius", "unknown")
     CHANGE = ("cells", "appeared")
@@ -101,7 +101,7 @@ class Subject(Enum):
 
 @dataclass(frozen=True)
 class Role:
-    """What the records of a class say, for all who show, draw, count or keep them.
+    """The meaning of the records of a class, for all who show, draw, count or keep them.
 
     - ``about``: what they are drawn as. ``level``: the lowest level of a trace that holds them.
     - ``begin``, ``end``: the fields with the times between which it happened. Both are ``time`` of a moment.
@@ -125,7 +125,7 @@ class Role:
 
     @property
     def spare_grid(self) -> str:
-        """The field with a grid that may be left out: that of a plan. A mission has hundreds of them."""
+        """The field with a grid that may be left out: a plan's. A mission has hundreds of them."""
         return "" if self.about is Subject.MAP else self.grid
 
 
@@ -157,11 +157,11 @@ class Record:
         return cls.__name__.removesuffix("Record").lower()
 
     def between(self) -> tuple[int, int]:
-        """When it began and ended, ps."""
+        """The times at which it began and ended, ps."""
         return getattr(self, self.ROLE.begin), getattr(self, self.ROLE.end)
 
     def described(self) -> tuple[str, str]:
-        """What happened, and its details, on one line of a terminal."""
+        """The event and its details, on one line of a terminal."""
         values = [
             f"{item.name} {printable(str(getattr(self, item.name)), 40)}"
             for item in fields(self)
@@ -184,11 +184,11 @@ class Record:
         )  # fmt: skip
 
     def told(self) -> dict[str, Detail]:
-        """What is told with its span, by name."""
+        """The details that are told with its span, by name."""
         return {name: vars(self)[name] for name in self.ROLE.counts}
 
     def lasted(self) -> Iterable[tuple[str, int]]:
-        """What took how long (ps) besides its spans."""
+        """The names and durations (ps) of what it tells besides its spans."""
         return ()
 
     def signals(self) -> Mapping[str, Sequence[Change]]:
@@ -317,7 +317,7 @@ class MessageRecord(Record):
 
 @dataclass(frozen=True)
 class VisitsRecord(Record):
-    """Consecutive visits of one stage, coalesced: ``time`` is the start of the first, ``end`` that of the last (ps).
+    """Consecutive visits of one stage, coalesced: ``time`` is the start of the first, ``end`` the end of the last (ps).
 
     ``block``: int32, the raster number of each visited block. ``iterations``: int32, its iterations, including the last
     one, which changes nothing. A visit takes iterations × (``precision`` + 2) cycles.
@@ -336,7 +336,7 @@ class VisitsRecord(Record):
     iterations: Counts
 
     def described(self) -> tuple[str, str]:
-        """How many visits, of how many blocks, with how many iterations."""
+        """The numbers of visits, of blocks and of iterations."""
         details = f"p = {self.precision}: {counted(self.block.size, 'visit')}"
         if self.block.size:
             each, blocks = self.iterations, counted(len(np.unique(self.block)), "block")
@@ -350,7 +350,7 @@ class VisitsRecord(Record):
         return {"precision": self.precision, "visits": len(self.block), "iterations": total}
 
     def _times(self) -> list[int]:
-        """When each visit begins, and when the last one ends, ps, rounded down: all iterations take equally long."""
+        """The begin of each visit and the end of the last, ps, rounded down: all iterations take equally long."""
         # Whole numbers of Python: a product of ps and iterations may have more than 64 bits.
         done = np.concatenate([[0], np.cumsum(self.iterations, dtype=np.int64)]).tolist()
         return [self.time + (self.end - self.time) * each // max(1, done[-1]) for each in done]
@@ -418,7 +418,7 @@ class FieldRecord(Record):
     values: ValueGrid
 
     def described(self) -> tuple[str, str]:
-        """How many cells have a value, and the span of the values."""
+        """The number of cells with a value, and the span of the values."""
         if not self.values.size:
             return f"field {self.name}", "its values are left out in a mission"
         values = self.values[np.isfinite(self.values)]
@@ -481,9 +481,9 @@ class RobotRecord(Record):
 
 @dataclass(frozen=True)
 class GoalRecord(Record):
-    """Where robot ``source`` is to go from now on: any of ``cells``, int32 n × 2, (row, column).
+    """The goal of robot ``source`` from now on: any of ``cells``, int32 n × 2, (row, column).
 
-    It has no cells where the robot chooses its goals itself.
+    It has no cells if the robot chooses its goals itself.
     """
 
     ROLE = Role(Subject.GOALS)
@@ -500,8 +500,8 @@ class GoalRecord(Record):
 
 @dataclass(frozen=True)
 class PoseRecord(Record):
-    """Where a robot is: ``row`` and ``column`` in cells (whole numbers are middles), ``heading`` in radians from the
-    direction of growing columns towards that of growing rows, ``speed`` in m/s."""
+    """The pose of a robot: ``row`` and ``column`` in cells (whole numbers are middles), ``heading`` in radians from the
+    direction of growing columns towards growing rows, ``speed`` in m/s."""
 
     ROLE = Role(Subject.POSE)
 
@@ -536,13 +536,13 @@ class ObstacleRecord(Record):
     appeared: bool
 
     def described(self) -> tuple[str, str]:
-        """How many cells changed, and how."""
+        """The number of cells that changed, and how."""
         return ("obstacle", f"{counted(len(self.cells), 'cell')} {'blocked' if self.appeared else 'free again'}")
 
 
 @dataclass(frozen=True)
 class BeliefRecord(Record):
-    """What the robot learnt of the map: ``cells``, int32 n × 2, (row, column), and ``blocked``, bool, one each.
+    """The cells that the robot learnt: ``cells``, int32 n × 2, (row, column), and ``blocked``, bool, one each.
 
     ``seen``: the time of the scan that showed the cells, ps; None in files without it.
     """
@@ -556,7 +556,7 @@ class BeliefRecord(Record):
     seen: int | None = None
 
     def described(self) -> tuple[str, str]:
-        """How many cells it learnt."""
+        """The number of cells that it learnt."""
         blocked = format_count(int(self.blocked.sum()))
         return "belief", f"{counted(len(self.cells), 'cell')} learnt, {blocked} blocked"
 
@@ -609,7 +609,7 @@ class CommandRecord(Record):
         return "command", f"plan {self.plan}, seen at {seen}, to drive {self.end:.4g} cells"
 
     def lasted(self) -> Iterable[tuple[str, int]]:
-        """How old its scan is."""
+        """The age of its scan."""
         return (("from the scan to the command", self.time - self.seen),)
 
 
@@ -639,7 +639,7 @@ class MissionRecord(Record):
 
 @dataclass(frozen=True)
 class PositionsRecord(Record):
-    """Where all robots are after an update: ``positions``, float64 n × 2, (row, column) in cells."""
+    """The positions of all robots after an update: ``positions``, float64 n × 2, (row, column) in cells."""
 
     ROLE = Role(Subject.FLEET)
     IN_CELLS = ("positions",)
@@ -648,16 +648,16 @@ class PositionsRecord(Record):
     positions: Points
 
     def described(self) -> tuple[str, str]:
-        """How many robots there are."""
+        """The number of robots."""
         return f"update {self.update}", counted(len(self.positions), "robot")
 
 
 @dataclass(frozen=True)
 class ScanRecord(Record):
-    """What a sensor of rays measured: ``ranges``, float32, cells along each ray to the obstacle that ended it.
+    """The measurement of a sensor of rays: ``ranges``, float32, cells along each ray to the obstacle that ended it.
 
     A drive records one scan each 5 s, its ranges rounded to 1/64 of a cell. Ray i of n points 2π i / n from the
-    direction of growing columns towards that of growing rows. A ray that met no obstacle within ``reach`` (cells) has
+    direction of growing columns towards growing rows. A ray that met no obstacle within ``reach`` (cells) has
     infinity. ``row``, ``column``: where the sensor was, cells.
     """
 
@@ -673,7 +673,7 @@ class ScanRecord(Record):
         return replace(self, row=self.row + rows, column=self.column + columns)
 
     def described(self) -> tuple[str, str]:
-        """How many of its rays met obstacles."""
+        """The number of its rays that met obstacles."""
         met, where = int(np.isfinite(self.ranges).sum()), f"row {self.row:.2f}, column {self.column:.2f}"
         return "scan", f"{counted(len(self.ranges), 'ray')} at {where}, {met} met obstacles"
 
@@ -701,7 +701,7 @@ class SampleRecord(Record):
 
 @dataclass(frozen=True)
 class UtilisationRecord(Record):
-    """How much of a span ``source`` was busy: ``busy`` of ``span`` picoseconds, the span ending at ``time``."""
+    """The busy time of ``source`` in a span: ``busy`` of ``span`` picoseconds, the span ending at ``time``."""
 
     ROLE = Role()
 
@@ -723,7 +723,7 @@ class SummaryRecord(Record):
     result: dict[str, Any]
 
     def described(self) -> tuple[str, str]:
-        """How many figures it has."""
+        """The number of its figures."""
         return "result", counted(len(self.result), "figure")
 
 

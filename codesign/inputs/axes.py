@@ -39,7 +39,7 @@ _PLAIN = re.compile(NUMBER)
 _QUANTITY = re.compile(rf"{NUMBER} *(.*)", re.S)
 
 By = Literal["", "step", "factor", "linear", "log"]
-"""How a range goes on: by 1, by a step, by a factor, or to a count of values on a linear or logarithmic scale."""
+"""The step of a range: 1, a step, a factor, or a count of values on a linear or logarithmic scale."""
 
 DIGITS = 6
 """Significant digits of the values between the ends of a range of a count."""
@@ -239,7 +239,7 @@ def _written(value: Fraction, dimension: Dimension | None, whole: bool) -> Any:
 
 
 def too_many(text: str = "", count: int = 0) -> InputError:
-    """What is wrong with more values than an axis may have. ``count``: how many they are; 0: not known."""
+    """The error of an axis with more values than it may have. ``count``: the number of values; 0: not known."""
     number = f"{count:,} values" if 0 < count < 10**15 else "too many values"
     what = f"{text} has {number}" if text else "too many values"
     return InputError(what, hint=f"at most {MAX_VALUES:,}")
@@ -298,7 +298,7 @@ def parts_of(axes: Values, when: When) -> tuple[Part, ...]:
 
 
 _Allowed = Mapping[str, Mapping[str, Collection[int]]]
-"""As ``When``, with the numbers of the values."""
+"""Like ``When``, with the numbers of the values."""
 
 
 def _combined(
@@ -358,7 +358,7 @@ def listed(raw: Any, values: Sequence[Any]) -> tuple[Any, ...]:
 
 
 def refusals(axes: Values, when: When) -> list[tuple[str, RefusalError]]:
-    """What is wrong with the existence of each axis, by the axis."""
+    """The faults in the conditions that axes depend on, each with its axis."""
     wrong = []
     for axis, conditions in when.items():
         if axis not in axes:
@@ -414,7 +414,7 @@ def _never(axis: str) -> RefusalError:
 
 
 def settled(axes: Values, when: When, values: Mapping[str, Any]) -> dict[str, dict[str, Sequence[Any]]]:
-    """What is left of ``when`` for the axes that may still exist, after some axes were given a value each.
+    """The conditions left of ``when`` for the axes that may still exist, after some axes were given a value each.
 
     Axes that cannot exist with these values are not in the answer, nor are those that were given one; all others are,
     though with an empty mapping where nothing is left to depend on.

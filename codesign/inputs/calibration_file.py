@@ -22,7 +22,7 @@ from codesign.inputs.library import Library
 
 CLOCK, STATIC, DYNAMIC = "clock", "static_power", "dynamic_power"
 TERMS = (*RESOURCES, CLOCK, STATIC, DYNAMIC)
-"""What a report says that a law says too: the resources, the clock limit, and the power."""
+"""The figures that both a report and a law give: the resources, the clock limit, and the power."""
 
 UNITS: Mapping[str, str] = {CLOCK: "Hz", STATIC: "W", DYNAMIC: "W"}
 """The units of the terms that are no counts."""
@@ -36,7 +36,7 @@ Amount = Annotated[float, Field(gt=0, le=1e12)]
 
 
 class Sample(SpecModel):
-    """One number of a report beside that of the law, both in Hz, W or counts."""
+    """One number of a report beside the law's number, both in Hz, W or counts."""
 
     design: Annotated[str, Field(min_length=1, max_length=256)] = Field(
         description="The design: its top module, or platform and workload."
@@ -71,7 +71,7 @@ class FittedTerm(SpecModel):
     )
 
     def at(self, predicted: float) -> tuple[float, float, float]:
-        """What a law that says ``predicted`` is multiplied by: the value, and its interval (low, high)."""
+        """The factor on a law that says ``predicted``: the value, and its interval (low, high)."""
         factor = self.factor.value
         low, high = (bound / factor for bound in self.factor.interval)
         value = max(LEAST_FACTOR * factor, factor + self.offset / predicted)
@@ -107,7 +107,7 @@ def inverse_sizes(samples: Iterable[Sample]) -> dict[str, float]:
 
 
 def leverage(fitted: Sequence[float], at: float) -> float:
-    """The variance of a fitted line at a place, over that of one point it was fitted to.
+    """The variance of a fitted line at a place, over the variance of one point it was fitted to.
 
     >>> leverage([1.0, 2.0, 3.0], 2.0), leverage([1.0, 2.0, 3.0], 3.0)
     (0.3333333333333333, 0.8333333333333333)
@@ -138,7 +138,7 @@ class CalibrationFile(Spec):
     )
 
     def contradiction(self, part: Part) -> str | None:
-        """Why its reports cannot be of a chip like ``part``; None where they can."""
+        """The reason for which its reports cannot be of a chip like ``part``; None if they can."""
         if self.family != part.family:
             return f"was fitted on {self.family}, and {part.name} is a {part.family}"
         if self.part.rpartition("-")[0] != part.name:
@@ -160,7 +160,7 @@ CALIBRATIONS = Library("calibration", CalibrationFile)
 
 
 def calibration_folders(folder: Path) -> tuple[Path, ...]:
-    """Where a platform file in ``folder`` finds its calibrations: beside it, then in the current folder."""
+    """The folders of the calibrations of a platform file in ``folder``: beside it, then below the current folder."""
     return folder / "calibrations", Path("calibrations")
 
 
@@ -188,7 +188,7 @@ def load_calibration(name: str, part: Part, info: ValidationInfo) -> Calibration
 
 
 def calibration_state(name: str, folder: Path) -> tuple[object, ...]:
-    """When the file of a calibration was changed; see ``Library.state``."""
+    """The state of the file of a calibration, which moves when the file is changed; see ``Library.state``."""
     return CALIBRATIONS.state([name], calibration_folders(folder))
 
 

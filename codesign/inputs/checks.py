@@ -1,4 +1,4 @@
-"""What is wrong with the variants and axes of a workload, and whether it goes together with a platform.
+"""The faults of the variants and axes of a workload, by itself and together with a platform.
 
 An axis is checked by the points with that one axis moved, in each of the variants explored for which it exists.
 """
@@ -65,7 +65,7 @@ def is_unsound(document: Document, axis: str, axes: Mapping[str, Any]) -> bool:
 
 
 def settings_of(document: Document, axis: str, axes: Mapping[str, Any]) -> dict[str, Any]:
-    """The first values of other axes for which an axis exists; those of platform and variant left out."""
+    """The first values of other axes for which an axis exists, without platform and variant."""
     settings: dict[str, Any] = {}
     for other, values in conditions_of(document, axis, axes).items():
         settings |= settings_of(document, other, axes)
@@ -75,7 +75,7 @@ def settings_of(document: Document, axis: str, axes: Mapping[str, Any]) -> dict[
 
 
 def edits_of(movable: Movable, values: Mapping[str, Any]) -> dict[KeyPath, Any]:
-    """What puts values in the places of axes, of those that move the same section as the last one."""
+    """The edits that put values in the places of axes, of those axes that move the same section as the last one."""
     *_, last = values
     section = movable.path(last)[0]
     edits: dict[KeyPath, Any] = {}
@@ -92,10 +92,10 @@ _KEEP_ONE = "keep one of them"
 
 @dataclass(frozen=True)
 class _Form:
-    """What points are made of: a platform; or a workload, as it is or with one of its variants put in.
+    """The document that points are made of: a platform; or a workload, as it is or with one of its variants put in.
 
-    - ``name``: of the variant; empty for what is no variant.
-    - ``spec``: of ``document``; None, with all ``faults`` of it, where it is not sound.
+    - ``name``: the variant's name; empty if it is no variant.
+    - ``spec``: the spec of ``document``; None, with all ``faults`` of it, if it is not sound.
     """
 
     name: str
@@ -143,7 +143,7 @@ class _Trial:
         return put(document, edits_of(movable, values), lambda _path: origin)
 
     def faults(self, form: _Form, movable: Movable) -> list[Fault]:
-        """What is wrong with each value in its place; a clash with another key only if no other axis moves that."""
+        """The faults of each value in its place; a clash with a key counts only if no other axis moves that key."""
         moved, seen, faults = movable.path(self.axis), list[str](), list[Fault]()
         alone = self.alone(movable) and (moved[0] != "mapping" or moved[1] in movable.mapping)
 
@@ -199,7 +199,7 @@ def _marked(what: str, form: _Form) -> str:
 
 
 def workload_faults(document: Document) -> list[Fault]:
-    """What is wrong with the variants of a workload, and with its axes, as far as that needs no platform."""
+    """The faults of the variants of a workload, and of its axes, as far as that needs no platform."""
     tree = document.tree if isinstance(document.tree, dict) else {}
     variants, explore = tree.get("variants"), tree.get("explore")
     variants = variants if isinstance(variants, dict) and len(variants) <= MAX_VARIANTS else {}
@@ -274,7 +274,7 @@ def _variant_form(base: _Form, name: str) -> tuple[_Form, list[Fault]]:
 def _planner_refusal(
     tree: Mapping[str, Any], raw: Mapping[str, Any], context: Mapping[str, Any]
 ) -> tuple[str, str] | None:
-    """What keeps the planner of a variant from taking the workload's problem, or its mapping; and the remedy."""
+    """The reason for which a variant's planner cannot take the workload's problem or its mapping, and the remedy."""
     planner, base, problems = raw.get("planner"), tree.get("planner"), context.get("problems") or {}
     if not isinstance(planner, str) or not isinstance(base, str) or planner == base:
         return None
@@ -302,7 +302,7 @@ def _variant_axis_faults(document: Document, names: list[Any], variants: Mapping
 
 
 def _axis_faults(forms: list[_Form], document: Document, axes: Mapping[str, list[Any]]) -> list[Fault]:
-    """What is wrong with the axes that move a task or the scenario, in each of the forms explored."""
+    """The faults of the axes that move a task or the scenario, in each of the forms explored."""
     work = len(document.values) * len(forms) * len(axes)
     most = max(1, MAX_WORK // max(1, work))
     faults: list[Fault] = []
@@ -354,7 +354,7 @@ def _shared(axis: str, axes: Mapping[str, Any], movable: Movable) -> str | None:
 
 
 def _form_faults(trial: _Trial, form: _Form, movable: Movable) -> list[Fault]:
-    """What is wrong with an axis of a task or of the scenario in one of the forms explored."""
+    """The faults of an axis of a task or of the scenario in one of the forms explored."""
     task, *keys = trial.axis.split(".")
     if moves(trial.axis, SCENARIO):
         own = trial.document.tree["variants"][form.name].get("scenario") if form.name else None
@@ -417,7 +417,7 @@ def _no_component(name: Any, platform: Platform) -> tuple[str, str]:
 
 
 def _against_platform(trial: _Trial, platform: Platform, movables: list[Movable]) -> list[Fault]:
-    """What is wrong with an axis of a task, component or link where the platform stands."""
+    """The faults of an axis of a task, component or link on the platform that is known."""
     name, key = trial.axis.split(".", 1)
     # A variant may have a task that the others lack.
     movable = next((each for each in movables if name in each.mapping), movables[0])

@@ -137,8 +137,8 @@ def _without_host(schema: dict[str, Any]) -> None:
 class ProcessorComponent(AnyComponent):
     """A processor that runs named kernels.
 
-    A host file may hold its clock, costs, cores and power; keys that are given here take the place of those of the
-    host, costs kernel by kernel, power busy and idle by itself.
+    A host file may hold its clock, costs, cores and power; keys that are given here take the place of the host's
+    keys, costs kernel by kernel, power busy and idle by itself.
     """
 
     model_config = ConfigDict(json_schema_extra=_without_host)

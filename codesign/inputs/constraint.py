@@ -46,7 +46,7 @@ def declared(name: Any) -> ResultFigure:
 
 
 class _ByName:
-    """How models read and write a figure: as its name. The schema lists what is declared when it is asked."""
+    """The way in which models read and write a figure: as its name. The schema lists what is declared when asked."""
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
         return core_schema.no_info_plain_validator_function(declared, serialization=core_schema.to_string_ser_schema())
@@ -76,7 +76,7 @@ _OPERATORS: dict[str, Bound] = {
     "≥": "at_least",
 }
 SIGNS: dict[Bound, str] = {"below": "<", "at_most": "<=", "above": ">", "at_least": ">="}
-"""How each bound is written in a limit as text."""
+"""The sign of each bound in a limit as text."""
 
 _PLAIN_NAME = re.compile(r"[\w-]*")
 _MAX_TEXT = 100
@@ -267,7 +267,7 @@ def _check_number(figure: ResultFigure, number: float, shown: str) -> None:
 
 
 def _example(figure: ResultFigure) -> str:
-    """How a limit of a figure without a dimension is written."""
+    """A sentence that says how to write a limit of a figure without a dimension."""
     if figure.is_resource:
         return f"write a whole number, or 80 % for a share of the part's {figure.label}"
     if figure.counted == "share":

@@ -81,11 +81,11 @@ class DerivedFigure(ResultFigure):
         return value if math.isfinite(value) else None
 
     def why_none(self, figure: Callable[[str], float | None]) -> str | None:
-        """Why it has no value for one point (``division by zero in ...``); None where it has one."""
+        """The reason for no value at one point (``division by zero in ...``); None if the point has a value."""
         return why_undefined(self.node, figure) or (None if self.of(figure) is not None else _TOO_LARGE)
 
     def whys(self, columns: Callable[[str], Column]) -> list[Why]:
-        """Why it has no value for entries of the columns of its ``names``, with these entries.
+        """The reasons for no value in entries of the columns of its ``names``, each with these entries.
 
         The first that holds an entry is its reason: equal to ``why_none`` for each entry by itself.
         """
@@ -108,7 +108,7 @@ class DerivedFigure(ResultFigure):
 
     @property
     def as_written(self) -> dict[str, str]:
-        """What a file says of it."""
+        """The keys and texts that a file says of it."""
         return {"expression": self.definition, "unit": self.unit, "direction": self.direction, "label": self.label}
 
 
@@ -189,7 +189,7 @@ _SCOPE: ContextVar[Mapping[str, ResultFigure]] = ContextVar("_SCOPE", default=FI
 
 @contextmanager
 def in_scope(figures: Mapping[str, ResultFigure]) -> Iterator[None]:
-    """While the block runs, these figures may be named beside the declared ones."""
+    """Let these figures be named beside the declared ones while the block runs."""
     token = _SCOPE.set({**FIGURES, **figures})
     try:
         yield
@@ -203,7 +203,7 @@ def known_figures() -> Mapping[str, ResultFigure]:
 
 
 def nodes() -> dict[str, Node]:
-    """What each name in an expression stands for: the known figures, their columns, and their short names."""
+    """The meaning of each name in an expression: the known figures, their columns, and their short names."""
     known = {
         name: figure.node if isinstance(figure, DerivedFigure) else figure_node(name, figure.unit)
         for name, figure in known_figures().items()

@@ -21,7 +21,7 @@ REMOVED: Any = object()
 
 @dataclass(frozen=True)
 class Origin:
-    """Where a value that was put into a tree comes from.
+    """The origin of a value that was put into a tree.
 
     - ``path``: its key in ``document``; without a document, what the user set, in words: ``("--set relax.block",)``.
     """
@@ -55,7 +55,7 @@ class Document:
     context: Mapping[str, Any] = field(default_factory=dict)
 
     def origin(self, path: KeyPath) -> Origin | None:
-        """Where the value at ``path`` comes from; None where it stands in the file itself."""
+        """The origin of the value at ``path``; None if it stands in the file itself."""
         if not self.origins:
             return None
         around = [length for length in range(len(path) + 1) if path[:length] in self.origins]
@@ -75,7 +75,7 @@ class Document:
         return self.values.get(path, (0, 0))
 
     def key_mark(self, path: KeyPath) -> Mark:
-        """The place of the key at ``path``; where it has none, that of its value."""
+        """The place of the key at ``path``; the place of its value if the key has none."""
         return self.keys.get(path) or self.value_mark(path)
 
     def fault(self, path: KeyPath, what: str, hint: str | None = None, *, at_key: bool = False) -> Fault:

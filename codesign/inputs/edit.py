@@ -52,10 +52,10 @@ def entry_of(path: KeyPath) -> KeyPath:
 
 @dataclass(frozen=True)
 class Movable:
-    """What axes may move.
+    """The parts of a platform and a workload that axes may move.
 
     - ``platform``: its components and links; None where it is not known yet.
-    - ``mapping``: of the workload, raw, with one of its variants put in. ``tasks``: the tasks that it may place.
+    - ``mapping``: the workload's, raw, with one of its variants put in. ``tasks``: the tasks that it may place.
     """
 
     platform: Platform | None
@@ -64,7 +64,7 @@ class Movable:
 
     @classmethod
     def of(cls, platform: Platform | None, document: Document) -> Movable:
-        """What axes may move of a platform and the document of a workload."""
+        """The movable parts of a platform and the document of a workload."""
         mapping, models = document.tree.get("mapping"), document.context.get("tasks")
         return cls(platform, mapping if isinstance(mapping, dict) else {}, tasks_of(document.tree, models))
 
@@ -90,7 +90,7 @@ class Movable:
         return name if self.platform is None else self.platform.named(name)
 
     def keys(self, name: str) -> tuple[str, ...] | None:
-        """What an axis may move of a task, component or link; None where it may be anything."""
+        """The keys that an axis may move of a task, component or link; None if it may be anything."""
         section = self.section(name)
         if section == "mapping":
             model = self.tasks.get(name)
@@ -105,7 +105,7 @@ class Movable:
         return model is not None and keys[0] in model.shared_across
 
     def refusal(self, axis: str) -> tuple[str, str] | None:
-        """What is wrong with an axis of a task, component or link, whatever its values; and the remedy."""
+        """The fault of an axis of a task, component or link, whatever its values; and the remedy."""
         name, *keys = axis.split(".")
         section = self.section(name)
         if axis == PLATFORM_AXIS:
@@ -134,13 +134,13 @@ class Movable:
         return f"there is no task, component or link {clip(name)!r}", choose_hint(clip(name, 60), names)
 
     def unplaced(self, name: str, axes: Mapping[str, Any]) -> tuple[str, str] | None:
-        """What is wrong where axes move a task and nothing places it; and the remedy."""
+        """The fault of axes that move a task which nothing places; and the remedy."""
         if self.section(name) != "mapping" or name in self.mapping or f"{name}.component" in axes:
             return None
         return f"the mapping does not place task {name}", f"set {name}.component too"
 
     def edits(self, axis: str, value: Any) -> dict[KeyPath, Any]:
-        """What puts a value in the place of an axis: a parameter removes those that it is an alternative of."""
+        """The edits that put a value in the place of an axis: a parameter removes its alternatives."""
         path = self.path(axis)
         model = self.tasks.get(str(path[1])) if path[0] == "mapping" else None
         others = model.alternatives.get(str(path[2]), ()) if model is not None else ()
@@ -149,14 +149,14 @@ class Movable:
 
 @functools.cache
 def _movable_keys(model: type[SpecModel]) -> tuple[str, ...]:
-    """What an axis may move of a task with parameters of this model, or of a component or link of this model."""
+    """The keys that an axis may move of a task, component or link with a model: of a task, its place keys too."""
     if issubclass(model, TaskParameters):
         return (*PLACE_KEYS, *model.model_fields)
     return tuple(key for key in model.model_fields if key not in FIXED_FIELDS)
 
 
 def with_variant(document: Document, name: str, keys: tuple[str, ...] = VARIED) -> Document:
-    """The document of a workload with a variant put in; ``keys``: those of the variant that are."""
+    """The document of a workload with a variant put in; ``keys``: the keys of the variant that are put in."""
     raw = {key: value for key, value in document.tree["variants"][name].items() if key in keys}
     edits: dict[KeyPath, Any] = {(key,): raw[key] for key in ("planner", "mapping") if raw.get(key) is not None}
     changes, base = raw.get("scenario"), document.tree.get("scenario")
@@ -180,7 +180,7 @@ def _changes(base: Mapping[str, Any], changes: Mapping[str, Any], path: KeyPath)
 
 
 def no_variant(name: Any, variants: Mapping[str, Any]) -> tuple[str, str]:
-    """What is wrong with the name of a variant that is none, and the remedy."""
+    """The fault of the name of a variant that is none, and the remedy."""
     is_text = isinstance(name, str)
     what = f"there is no variant {clip(name)!r}" if is_text else f"{show(name)} names no variant"
     return what, choose_hint(clip(str(name), 60), (BASE, *variants))
@@ -300,7 +300,7 @@ class _Moved:
 
 
 def _files_behind(document: Document, edited: Iterable[KeyPath]) -> tuple[object, ...]:
-    """When the files were changed that the edited components of a platform name."""
+    """The states of the files that the edited components of a platform name; a state moves when its file is changed."""
     components, states = document.tree.get("components"), []
     for name in dict.fromkeys(path[1] for path in edited if path[0] == "components"):
         raw = components.get(name) if isinstance(components, dict) else None
@@ -317,7 +317,7 @@ def _kept_platform(key: _Moved) -> tuple[Platform | None, tuple[Fault, ...]]:
 
 
 def _teller(document: Document, moved: Mapping[KeyPath, str], by: str) -> Teller:
-    """What makes the faults of a point: at the axis that brought the value; a clash, at all axes of its entry."""
+    """A teller of the faults of a point: at the axis that brought the value; a clash, at all axes of its entry."""
 
     def tell(path: KeyPath, what: str, hint: str | None = None, *, at_key: bool = False) -> Fault:
         if document.origin(path) is not None:
@@ -340,7 +340,7 @@ def on_platform(platform: Platform, workload: Workload) -> Workload:
 
 
 def has_axis(platform: Platform, workload: Workload, axis: str) -> bool:
-    """True if an axis names what platform or workload have: planners share names of tasks, not those of parameters."""
+    """True if an axis names what platform or workload have. Planners share names of tasks, but not the parameters."""
     if axis == VARIANT_AXIS:
         return bool(workload.variants)
     if moves(axis, PROBLEM) or moves(axis, SCENARIO):

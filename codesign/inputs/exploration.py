@@ -1,4 +1,4 @@
-"""What is explored: axes, objectives and constraints."""
+"""The section ``explore``: axes, objectives and constraints."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ _FORMS = {
         },
     ]
 }
-"""How a file writes an axis: see ``axis_forms``."""
+"""The forms in which a file writes an axis: see ``axis_forms``."""
 
 Listed = Annotated[
     tuple[Any, ...], Field(min_length=1, max_length=MAX_VALUES), WithJsonSchema(_FORMS, mode="validation")

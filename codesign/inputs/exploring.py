@@ -25,8 +25,8 @@ def exploring(
 
     Args:
         workload: loaded, with or without a section ``explore``.
-        axes, conditions: raw values by axis, or ``values`` and what the axis depends on, ``when``. They replace those
-            of the file, whether a decision there or a condition.
+        axes, conditions: raw values by axis, or ``values`` and what the axis depends on, ``when``. They replace the
+            file's values, whether the axis there is a decision or a condition.
         needs: constraints as text.
 
     Raises:

@@ -39,7 +39,7 @@ Why = tuple[str, NDArray[np.bool_]]
 MAX_TEXT = 500
 MAX_DEPTH = 32
 MAX_NODES = 200
-"""Numbers, figures and operations of one expression, with those of the expressions that it names."""
+"""Numbers, figures and operations of one expression, with those in the expressions that it names."""
 
 FUNCTIONS: Mapping[str, tuple[int, int]] = {"min": (2, 8), "max": (2, 8), "sqrt": (1, 1), "log": (1, 1), "abs": (1, 1)}
 """The functions, each with the least and the most operands."""
@@ -143,7 +143,7 @@ def _bounded(node: Node, text: str) -> Node:
 
 
 def _never(node: Node) -> str | None:
-    """Why an expression has no value whatever its figures are; None where that depends on them."""
+    """The reason for which an expression has no value whatever its figures are; None if that depends on them."""
     for operand in node.operands:
         if (why := _never(operand)) is not None:
             return why
@@ -195,7 +195,7 @@ class _Reader:
 
     @property
     def place(self) -> int:
-        """Where the next token begins, from 0; at the end, the length of the text."""
+        """The place at which the next token begins, from 0; at the end, the length of the text."""
         return self._tokens[self._next][2] if self._next < len(self._tokens) else len(self.text)
 
     def peek(self) -> str:
@@ -373,7 +373,7 @@ def evaluate_ends(node: Node, ends: Callable[[str], tuple[Column, Column]]) -> t
 
 
 def why_undefined(node: Node, values: Callable[[str], float | None]) -> str | None:
-    """Why an expression has no value for these figures; None where it has one.
+    """The reason for which an expression has no value for these figures; None if it has one.
 
     >>> node = parse("cycles / (slices - 4)", {name: figure_node(name, "1") for name in ("cycles", "slices")})
     >>> why_undefined(node, {"cycles": 100.0, "slices": 4.0}.get)
@@ -387,7 +387,7 @@ _UNDEFINED = {"sqrt": "root of a negative number", "log": "logarithm of a number
 
 
 def undefined(node: Node, values: Callable[[str], Column]) -> Iterator[Why]:
-    """Why an expression has no value, with the entries of the columns (bool) for which that is so.
+    """The reasons for which an expression has no value, each with the entries of the columns (bool) that it holds for.
 
     The first that holds an entry is its reason: an operand comes before the operation.
     """

@@ -25,7 +25,7 @@ def validate(model: type[M], document: Document, also: Callable[[Document], list
         also: finds faults that need the raw document, whatever the model thinks of it.
 
     Raises:
-        SpecError: all faults of the document, those of reading it included, in file order.
+        SpecError: all faults of the document, also the faults of reading it, in file order.
     """
     spec: M | None = None
     refused: list[Fault] = []
@@ -40,7 +40,7 @@ def validate(model: type[M], document: Document, also: Callable[[Document], list
 
 
 def context_of(document: Document) -> dict[str, Any]:
-    """What the validators of a document's models are given."""
+    """The context that the validators of a document's models are given."""
     return {"document": document, **document.context}
 
 
@@ -73,7 +73,7 @@ class Teller(Protocol):
 
 
 Keep = Callable[[KeyPath, bool], bool]
-"""Whether a fault is reported: by the path of what was refused, and whether it is an unknown key."""
+"""True if a fault is reported: by the path of what was refused, and by True for an unknown key."""
 
 
 def translate(
@@ -271,7 +271,7 @@ def _type_hint(line: _Line) -> str | None:
 
 
 def _list_hint(value: Any) -> str:
-    """How a list is written; with the entries, where they can be told from ``72x66``, ``72 × 66`` or ``72, 66``."""
+    """A sentence that says how to write a list; with the entries, if they can be told from ``72x66`` or ``72, 66``."""
     entries = re.split(r"\s*[x×X,;*]\s*|\s+", clip(str(value), 60).strip(" ()"))
     if isinstance(value, str) and all(entry.isdecimal() for entry in entries):
         return f"write [{', '.join(entries)}]"

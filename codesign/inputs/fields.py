@@ -150,14 +150,14 @@ _AS_MAPPING = PlainSerializer(_dump)
 
 
 def _measured(dimension: Dimension, unit: str, scale: Fraction = Fraction(1)) -> tuple[Any, ...]:
-    """What makes a field a figure of a dimension, with its value in ``unit``."""
+    """The annotations that make a field a figure of a dimension, with its value in ``unit``."""
     what = f"A {dimension} with its unit, or a mapping that also cites where it comes from."
     schema = _json_schema(_quantity_text(dimension), what)
     return _reader(_quantity(dimension, scale), unit), _AS_MAPPING, schema
 
 
 def _counted(least: int) -> tuple[Any, ...]:
-    """What makes a field a figure that is a whole number."""
+    """The annotations that make a field a figure that is a whole number."""
     short = {"type": "integer", "minimum": least, "maximum": MAX_COUNT}
     schema = _json_schema(short, "A whole number, or a mapping that also cites where it comes from.")
     return _reader(_count(least), "1"), _AS_MAPPING, schema
@@ -172,14 +172,14 @@ def _factor(value: Any) -> float:
 
 
 def _times() -> tuple[Any, ...]:
-    """What makes a field a figure that is a factor."""
+    """The annotations that make a field a figure that is a factor."""
     short = {"type": "number", "minimum": MIN_FACTOR, "maximum": MAX_FACTOR}
     schema = _json_schema(short, "A number above 0, or a mapping that also cites where it comes from.")
     return _reader(_factor, "1"), _AS_MAPPING, schema
 
 
 def _chosen(dimension: Dimension) -> tuple[Any, ...]:
-    """What makes a field a bare quantity: a choice of the user's, which has no source."""
+    """The annotations that make a field a bare quantity: a choice of the user's, which has no source."""
     read = _quantity(dimension)
 
     def validate(value: Any, _handler: Callable[[Any], Any]) -> int | float:

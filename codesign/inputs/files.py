@@ -1,4 +1,4 @@
-"""Where shipped platforms, parts and workloads lie, and how a user names a spec: by name or by path."""
+"""The folders of the shipped platforms, parts and workloads, and the ways to name a spec: by name or by path."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from codesign.inputs.kept_document import document_from
 from codesign.inputs.yaml_tree import parse_document, read_document
 
 Source = str | Path | Mapping[str, Any] | Document
-"""How a user names or gives a spec: a shipped name, a path, YAML text (of several lines), or a dict; or its document,
-read before."""
+"""The forms of a spec that a user names or gives: a shipped name, a path, YAML text (of several lines), or a dict; or
+its document, read before."""
 
 
 _OTHER = {"platforms": "workloads", "workloads": "platforms"}

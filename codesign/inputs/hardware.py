@@ -25,7 +25,7 @@ class Hardware(SpecModel):
     traded: ClassVar[frozenset[str]] = frozenset()
 
     def prices(self) -> frozenset[str]:
-        """The keys that are prices: by default those of its law."""
+        """The keys that are prices: by default the price keys of its law."""
         return frozenset(self.law.prices(self))
 
     def directions(self) -> Mapping[str, int]:

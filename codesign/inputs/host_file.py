@@ -54,7 +54,7 @@ class HostFile(Spec):
     power: ProcessorPower = Field(description="Power, busy and idle.")
 
     def all_costs(self, folders: Sequence[Path] = ()) -> dict[str, Figure]:
-        """The time of one unit of each kernel, ps: its own costs, and those of the other host times the factor.
+        """The time of one unit of each kernel, ps: its own costs, and the costs of the other host times the factor.
 
         ``folders``: searched before the shipped hosts.
 
@@ -71,7 +71,7 @@ class HostFile(Spec):
         return {kernel: _times(cost, factor, other.name) for kernel, cost in other.costs.items()} | self.costs
 
     def state(self, folders: Sequence[Path] = ()) -> tuple[object, ...]:
-        """When the files behind this host were changed: see ``Library.state``."""
+        """The states of the files behind this host: see ``Library.state``."""
         return HOSTS.state([self.name, *([self.costs_of.host] if self.costs_of else [])], folders)
 
 
@@ -93,7 +93,7 @@ HOSTS = Library("host", HostFile)
 
 
 def host_state(name: str, folders: Sequence[Path] = ()) -> tuple[object, ...]:
-    """When the files behind a host were changed; () where there is no such host, or its file is faulty."""
+    """The states of the files behind a host; () if there is no such host, or its file is faulty."""
     try:
         return HOSTS.find(name, folders).state(folders)
     except InputError:

@@ -82,7 +82,7 @@ class Library(Generic[F]):
         return self._read(path, state.st_mtime_ns, state.st_size)
 
     def state(self, names: Sequence[str], folders: Sequence[Path] = ()) -> tuple[tuple[int, int], ...]:
-        """When the files of these names were changed, and their sizes: what is kept of them holds for this alone."""
+        """The times of change and the sizes of the files of these names: what is kept of them holds for this alone."""
         states = []
         for folder in (*folders, self.shipped):
             for name in names:

@@ -28,7 +28,7 @@ class Late(SpecModel):
 
 
 class LinkErrors(SpecModel):
-    """What goes wrong on a link, drawn from a stream of its own."""
+    """The faults of a link, drawn from a stream of its own."""
 
     bit_error_rate: Probability = Field(default=0.0, description="Probability that a bit arrives wrong.")
     checksum_bits: Annotated[int, Field(ge=0, le=64)] = Field(

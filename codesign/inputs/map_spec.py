@@ -79,7 +79,7 @@ class PreparedMap(SpecModel):
 
     @property
     def steps(self) -> Steps:
-        """What is done to the map before cropping."""
+        """The steps that the map takes before cropping."""
         return Steps(inflate=self.inflate, downsample=self.downsample, resolution=self.resolution)
 
     @field_validator("resolution", mode="after")
@@ -91,7 +91,7 @@ class PreparedMap(SpecModel):
 
 
 class GeneratedMap(PreparedMap, ABC):
-    """What all generated maps share: a size of at most 2^24 cells."""
+    """The base of all generated maps: a size of at most 2^24 cells."""
 
     @property
     def parameters(self) -> dict[str, Any]:
@@ -190,12 +190,12 @@ class FileMap(PreparedMap):
 
     @property
     def path(self) -> Path:
-        """Where the map lies, seen from the current folder."""
+        """The path of the map, seen from the current folder."""
         return self._path
 
     @property
     def steps(self) -> Steps:
-        """What is done to the map before cropping."""
+        """The steps that the map takes before cropping."""
         return replace(super().steps, unknown=self.unknown)
 
     @field_validator("file", mode="before")

@@ -74,7 +74,7 @@ def _exists_in(section: Exploration, axis: str, variant: Any) -> bool:
 def _held_axes(
     section: Exploration, movable: Movable, values: Mapping[str, Any], held: Mapping[str, Any]
 ) -> Exploration:
-    """The exploration with axes settled; those of ``held`` stay, first, as axes of one value."""
+    """The exploration with axes settled; the axes of ``held`` stay, first, with one value each."""
     # A role and the name that fills it are one axis.
     paths = {movable.path(axis): value for axis, value in values.items()}
     named = {axis: paths[movable.path(axis)] for axis in section.every_axis if movable.path(axis) in paths}

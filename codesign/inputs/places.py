@@ -134,7 +134,7 @@ class ScenarioLine(SpecModel):
 
     @property
     def path(self) -> Path:
-        """Where the file lies, seen from the current folder."""
+        """The path of the file, seen from the current folder."""
         return self._path
 
     @property

@@ -124,7 +124,7 @@ def _of_content(section: str, text: str, folder: Path, _files: object) -> SpecMo
 
 
 def state_behind(raw: Mapping[str, Any], folder: Path) -> tuple[object, ...]:
-    """When the files that a raw component names were changed: its part, host and calibration."""
+    """The states of the files that a raw component names: its part, host and calibration."""
     part, host, calibration = raw.get("part"), raw.get("host"), raw.get("calibration")
     parts = PARTS.state([name_and_grade(part)[0]], (folder / "parts",)) if isinstance(part, str) else ()
     hosts = host_state(host, (folder / "hosts",)) if isinstance(host, str) else ()
@@ -159,7 +159,7 @@ def _link_faults(document: Document) -> list[Fault]:
 
 
 _BESIDE = {"memory": ("fpga",), "display": ("fpga", "memory")}
-"""What a component of each type may stand beside."""
+"""The types that a component of each type may stand beside."""
 
 
 def _beside_faults(document: Document) -> list[Fault]:
@@ -209,11 +209,11 @@ def shipped_with(role: str) -> tuple[str, ...]:
 
 
 def no_such(name: str, platform: Platform, kind: str, names: Iterable[str]) -> tuple[str, str]:
-    """What is wrong where a workload names what a platform does not have, and the remedy.
+    """The fault of a workload that names what a platform does not have, and the remedy.
 
     Args:
         name: of a component or link, or a role that nothing fills.
-        kind: what is looked for, such as ``component``. ``names``: those that there are.
+        kind: what is looked for, such as ``component``. ``names``: the names that there are.
     """
     if name not in ROLES:
         return f"platform {platform.name} has no {kind} {clip(name)!r}", choose_hint(clip(name, 60), names)

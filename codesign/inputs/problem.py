@@ -47,7 +47,7 @@ Starts = Annotated[Places | SampledStarts | ScenarioLine, WrapValidator(_choose_
 
 
 class ProblemSpec(SpecModel):
-    """What is to be planned: a map, goals, and starts that judge the plan."""
+    """The problem that is planned: a map, goals, and starts that judge the plan."""
 
     map: Map = Field(description="The map: generated, or read from a file.")
     goals: Goals = Field(

@@ -25,7 +25,7 @@ ROLES = (FABRIC, HOST, LINK)
 
 
 class Roles(SpecModel):
-    """What a workload means by ``fabric``, ``host`` and ``link`` on a platform."""
+    """The meaning of ``fabric``, ``host`` and ``link`` on a platform."""
 
     fabric: Name | None = Field(
         default=None, description="Component of type fpga. Without it, the platform has no fabric."
@@ -64,7 +64,7 @@ def role_faults(document: Document) -> list[Fault]:
 
 
 def _refusal(role: str, name: str, components: Mapping[str, Any], links: Mapping[str, Any]) -> tuple[str, str] | None:
-    """What keeps a component or link from filling a role, and the remedy."""
+    """The reason for which a component or link cannot fill a role, and the remedy."""
     if role == LINK:
         if name in links:
             return None

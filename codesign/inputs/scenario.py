@@ -109,7 +109,7 @@ class Obstacles(SpecModel):
 
 
 class ReplanPolicy(StrEnum):
-    """What a new plan starts from."""
+    """The state that a new plan starts from."""
 
     RESTART = "restart"
     LOWER_BOUND = "lower_bound"
@@ -117,21 +117,21 @@ class ReplanPolicy(StrEnum):
 
 
 class ReplanTrigger(StrEnum):
-    """What asks for a new plan."""
+    """The event that asks for a new plan."""
 
     BLOCKED = "blocked"
     CHANGE = "change"
 
 
 class WhenBusy(StrEnum):
-    """What happens to a plan under way when a newer one is asked for."""
+    """The fate of a plan under way when a newer one is asked for."""
 
     FINISH = "finish"
     RESTART = "restart"
 
 
 class Replan(SpecModel):
-    """When and how a new plan is made."""
+    """The rules of a new plan: its trigger, and its start."""
 
     policy: ReplanPolicy | None = Field(
         default=None,

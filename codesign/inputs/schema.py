@@ -85,7 +85,7 @@ def _placement_only() -> dict[str, Any]:
 def _of_planner(
     definitions: dict[str, Any], planner: str, models: Any, problem: type[BaseModel] | None
 ) -> dict[str, Any]:
-    """What problem and mapping of a workload of ``planner`` hold; their own definitions go to ``definitions``."""
+    """The schema of problem and mapping of a workload of ``planner``; their own definitions go to ``definitions``."""
 
     def schema_of(model: type[BaseModel], prefix: str) -> dict[str, Any]:
         schema = model.model_json_schema(ref_template=f"#/$defs/{prefix}.{{model}}")

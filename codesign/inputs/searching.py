@@ -1,4 +1,4 @@
-"""How a space is searched, where not all of its points are computed: the key ``search`` of ``explore``."""
+"""The key ``search`` of ``explore``: how a space is searched of which not all points are computed."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ _OPTIONS = {"population": "nsga2", "startup": "tpe"}
 
 
 class Searching(SpecModel):
-    """Which search says which points to compute, with which options, and how many; as text, the sampler alone."""
+    """The search that says which points to compute, its options, and how many points; as text, the sampler alone."""
 
     sampler: Sampler = Field(
         description="nsga2, tpe (extra search), random, or bound. As --search."

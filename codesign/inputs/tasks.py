@@ -1,4 +1,4 @@
-"""Tasks of a workload beside those of its planner: those that its scenario brings, and those the user adds."""
+"""Tasks of a workload beside its planner's tasks: those that its scenario brings, and those the user adds."""
 
 from __future__ import annotations
 
@@ -113,7 +113,7 @@ class ExtraTask(SpecModel):
 def task_refusals(
     tasks: Sequence[ExtraTask], taken: Collection[str], placed: Collection[str] | None
 ) -> list[InitErrorDetails]:
-    """What is wrong with the tasks that a user adds, with locations inside their list.
+    """The faults of the tasks that a user adds, with locations inside their list.
 
     Args:
         tasks: the tasks.

@@ -32,7 +32,7 @@ FIGURES = {
     "CountFigure": "count",
     "PositiveFigure": "count from 1",
 }
-"""What a figure of each type in ``codesign.inputs.fields`` is of."""
+"""The dimension of a figure of each type in ``codesign.inputs.fields``."""
 
 QUANTITIES = {"Duration": "time", "Length": "length", "Speed": "speed"}
 """The same of the plain quantities, which have no source."""
@@ -48,7 +48,7 @@ SCALARS: Mapping[Any, str] = {
 
 
 def type_text(annotation: Any, metadata: tuple[Any, ...] = ()) -> str:
-    """What a value may be, such as ``whole number, from 1 to 1,024``."""
+    """The values that a type accepts, in words, such as ``whole number, from 1 to 1,024``."""
     if get_origin(annotation) is Annotated:
         inner, *more = get_args(annotation)
         return type_text(inner, (*more, *metadata))

@@ -46,7 +46,7 @@ class RawParameters(TaskParameters):
 
 
 class TaskMapping(SpecModel):
-    """Where a task runs, in which style, and with which parameters."""
+    """The place of a task, its style, and its parameters."""
 
     component: Name = Field(description="The component that runs the task.")
     style: Name | None = Field(
@@ -144,7 +144,7 @@ class Workload(Spec):
 
     @property
     def files(self) -> tuple[Path, ...]:
-        """The files that the problem names: its map, and those of its goals and starts."""
+        """The files that the problem names: its map, and the files of its goals and starts."""
         if not isinstance(self.problem, ProblemSpec):
             return ()
         lines = (self.problem.goals, self.problem.starts)

@@ -32,8 +32,8 @@ _FAST: Any = getattr(yaml, "CSafeLoader", None)
 """The parser of libyaml, where PyYAML was built with it. The shipped files are read 4.5 times as fast."""
 
 _OTHERWISE = re.compile(r"[\t?]|:\s*[,}\]]|[>|][-+0-9]*#")
-"""What libyaml reads otherwise than PyYAML: tabs and question marks in plain text, the place of a value left out, and a
-comment at the head of a block text."""
+"""The texts that libyaml reads otherwise than PyYAML: tabs and question marks in plain text, the place of a value left
+out, and a comment at the head of a block text."""
 
 _CONTROL = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f\u2028\u2029\ufeff\ufffe\uffff\ud800-\udfff]")
 _TAB_INDENT = re.compile(r"^ *\t", re.M)
@@ -71,7 +71,7 @@ def parse_document(content: bytes, file: str, folder: Path) -> Document:
 
 
 def _read_fast(text: str, file: str) -> tuple[_Reader, Any] | None:
-    """What libyaml's parser reads, where nothing is wrong with it.
+    """The tree that libyaml's parser reads; None if anything is wrong with the text.
 
     Anything else is read by the parser in Python, which has the last word and says more of what is wrong.
     """
@@ -86,7 +86,7 @@ def _read_fast(text: str, file: str) -> tuple[_Reader, Any] | None:
 
 
 def _read_slowly(text: str, file: str) -> tuple[_Reader, Any]:
-    """What the parser in Python reads; its errors have the cause and the place."""
+    """The tree that the parser in Python reads; its errors have the cause and the place."""
     reader = _Reader(file)
     try:
         return reader, reader.read(yaml.parse(text, Loader=yaml.SafeLoader))
@@ -297,7 +297,7 @@ _CONSTANTS: dict[str, bool | None] = {
 
 
 def refusal(text: str) -> tuple[str, str] | None:
-    """What is wrong with a plain scalar, and the remedy; None where nothing is.
+    """The fault of a plain scalar, and the remedy; None if it has none.
 
     >>> refusal("010")
     ('010 has a leading zero', "write 10, or '010' if text is meant")

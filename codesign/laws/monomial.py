@@ -117,7 +117,7 @@ class Ends:
 
 
 def key_of(monomial: Monomial) -> Any:
-    """What its bounds depend on besides the inputs; None where its amount is an array."""
+    """The key of all that its bounds depend on besides the inputs; None if its amount is an array."""
     if isinstance(monomial.amount, np.ndarray):
         return None
     return monomial.amount, tuple(monomial.powers.items()), monomial.divide, monomial.by

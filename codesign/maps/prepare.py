@@ -24,14 +24,14 @@ _ROUNDING = 1e-9
 
 
 class Unknown(StrEnum):
-    """What a cell counts as that the map says nothing about."""
+    """The meaning of a cell that the map says nothing about."""
 
     BLOCKED = "blocked"
     FREE = "free"
 
 
 class Crop(StrEnum):
-    """Which part of the map is planned on.
+    """The part of the map that is planned on.
 
     ``none``: all of it. ``free``: the rectangle around all free cells. ``reachable``: the rectangle around the free
     cells that are joined to a goal or to a named start, across sides or corners.

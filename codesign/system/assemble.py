@@ -96,7 +96,7 @@ _BUILD: Mapping[type[AnyComponent], Callable[..., components.Component]] = {
 
 
 def memory_law(name: str, spec: MemoryComponent) -> ExternalMemoryLaw:
-    """What the accesses of an external memory cost."""
+    """The law of the cycles of accesses to an external memory."""
     return ExternalMemoryLaw(
         technology=spec.technology,
         hz=int(spec.clock.value),
@@ -171,7 +171,7 @@ def _errors(spec: AnyLink) -> components.LinkErrors | None:
 
 
 def kinematics_of(spec: RobotComponent) -> components.Kinematics:
-    """How the robot moves, in metres and seconds."""
+    """The motion of the robot, in metres and seconds."""
 
     declared = {key: float(value.value) for key, value in spec.kinematics if isinstance(value, Figure)}
     drives: dict[str, type[Any]] = {

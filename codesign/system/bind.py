@@ -67,7 +67,7 @@ def planner_steps(planner: Planner, steps: Iterable[Step]) -> Generator[Step, No
 
 @dataclass(frozen=True, eq=False)
 class Design:
-    """What one FPGA is configured with: a style, and the job that it is asked about.
+    """The configuration of one FPGA: a style, and the job that it is asked about.
 
     ``task``: the task that is placed by itself; empty of the design that plans.
     """
@@ -79,14 +79,14 @@ class Design:
 
 @dataclass(frozen=True, eq=False)
 class System(Draft):
-    """One design point, all settled: what ``fit`` and a run take.
+    """One design point, all settled: the input of ``fit`` and of a run.
 
     - ``planner``: it computes the plan, without a clock. ``component``: the name of the component that it runs on
       (``Machine.planning_component``). ``part``: its chip, or None on a processor. ``clock``: in Hz.
       ``memory``: bytes of RAM of a processor, a figure, or None.
     - ``placement``: the component of each task.
-    - ``external``: the memory beside the FPGA that holds what does not fit in block RAM; None where none is asked for.
-    - ``parameters``: those of each mapped task, as the style runs with them.
+    - ``external``: the memory beside the FPGA that holds what does not fit in block RAM; None if none is asked for.
+    - ``parameters``: the parameters of each mapped task, as the style runs with them.
     - ``notes``: see ``Architecture.notes``.
     - ``found``: by task and parameter, the proof of a value that was left to a search.
     """
@@ -112,9 +112,9 @@ class System(Draft):
 
     @property
     def job(self) -> Job[Any, Any]:
-        """What planner and style are asked about: the whole problem, before any of it is planned.
+        """The job that planner and style are asked about: the whole problem, before any of it is planned.
 
-        The robot stands at the first start of the problem, where it has one.
+        The robot stands at the first start of the problem, if it has one.
         """
         starts = self.problem.starts if isinstance(self.problem, Problem) else ()
         row, column = starts[0] if starts else (0, 0)

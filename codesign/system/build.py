@@ -87,7 +87,7 @@ class Machine:
         return joules(self, boards)
 
     def watts(self, name: str) -> tuple[float, float]:
-        """What a processor, memory or link with declared power draws while it works and while it does not, W."""
+        """The draw of a processor, memory or link with declared power, W: while it works, and while it does not."""
         power = self.system.spec(name).power
         return power.busy.value, power.idle.value
 

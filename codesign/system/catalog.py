@@ -75,7 +75,7 @@ def circuits() -> Mapping[tuple[str, str, str], CircuitStyle]:
 
 
 def papers() -> dict[str, Reproduce]:
-    """What holds the model against a paper, by planner."""
+    """The parts that hold the model against a paper, by planner."""
     papers = {each.planner.name: each.reproduce for each in plug_ins() if each.planner is not None}
     return {name: reproduce for name, reproduce in papers.items() if reproduce is not None}
 

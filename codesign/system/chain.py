@@ -41,7 +41,7 @@ class Answer:
 
 
 class PlanMachine(Protocol):
-    """What a plan is made on: a simulated machine, or a recorder of what its components and links do.
+    """The machine that a plan is made on: a simulated one, or a recorder of what its components and links do.
 
     See ``Machine`` for each method.
     """
@@ -277,7 +277,7 @@ class _Chain:
 
 
 def _position(problem: Any) -> tuple[float, float]:
-    """Where the robot is: the problem's first start, of a problem with cells for starts."""
+    """The cell of the robot: the problem's first start, of a problem with cells for starts."""
     if not isinstance(problem, Problem) or not problem.starts:
         return 0.0, 0.0
     row, column = problem.starts[0]

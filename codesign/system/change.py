@@ -83,7 +83,7 @@ def _declared(workload: Workload, problem: Problem, change: DeclaredChange) -> t
 
 
 def _outside(cell: Cell, problem: Problem) -> tuple[str, str]:
-    """What is wrong with a cell outside of the map that is planned on, and the remedy."""
+    """The fault of a cell outside of the map that is planned on, and the remedy."""
     first, last = problem.corner, problem.named((problem.rows - 1, problem.columns - 1))
     if first == (0, 0):
         return outside_map(cell, problem.shape)

@@ -14,7 +14,7 @@ from codesign.system.results.result import Energy, Power
 
 
 class Spender(Protocol):
-    """What the energy of a run is asked of: one machine, or many side by side with arrays for numbers."""
+    """The machine whose run takes energy: one, or many side by side with arrays for numbers."""
 
     @property
     def system(self) -> System:
@@ -33,7 +33,7 @@ class Spender(Protocol):
         """The links, alike."""
 
     def watts(self, name: str) -> tuple[Any, Any]:
-        """What a processor, memory or link draws while it works and while it does not, W."""
+        """The draw of a processor, memory or link, W: while it works, and while it does not."""
 
 
 def board_powers(system: System, designs: Mapping[str, Power]) -> dict[str, Power]:

@@ -26,7 +26,7 @@ from codesign.system.verdicts.fits import ends_text, limit_verdicts
 
 @dataclass(frozen=True)
 class Laws:
-    """The laws of a style on one FPGA. ``calibration``: that of the FPGA where it is for this style, else None."""
+    """The laws of a style on one FPGA. ``calibration``: the FPGA's, if it is for this style, else None."""
 
     style: Architecture | TaskStyle
     part: Part
@@ -54,7 +54,7 @@ class Laws:
         return replace(demand, items=tuple(lines))
 
     def clock_limit(self, job: Job[Any, Any]) -> Figure:
-        """The fastest clock, Hz, at most that of a block RAM of the part."""
+        """The fastest clock, Hz, at most the clock of a block RAM of the part."""
         limit, term = self.style.clock_limit(job), self._term(CLOCK)
         if term is None:
             return limit
@@ -225,7 +225,7 @@ def fit_part(
 
 
 def clock_reason(clock: int, limit: Figure) -> Reason | None:
-    """Why a design does not run at a clock (Hz); None where it does.
+    """The reason for which a design does not run at a clock (Hz); None if it runs.
 
     A clock above the law's value is refused, though a fitted law's interval reaches further: an exploration would
     otherwise always end at the upper end of the interval, where no design was shown to run.

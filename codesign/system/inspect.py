@@ -287,7 +287,7 @@ _OPTIONS = {"map": "--map", "goals": "--goal", "starts": "--start"}
 
 
 def at_options(wrong: SpecError, options: Mapping[str, str] = _OPTIONS) -> SpecError:
-    """The same faults, those of the map, its goal and its start at the options that gave them.
+    """The same faults; the faults of the map, its goal and its start stand at the options that gave them.
 
     ``options``: by the key of the problem, whole or its first part.
     """

@@ -1,7 +1,7 @@
-"""How much memory a run takes, estimated before it begins, and how much it may take.
+"""The memory that a run takes, estimated before it begins, and the memory that it may take.
 
 An estimate is the sum of the program, of what the planner says that it holds (``Planner.memory``), and of what the
-scenario and the listeners hold. It is that of the peak: between 0.7 and 2 times what was measured over planners and
+scenario and the listeners hold. It estimates the peak: between 0.7 and 2 times what was measured over planners and
 sizes (``tests/system/test_memory.py``). The bound is half of what the machine has free, unless one is given.
 """
 
@@ -63,7 +63,7 @@ def estimate(system: System, *, listening: bool = False, keeping: bool = False) 
 def refusal(
     system: System, bound: int | None = None, *, listening: bool = False, keeping: bool = False
 ) -> tuple[str, str] | None:
-    """Why the run is not begun, as (sentence, hint), or None; ``bound`` in bytes, by default ``free_bound``."""
+    """The reason for not beginning the run, as (sentence, hint), or None; ``bound``: bytes, else ``free_bound``."""
     need = estimate(system, listening=listening, keeping=keeping)
     given = bound is not None
     bound = free_bound() if bound is None else bound
@@ -105,7 +105,7 @@ def in_words(size: int) -> str:
 
 
 def _free_of_machine() -> int | None:
-    """What Linux says can be taken without swapping; elsewhere the pages that are free, or None."""
+    """The memory that Linux says can be taken without swapping; elsewhere the pages that are free, or None."""
     with suppress(OSError, ValueError, IndexError):
         for line in Path("/proc/meminfo").read_text(encoding="ascii").splitlines():
             if line.startswith("MemAvailable:"):
@@ -116,7 +116,7 @@ def _free_of_machine() -> int | None:
 
 
 def _free_of_group(root: Path = Path("/sys/fs/cgroup"), own: Path = Path("/proc/self/cgroup")) -> int | None:
-    """What the control groups around this process leave it, as a container has them; None where none limits it."""
+    """The memory that the control groups around this process leave it, as a container has them; None: no limit."""
     left: list[int] = []
     with suppress(OSError, ValueError):
         for line in own.read_text(encoding="utf-8").splitlines():

@@ -25,7 +25,7 @@ class LostMessageError(CodesignError):
 
 
 class Content(Protocol):
-    """What a message carries, where the simulation knows what its bits mean."""
+    """The content of a message of which the simulation knows what its bits mean."""
 
     def misread(self, wrong: Wrong) -> Content | None:
         """The content that the receiver reads where these bits are wrong; None where it equals what was sent."""

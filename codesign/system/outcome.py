@@ -104,7 +104,7 @@ class SystemFit:
 def fit_system(system: System, tell: TellLevers = lever_texts) -> SystemFit:
     """Hold the design against its parts. ``tell`` puts the levers of its planning task into words.
 
-    The resources and the clock of a result are those of the FPGA that plans; where none does, of the last one that has
+    The resources and the clock of a result are of the FPGA that plans; where none does, of the last one that has
     a design.
     """
     specs, designs = system.platform.of(FpgaComponent), system.designs
@@ -146,7 +146,7 @@ def plan_fields(machine: Machine, answer: Answer, memo: Memo | None) -> dict[str
 
 
 def times_until(answer: Answer) -> Times:
-    """When things were done, until an answer."""
+    """The times of what was done, until an answer."""
     return Times(
         map_loaded_s=answer.loaded / PICOSECONDS_PER_SECOND,
         planned_s=answer.planned / PICOSECONDS_PER_SECOND,

@@ -30,7 +30,7 @@ _OPTIONAL = frozenset({LOWER_BOUND, DISPLAY})
 
 @dataclass(frozen=True, eq=False)
 class Placement:
-    """Where the tasks of a workload are done.
+    """The places of the tasks of a workload.
 
     - ``places``: the component of each task that is done.
     - ``graph``: those tasks, and what flows between them in one turn.

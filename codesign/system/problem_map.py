@@ -92,7 +92,7 @@ def _why_none(problem: ProblemSpec) -> str:
 
 
 def map_notes(workload: Workload, grid: OccupancyGrid | None) -> tuple[str, ...]:
-    """What was assumed of the map: how unknown cells count, and the greys of a bare image. ``grid``: as for binding."""
+    """The assumptions about the map: how unknown cells count, the greys of a bare image. ``grid``: as for binding."""
     grid = grid_of(workload) if grid is None else grid
     return () if grid is None else tuple(f"problem.map: {remark}" for remark in grid.remarks)
 
@@ -200,7 +200,7 @@ class Places:
         return what, f"middles of cells are from {point_text(*first)} to {point_text(*last)}"
 
     def _blocked(self, cell: Cell, text: str, outside: tuple[str, str], *, metres: bool) -> tuple[str, str] | None:
-        """Why a cell cannot be planned from or to, and the remedy; None where it is free."""
+        """The reason for which a cell cannot be planned from or to, and the remedy; None if it is free."""
         grid = self._grid
         if not (0 <= cell[0] < grid.rows and 0 <= cell[1] < grid.columns):
             return outside
@@ -214,7 +214,7 @@ class Places:
         return f"{text} is {self._why(cell)}", f"the nearest free cell is {shown}"
 
     def _why(self, cell: Cell) -> str:
-        """What blocks a cell: the first of the steps to do so."""
+        """The step that blocks a cell, in words: the first of the steps to do so."""
         steps, problem = self._problem.map.steps, self._problem
         without = _after(problem, replace(steps, inflate=None))
         if without.free[cell]:
@@ -297,7 +297,7 @@ def reach_notes(problem: Problem) -> tuple[str, ...]:
 
 
 def length_notes(problem: Problem) -> tuple[str, ...]:
-    """A note where the lengths of a ``.scen`` file are not those of this map."""
+    """A note if the lengths of a ``.scen`` file are not the lengths on this map."""
     error = length_error(problem)
     if error is None or error <= LENGTH_ERROR:
         return ()

@@ -1,4 +1,4 @@
-"""What binding asks of the scenario that a workload names. Each scenario answers from its room in ``scenarios``."""
+"""The questions of binding to the scenario that a workload names. Each scenario answers from its room."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from codesign.planners.task_graph import Flow
 
 @dataclass(frozen=True)
 class MissionProgress:
-    """How far a drive is. It ends at ``limit`` or ``most_events`` at the latest.
+    """The progress of a drive. It ends at ``limit`` or ``most_events`` at the latest.
 
     ``time``, ``limit``: ps. ``events``, ``most_events``: each turn counts for its scan and its path too. ``turns``: of
     the control loop.
@@ -63,7 +63,7 @@ class Draft:
 
     @property
     def job(self) -> Job[Any, Any]:
-        """What planner and style are asked about."""
+        """The job that planner and style are asked about."""
         return Job(self.problem, self.planning)
 
 
@@ -78,8 +78,8 @@ class ScenarioRules:
             is a fault of the workload.
         asks_again: the planner's decisions are asked for again and again, also those inside the planning component.
             A processor then needs a cost of them.
-        bytes_a_cell: memory that a run takes for each cell of the map, besides that of the planner.
-        component_types: the types of component that can do a task of the scenario, by task, where those are not
+        bytes_a_cell: memory that a run takes for each cell of the map, besides the planner's memory.
+        component_types: the types of component that can do a task of the scenario, by task, if they are others than
             ``fpga`` and ``processor``.
         objectives: of an exploration that names none.
     """

@@ -25,7 +25,7 @@ from codesign.system.results.result import Power
 from codesign.system.results.terms import Draw, Plan, Term, Terms, When, mean_of, worst_of
 
 WAIT, WAIT_RETRIES = WAITS = "wait", "wait to send again"
-"""What a component or a link does while it does not work."""
+"""The name of what a component or a link does while it does not work."""
 
 NO_ROWS = Figure(0, "1", Status.PUBLISHED, "an SRAM has no rows")
 SAME = 1e-9
@@ -97,7 +97,7 @@ TIMES = ("first_plan_s", "plan_time_mean_s", "plan_time_95_s", "plan_time_worst_
 
 
 def _open(machine: Machine, ledger: Ledger) -> str:
-    """Why the time of the plan is no sum of terms; "" where it is one."""
+    """The reason for which the time of the plan is no sum of terms; "" if it is one."""
     system = machine.system
     if machine.claimed:
         return "a display takes cycles of the memory that the design works in: how many depends on when it works"
@@ -111,7 +111,7 @@ def _open(machine: Machine, ledger: Ledger) -> str:
 
 
 def _open_link(machine: Machine, name: str) -> str:
-    """Why the time of the messages of a link is no sum of terms; "" where it is one."""
+    """The reason for which the time of the messages of a link is no sum of terms; "" if it is one."""
     links = machine.system.platform.links
     if links[name].outages:
         return f"link {name} is down at certain times"
@@ -133,7 +133,7 @@ def _row_words(memory: MemoryComponent) -> tuple[float, float]:
 
 
 def _open_energy(system: System) -> str:
-    """Why the energy is no sum of terms though the time is one; "" where it is."""
+    """The reason for which the energy is no sum of terms though the time is one; "" if it is one."""
     memory = _external(system)
     if memory is None or memory.power is None:
         return ""
@@ -159,7 +159,7 @@ class _Pricing:
     def edges(self, name: str, waited: Figure) -> str:
         """The name of the clock periods waited at a component or link; each request has its own.
 
-        So those of the second are ``axi 2 edges``. Equal numbers are not made one: whether they are equal depends on
+        So the second one's are ``axi 2 edges``. Equal numbers are not made one: whether they are equal depends on
         the prices, and the terms do not.
         """
         self._waits[name] += 1
@@ -260,7 +260,7 @@ class _Pricing:
             yield self.term(wait, spent / PICOSECONDS_PER_SECOND, {})
 
     def draws(self, boards: Mapping[str, Power]) -> Iterator[Draw]:
-        """What every FPGA, processor, memory and link draws."""
+        """The draws of every FPGA, processor, memory and link."""
         platform, memories = self.system.platform, self.system.platform.of(MemoryComponent)
         for name, power in boards.items():
             yield from self._board(name, power)
@@ -333,11 +333,11 @@ class _Pricing:
 
 
 def _access_ratio(memory: MemoryComponent) -> tuple[float, float]:
-    """Bounds of the cycles of any accesses over those at the declared values.
+    """Bounds of the cycles of any accesses, over the cycles at the declared values.
 
     All cycles are a · latency + b · row + c, or the greater of such a sum and a constant, with a, b and c at least 0,
-    and b at most a: no row is opened without an access. So the ratio of two such sums lies among those of its parts: of
-    the latency, of latency and row together, and 1.
+    and b at most a: no row is opened without an access. So the ratio of two such sums lies among the ratios of its
+    parts: the latency, latency and row together, and 1.
     """
     row = memory.row_cycles or NO_ROWS
     latencies, rows = ((memory.latency_cycles.value, *memory.latency_cycles.interval), (row.value, *row.interval))

@@ -104,7 +104,7 @@ class Trials:
         return tuple(text for _, text in sorted(texts, key=lambda each: each[0]))
 
     def for_arrivals(self) -> tuple[str, ...]:
-        """What would let enough starts arrive, in words."""
+        """The changes that would let enough starts arrive, in words."""
         system, task = self.system, self.system.planner.planning_task
         with planner_code(system.planner):
             ways = system.planner.arrival_changes(system.job)

@@ -46,7 +46,7 @@ def reachable_cells_lead_to_a_goal(case: Case) -> None:
 
 @rule(on_maps)
 def quality_is_of_this_problem(case: Case) -> None:
-    """Counts of ``quality`` are within those of the problem, and its figures agree with each other."""
+    """Counts of ``quality`` are within the problem's counts, and its figures agree with each other."""
     problem = case.problem
     quality = case.planner.quality(problem, case.plan)
     assert isinstance(quality, Quality), "quality of a map is a Quality"

@@ -1,6 +1,6 @@
-"""Why a design is as it is: what its time and energy are made of, what keeps it out, what is better, how sure that is.
+"""Explanations of a design: the parts of its time and energy, what keeps it out, what is better, how sure that is.
 
-What stands here is records, and pure functions of results. Designs of a study, and runs with something moved, are
+The modules hold records, and pure functions of results. Designs of a study, and runs with something moved, are
 explained by ``codesign.study``.
 """
 

@@ -1,4 +1,4 @@
-"""What an explanation says: records of figures, which tables and JSON show."""
+"""The records of an explanation: figures, which tables and JSON show."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class Amount(ResultModel):
 
 
 class Why(ResultModel):
-    """What a figure is made of, the largest part first. The parts add up to ``value``."""
+    """The parts of a figure, the largest first. They add up to ``value``."""
 
     figure: str = Field(description="name of the declared figure")
     value: float = Field(description="of the figure, in its unit")
@@ -66,7 +66,7 @@ class WhyOut(ResultModel):
 
 
 class Sure(ResultModel):
-    """How sure a figure of the design is, and its place among the others."""
+    """The certainty of a figure of the design, and its place among the others."""
 
     figure: str = Field(description="name of the declared figure")
     value: float = Field(description="in the unit of the figure")
@@ -81,7 +81,7 @@ class Sure(ResultModel):
 
 
 class AxisEffect(ResultModel):
-    """How much of the spread of a figure over the feasible designs one axis moves; see ``axis_effects``."""
+    """The share of the spread of a figure over the feasible designs that one axis moves; see ``axis_effects``."""
 
     axis: str = Field(description="name of the axis")
     figure: str = Field(description="name of the declared figure")
@@ -92,14 +92,14 @@ class AxisEffect(ResultModel):
 
 
 class Words(ResultModel):
-    """What tables call a figure."""
+    """The words of a figure in tables."""
 
     label: str = Field(description="its name in words")
     unit: str = Field(description="its unit; 1 for a number of things or a share")
 
 
 class Explanation(ResultModel):
-    """Why a design is as it is."""
+    """The explanation of a design."""
 
     platform: str = Field(description="name of the platform")
     workload: str = Field(description="name of the workload")

@@ -1,4 +1,4 @@
-"""What the time and the energy of a run are made of: the terms of a plan, or the account of a mission."""
+"""The parts of the time and the energy of a run: the terms of a plan, or the account of a mission."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from codesign.system.results.result import Result
 from codesign.system.results.terms import ENERGY_OVER, Terms, is_edges
 
 Share = tuple[str, str, float, Mapping[str, Figure]]
-"""Where, what, s or J, and the figures that it rests on."""
+"""The place, what it is, s or J, and the figures that it rests on."""
 
 WORST = "plan_time_worst_s"
 _WHEN = {"always": "at all times", "busy": "while it works", "waiting": "while it waits"}
 
 
 def why_time(result: Result) -> Why | None:
-    """What the time that matters is made of; None where the design was not run."""
+    """The parts of the time that matters; None if the design was not run."""
     if result.mission is not None:
         return _of_mission(result)
     if result.fleet is not None:
@@ -83,7 +83,7 @@ _FLEET = {
 
 
 def why_energy(result: Result) -> Why | None:
-    """What the energy is made of; None where the design was not run."""
+    """The parts of the energy; None if the design was not run."""
     if result.mission is not None:
         energy = result.mission.energy
         rows = [("robot", "body", energy.robot_j), *_by_kind(energy)]

@@ -1,4 +1,4 @@
-"""What a fleet's run comes to: how fast the updates follow each other, what sets their pace, and what the display saw.
+"""The figures of a fleet's run: how fast the updates follow each other, what sets their pace, what the display saw.
 
 Times are in seconds.
 """

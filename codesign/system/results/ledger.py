@@ -1,4 +1,4 @@
-"""Where time went: what a chain of work and messages spent computing, waiting and on the wire, and where."""
+"""The ledger of time: what a chain of work and messages spent computing, waiting and on the wire, and where."""
 
 from __future__ import annotations
 

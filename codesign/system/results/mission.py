@@ -41,7 +41,7 @@ class LinkUse(ResultModel):
 
 
 class Account(ResultModel):
-    """Where the time of one component or link went, s."""
+    """The time of one component or link, s, by what it was spent on."""
 
     compute_s: float = Field(description="time in which the component worked, s")
     transfer_s: float = Field(description="time in which the link carried, s")
@@ -63,7 +63,7 @@ class LatencyShare(ResultModel):
 
 
 class Bottleneck(ResultModel):
-    """What sets the pace: the lever that was found to help most, or else where the time was seen to go."""
+    """The bottleneck: the lever that was found to help most, or else the place where the time was seen to go."""
 
     name: str = Field(description="what the best lever moves, or the component or link that the time was spent at")
     kind: Spent | Literal["drive", "lever"] = Field(

@@ -1,4 +1,4 @@
-"""Where figures come from: version, digests of specs and map, seeds, and the date of what is written."""
+"""The provenance of figures: version, digests of specs and map, seeds, and the date of what is written."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from codesign.version import __version__
 
 
 class Provenance(ResultModel):
-    """What made a result or a study. The same specs give the same one, but for the date of what is written."""
+    """The inputs that made a result or a study. The same specs give the same, but for the date of what is written."""
 
     codesign: str = Field(default=__version__, description="version of hwsw")
     platform_digests: dict[str, str] = Field(

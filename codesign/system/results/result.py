@@ -54,10 +54,10 @@ class BoundUse(ResultModel):
 
 
 class Reason(ResultModel):
-    """Why a design point cannot be built, or is not wanted: ``demand`` passes ``limit`` by ``gap``.
+    """The reason for which a design cannot be built, or is not wanted: ``demand`` passes ``limit`` by ``gap``.
 
     All three are in ``unit``; what is whole, as counts are, is an integer. Of a mapping, they are 1, 0 and 1: a
-    platform cannot take the design, and ``name`` is the sentence that says why. Where a constrained figure has no
+    platform cannot take the design, and ``name`` is the sentence that says why. If a constrained figure has no
     value, ``demand`` is 0, and ``name`` ends with the reason.
     """
 
@@ -80,7 +80,7 @@ class Reason(ResultModel):
 
     @property
     def words(self) -> str:
-        """What is wrong, where it is no number; else "".
+        """The fault in words, if it is no number; else "".
 
         >>> Reason(kind="constraint", name="cycles below: no such figure", demand=0, limit=9, gap=9, unit="").words
         'cycles below: no such figure'
@@ -112,7 +112,7 @@ class StageUse(ResultModel):
 
 
 class Times(ResultModel):
-    """When things were done for the first start, from the start of the run."""
+    """The times of what was done for the first start, from the start of the run."""
 
     map_loaded_s: float = Field(title="map loaded", description="when the map stood in the component that plans, s")
     planned_s: float = Field(title="plan ready", description="when the plan stood, s")
@@ -157,7 +157,7 @@ class Energy(ResultModel):
 
 
 class DisplayUse(ResultModel):
-    """What one display read from its memory."""
+    """The words that one display read from its memory."""
 
     frames: int = Field(description="frames drawn to their end")
     starved_words: int = Field(

@@ -1,4 +1,4 @@
-"""What was asked of a planner, and the time from each request to its answer."""
+"""The task that was asked of a planner, and the time from each request to its answer."""
 
 from __future__ import annotations
 

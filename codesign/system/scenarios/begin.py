@@ -31,7 +31,7 @@ from codesign.system.scenarios.run import bind
 scipy = lazy_loader.load("scipy")
 
 BOARD, PLANNER = "virtex4-pci", "harmonic"
-"""What stands for a board or a planner that is not named."""
+"""The word for a board or a planner that is not named."""
 
 PLATFORM_FILE, WORKLOAD_FILE = "my-platform.yaml", "my-workload.yaml"
 

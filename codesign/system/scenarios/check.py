@@ -1,4 +1,4 @@
-"""Whether files are sound, each by itself and each platform with each workload."""
+"""The check of files, each by itself and each platform with each workload."""
 
 from __future__ import annotations
 

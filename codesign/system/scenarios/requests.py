@@ -44,14 +44,14 @@ class Request:
 
 @dataclass(frozen=True, eq=False)
 class Requests:
-    """All requests of a task. ``first``: that of the first start. ``all``: that of each start, equals as one object."""
+    """All requests of a task. ``first``: the first start's. ``all``: one of each start, equals as one object."""
 
     first: Request
     all: tuple[Request, ...] = field(default=())
 
     @property
     def ledgers(self) -> tuple[Ledger, ...]:
-        """What was done for each request, equals as one object."""
+        """The account of each request, equals as one object."""
         return tuple(request.answer.ledger for request in self.all)
 
     @property
@@ -95,7 +95,7 @@ def requests_of(machine: PlanMachine, boards: Boards, memo: Memo | None) -> Requ
 
 
 def _classes(system: System, answer: Answer) -> dict[Any, Any]:
-    """The class of each start: those of one class are answered in the same time."""
+    """The class of each start: the starts of one class are answered in the same time."""
     planner, starts = system.planner, system.problem.starts
     with planner_code(planner):
         job = replace(system.job, problem=answer.problem, plan=answer.plan)

@@ -75,9 +75,9 @@ def simulate(
 
     ``listeners`` take the records of the run; ``keeping``: one of them keeps all in memory. ``memo`` shares the
     functional work of design points that have it in common; the figures are the same with and without. ``grid``: the
-    workload's map, where it was read already. ``memory``: bytes that the run may take, by an estimate; by default half
-    of what the machine has free. ``levers``: run a mission's levers too, and try those of a design that does not fit or
-    serve; ``lever_progress``: see ``Scenario.with_levers``.
+    workload's map, if it was read already. ``memory``: bytes that the run may take, by an estimate; by default half
+    of what the machine has free. ``levers``: run a mission's levers too, and try levers for a design that does not
+    fit or serve; ``lever_progress``: see ``Scenario.with_levers``.
 
     Raises:
         SpecError: platform, workload and map do not belong together, or see ``ready``. InputError: see

@@ -1,4 +1,4 @@
-"""What a run asks of the scenario that a workload names."""
+"""The questions of a run to the scenario that a workload names."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""How sure a result is: whether a need holds, a design wins, or fits its part, at every value inside the intervals.
+"""The certainty of a result: whether a need holds, a design wins, or fits, at every value inside the intervals.
 
-All are pure functions of results. ``need_verdict`` holds a figure against a limit, ``constraint_verdict`` against those
-of a constraint, ``winner_verdict`` compares designs by one figure, ``fit_verdict`` says whether a design fits its part.
+All are pure functions of results. ``need_verdict`` holds a figure against a limit, ``constraint_verdict`` against the
+limits of a constraint, ``winner_verdict`` compares designs by one figure, ``fit_verdict`` says whether a design fits.
 A verdict is ``proved`` for the intervals that are declared: the form of the laws is taken as right.
 """
 

@@ -1,4 +1,4 @@
-"""Whether a design fits its part at every value of its demand and of its clock limit, at some, or at none."""
+"""The fit of a design on its part: at every value of its demand and of its clock limit, at some, or at none."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from codesign.system.results.result import BoundUse, Clock, ResourceUse, Result
 
 
 class Fit(ResultModel):
-    """Whether a design fits.
+    """The verdict about the fit of a design.
 
     A clock that a platform declares is a choice. What is uncertain is the limit that the law of the style gives.
     """
@@ -78,7 +78,7 @@ def _held(name: str, demands: Sequence[Figure], limit: Figure) -> Fit:
 
 
 def ends_text(fit: Fit) -> str:
-    """What a design takes, what it may take, and where that changes: ``slices, 90 to 120 against 100``."""
+    """The demand of a design, its limit, and the point where the verdict changes: ``slices, 90 to 120 against 100``."""
     assert fit.demand is not None, "asked of a limit"
     assert fit.limit is not None, "asked of a limit"
     unit = "" if fit.figure is None or fit.figure.unit == "1" else f" {fit.figure.unit}"

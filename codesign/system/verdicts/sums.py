@@ -33,7 +33,7 @@ MOST_WHOLE = 1024
 GRID = 257
 """Values at which a change of sign is looked for where no closed form gives it."""
 ROUNDING = 1e-12
-"""What remains of a difference below this share of its parts is a rounding error."""
+"""The share of its parts below which what remains of a difference is a rounding error."""
 
 Sum = tuple[Monomial, ...]
 
@@ -118,7 +118,7 @@ def _plans(result: Result, figure: str) -> tuple[Sum, ...]:
 
 
 class Difference(ABC):
-    """How much one side exceeds the other, as a function of inputs."""
+    """The excess of one side over the other, as a function of inputs."""
 
     inputs: Mapping[str, Input]
 
@@ -146,7 +146,7 @@ class Difference(ABC):
         return tuple(name for name in each if self.inputs[name].low < self.inputs[name].high)
 
     def swing(self, name: str) -> float:
-        """How much the margin differs between the ends of one input's interval."""
+        """The difference of the margin between the ends of one input's interval."""
         each = self.inputs[name]
         return float(abs(self.at({name: each.high}) - self.at({name: each.low})))
 
@@ -174,7 +174,7 @@ class Difference(ABC):
 
 @dataclass(frozen=True)
 class Margin(Difference):
-    """How much the greatest of ``theirs`` exceeds the greatest of ``ours``."""
+    """The excess of the greatest of ``theirs`` over the greatest of ``ours``."""
 
     ours: tuple[Sum, ...]
     theirs: tuple[Sum, ...]

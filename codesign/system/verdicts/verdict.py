@@ -1,4 +1,4 @@
-"""Whether a need holds, and whether a design wins, at every value inside the intervals; or the figure that decides."""
+"""The verdict about a need, and about a winner, at every value inside the intervals; or the figure that decides."""
 
 from __future__ import annotations
 
@@ -140,7 +140,7 @@ class Side:
 
 @dataclass(frozen=True)
 class DerivedMargin(Difference):
-    """How much ``theirs`` exceeds ``ours``."""
+    """The excess of ``theirs`` over ``ours``."""
 
     ours: Side
     theirs: Side
@@ -205,7 +205,7 @@ class Decider(ResultModel):
 
 
 class Swing(ResultModel):
-    """How far one figure by itself moves a figure of a result."""
+    """The effect of one figure by itself on a figure of a result."""
 
     name: str = Field(description="as an axis names it; of a part or a law with that word before it")
     figure: Figure = Field(description="its value, interval, status and source")
@@ -214,7 +214,7 @@ class Swing(ResultModel):
 
 
 class Verdict(ResultModel):
-    """Whether something holds at every value inside the intervals of all figures that it rests on.
+    """The verdict about a statement: if it holds at every value inside the intervals of all figures that it rests on.
 
     - ``proved``: at every value. ``refuted``: at none. ``depends``: at some, and ``decides`` names the figure to
       measure first. ``not assessed``: there is no closed form; ``reason`` says why.
@@ -268,7 +268,7 @@ def need_verdict(
 
 
 def _difference(inputs: Inputs, figure: ResultFigure, ours: Result | float, theirs: Result | float) -> Difference:
-    """How much a figure of the second exceeds that of the first; a number stands for a limit."""
+    """The excess of a figure of the second over the same figure of the first; a number stands for a limit."""
     if isinstance(figure, DerivedFigure):
         own, its = (Side.of(each, figure, inputs) for each in (ours, theirs))
         return DerivedMargin(own, its, inputs.by_id)
@@ -446,12 +446,12 @@ def _against(winner: Result, other: Result, figure: ResultFigure, margin: float)
 
 
 def _unassessed(result: Result, figure: ResultFigure) -> str:
-    """Why there is no verdict about a figure of a result; "" where there is one."""
+    """The reason for no verdict about a figure of a result; "" if there is one."""
     return _unassessed_run(result, figure) or (_unpriced(result, figure) if priced(figure) else "")
 
 
 def _unassessed_run(result: Result, figure: ResultFigure) -> str:
-    """Why there is no verdict about a figure of a run of this kind, whatever its terms; "" where there may be one."""
+    """The reason for no verdict about a figure of a run of this kind, whatever its terms; "" if there may be one."""
     if result.mission is not None or result.fleet is not None:
         kind = "mission" if result.mission is not None else "fleet"
         return f"a {kind} has no closed form: what the robot meets depends on when it arrives"
@@ -462,7 +462,7 @@ def _unassessed_run(result: Result, figure: ResultFigure) -> str:
 
 
 def _unpriced(result: Result, figure: ResultFigure) -> str:
-    """Why a figure that rests on intervals is no sum of terms; "" where it is one, or is made of such."""
+    """The reason for which a figure that rests on intervals is no sum of terms; "" if it is one, or is made of such."""
     if isinstance(figure, DerivedFigure):
         parts = (FIGURES[name] for name in figure.names)
         whys = (_unpriced(result, part) for part in parts if priced(part))
@@ -502,9 +502,9 @@ def _judged(figure: ResultFigure, margin: Difference, inputs: Inputs) -> Verdict
 
 
 def sensitivity(result: Result, figure: ResultFigure | str) -> tuple[Swing, ...]:
-    """How far each figure with an interval moves a figure of a result by itself, the widest first.
+    """The effect of each figure with an interval, by itself, on a figure of a result, the widest first.
 
-    Empty where the figure rests on none, or is no sum of terms.
+    Empty if the figure rests on none, or is no sum of terms.
     """
     inputs = Inputs()
     declared = named(figure)

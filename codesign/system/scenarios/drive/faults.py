@@ -178,7 +178,7 @@ def _random(workload: Workload, scenario: Drive, problem: Problem) -> list[Fault
 
 
 def _planner(workload: Workload, planner: Planner, problem: Problem) -> list[Fault]:
-    """What keeps the planner, as it is mapped, from leading a robot."""
+    """The faults that keep the planner, as it is mapped, from leading a robot."""
     wrong = planner.check_drive(Job(problem, workload.mapping[planner.planning_task].parameters))
     if wrong is None:
         return []

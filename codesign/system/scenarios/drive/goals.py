@@ -1,4 +1,4 @@
-"""Where a drive is to go next: goals one after another, or the frontiers of what is known."""
+"""The next goal of a drive: goals one after another, or the frontiers of what is known."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ Cell = tuple[int, int]
 
 
 class Goals(ABC):
-    """Where the robot is to go; ``done`` counts where it was."""
+    """The goals of the robot; ``done`` counts the goals that are behind it."""
 
     done: int
     finished: str
-    """Why a mission ended that reached all its goals."""
+    """The reason for the end of a mission that reached all its goals."""
 
     @property
     @abstractmethod
@@ -53,7 +53,7 @@ class Goals(ABC):
 
     @property
     def since(self) -> int:
-        """When the goal under way is given, ps."""
+        """The time at which the goal under way is given, ps."""
         return 0
 
     def end_if_over(self, log: Log) -> bool:
@@ -120,7 +120,7 @@ class Tour(Goals):
 
     @property
     def since(self) -> int:
-        """When the goal under way is given, at the earliest, ps."""
+        """The time at which the goal under way is given, at the earliest, ps."""
         return 0 if self.over else self._times[self.done]
 
     def _tell(self) -> None:

@@ -18,11 +18,11 @@ class Log:
 
     - ``first``, ``last``: its first answer and its latest. ``plans``: answers in all. ``latencies``: of replans, ps,
       from the scan to the answer.
-    - ``requests``: those for plans, closed. ``asking``: where the scans that asked spent their time before they reached
-      the map; ``planning``: where the rest went. The two add up to the time from scan to end of all requests.
+    - ``requests``: the closed requests for plans. ``asking``: where the scans that asked spent their time before they
+      reached the map; ``planning``: where the rest went. The two add up to the time from scan to end of all requests.
     - ``asked``: requests for plans, those asked again included. ``broken_off``: plans broken off; ``in_a_row``: the
       most of them with no answer between them.
-    - ``turns``: those of the control loop. ``turns_spent``: where their time went.
+    - ``turns``: the turns of the control loop. ``turns_spent``: where their time went.
     - ``waiting``: ps in which the robot stood and a plan was under way.
     - ``stall``: what last kept the robot from driving on. ``progress``: when a plan was last under way that did not
       fail, ps.

@@ -310,7 +310,7 @@ def _patience(replanner: Replanner, pilot: Pilot) -> Generator[Any, Any, None]:
 
 
 def _because(replanner: Replanner, pilot: Pilot) -> str:
-    """What kept the robot from its goals, where that is known."""
+    """The cause that kept the robot from its goals, if it is known."""
     active, turn = replanner.active, pilot.turn
     why = livelock_text(replanner.request_under_way) or replanner.refusal or replanner.log.stall
     if not why and replanner.busy:

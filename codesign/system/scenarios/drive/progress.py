@@ -1,4 +1,4 @@
-"""How long a drive may become at most."""
+"""The greatest length that a drive may have."""
 
 from __future__ import annotations
 

@@ -57,7 +57,7 @@ class DriveScenario(Scenario):
         return drive_flows(draft, places)
 
     def kernels(self, _draft: Draft, _places: Mapping[str, str]) -> Mapping[str, str]:
-        """What each turn counts in."""
+        """The kernel of each task of a turn."""
         return KERNELS
 
     def run(

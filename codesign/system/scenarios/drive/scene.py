@@ -161,7 +161,7 @@ class Scene:
         return contacts[-1].cell
 
     def look(self) -> Look:
-        """What the robot sees from where it is now."""
+        """The scan of the robot from its place now, with the time, the place and the speed."""
         self.advance()
         self.tell_pose()
         position = self.robot.position

@@ -166,9 +166,9 @@ def _energy(machine: Machine, scene: Scene, boards: Mapping[str, Power]) -> Miss
 
 
 def _account(machine: Machine, done: FinishedDrive) -> dict[str, Account]:
-    """Where the time of each component and link went.
+    """The time of each component and link, by what it was spent on.
 
-    ``wait`` of a component is what the work of plans and turns waited there; of a link, what all messages did.
+    ``wait`` of a component is the time that the work of plans and turns waited there; of a link, that all messages did.
     """
     span = machine.now / PICOSECONDS_PER_SECOND
     waited = {
@@ -202,7 +202,7 @@ def _shares(*ledgers: Ledger) -> tuple[LatencyShare, ...]:
 def _bottleneck(
     done: FinishedDrive, latency: tuple[LatencyShare, ...], control: tuple[LatencyShare, ...]
 ) -> Bottleneck | None:
-    """Where the time was seen to go: what late turns spend it on, or plans that are waited for, or the robot's motion.
+    """The place where the time was seen to go: late turns, plans that are waited for, or the robot's motion.
 
     It does not show what a change of the design would save: see ``scenarios.drive.levers``.
     """

@@ -22,7 +22,7 @@ KERNELS = {LOAD: OCCUPANCY, COMMAND: FOLLOWING, DISPLAY: RENDER_KERNEL}
 """The kernel of each task that is done in every turn."""
 
 COMMAND_BITS = 96
-"""How far to go on which path, and at most how fast: three words of 32 bits. Assumed."""
+"""The bits that say how far to go on which path, and at most how fast: three words of 32 bits. Assumed."""
 
 SEEN, SEEN_BITS = "seen", 96
 """The flow from the task that keeps the map to the one that commands. It carries where the robot was and how fast,
@@ -69,7 +69,7 @@ def resolution_of(workload: Workload, problem: Problem) -> float:
 
 
 def drive_flows(draft: Draft, places: Mapping[str, str]) -> list[Flow]:
-    """The flows of a drive besides those of its planner; ``places``: the component of each task that is done."""
+    """The flows of a drive besides its planner's; ``places``: the component of each task that is done."""
     _, robot = robot_of(draft.platform, draft.workload)
     sensor = sensor_of(robot.sensor, resolution_of(draft.workload, draft.problem))
     flows = [Flow(SENSE, LOAD, "scan", max(1, int(sensor.bits))), Flow(COMMAND, MOVE, "command", COMMAND_BITS)]

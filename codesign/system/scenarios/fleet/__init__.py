@@ -16,7 +16,7 @@ which the next update is decided follows from that time.
   line: while it has not taken over a message, later ones are skipped.
 - ``free_running``: the robots are simulated by the boards themselves, as in the paper's test bed, so they stand still
   while the boards decide, and every update moves them by one time step. An update begins once all have decided the
-  update before it and its message is in the line's FIFO. So the robots' clock is not that of the boards:
+  update before it and its message is in the line's FIFO. So the robots' clock is not the clock of the boards:
   ``FleetFigures.robots_s`` is the one and ``span_s`` the other.
 
 The figures of a run that is stopped reach up to the end of its last complete update. FPGAs beyond the first are no

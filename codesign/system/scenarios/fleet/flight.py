@@ -197,7 +197,7 @@ class _FleetRun:
         return self._flight(stopped, self._event_count())
 
     def _event_count(self) -> int:
-        """Events up to now: messages, and decisions of single robots; not those of the simulation."""
+        """Events up to now: messages, and decisions of single robots, without the simulation's own events."""
         return self.machine.messages_sent + len(self.begins) * len(self.fpgas)
 
     def _mission(self) -> Generator[Any, Any, None]:

@@ -12,7 +12,7 @@ from codesign.ground.errors import InputError
 from codesign.system.scenarios.drive.world.inflation import Inflation
 
 UNKNOWN, FREE, BLOCKED = 0, 1, 2
-"""What is believed of a cell."""
+"""The belief about a cell."""
 
 Cell = tuple[int, int]
 Cells = NDArray[np.int64]
@@ -21,7 +21,7 @@ Cells = NDArray[np.int64]
 
 @dataclass(frozen=True, eq=False)
 class Update:
-    """What a scan changed: cells (int64 n × 2) that are now believed blocked, and that are now believed free."""
+    """The change by a scan: cells (int64 n × 2) that are now believed blocked, and cells that are now believed free."""
 
     newly_blocked: Cells
     newly_free: Cells

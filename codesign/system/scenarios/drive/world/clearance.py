@@ -1,4 +1,4 @@
-"""How near a robot came to obstacles: over all of the path that it drove, and whatever moved towards it."""
+"""The distance of a robot from obstacles: over all of the path that it drove, and whatever moved towards it."""
 
 from __future__ import annotations
 

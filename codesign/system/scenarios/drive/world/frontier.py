@@ -27,7 +27,7 @@ class Frontiers:
 
     @property
     def barren(self) -> int:
-        """How many cells were found barren."""
+        """The number of cells that were found barren."""
         return int(self._barren.sum())
 
     def mask(self, robot: Cell) -> NDArray[np.bool_]:

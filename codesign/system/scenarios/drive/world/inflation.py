@@ -16,8 +16,8 @@ _ROUNDING = 1e-9
 class Inflation:
     """Cells that the middle of a robot may not enter, kept up to date cell by cell.
 
-    A cell is blocked where it is an obstacle, or where a disc of ``radius`` cells somewhere in it could overlap one:
-    where its square lies nearer than ``radius`` to that of an obstacle cell, or to the outside of the map. Wherever
+    A cell is blocked if it is an obstacle, or if a disc of ``radius`` cells somewhere in it could overlap one:
+    its square lies nearer than ``radius`` to the square of an obstacle cell, or to the outside of the map. Wherever
     in its cell the robot is, its body is clear. The price of planning in cells: every radius above 0 keeps the robot
     out of all cells beside an obstacle, and out of gaps that a robot driving along their middle might pass.
 
@@ -59,7 +59,7 @@ class Inflation:
 
 
 def _counts(obstacles: NDArray[np.bool_], footprint: NDArray[np.int64]) -> NDArray[np.int32]:
-    """How many obstacle cells lie under the footprint around each cell: int32, rows × columns.
+    """The number of obstacle cells under the footprint around each cell: int32, rows × columns.
 
     A row of the footprint is one run of cells, as wide to the left as to the right. The obstacles under it are a
     difference of two running sums, so that the time grows with the footprint's rows, not with its cells.
