@@ -14,6 +14,7 @@ from codesign.ground.progress import silent
 from codesign.inputs import Platform, Workload
 from codesign.system import catalog, point_of, scenarios
 from codesign.system.outcome import provenance_of
+from codesign.system.problem_map import grid_of
 from codesign.views import trace as traces
 
 if TYPE_CHECKING:
@@ -94,7 +95,7 @@ def simulate(
     """
     platform, workload = _platform(platform), _workload(workload)
     try:
-        provenance = provenance_of((platform,), workload)
+        provenance = provenance_of((platform,), workload, grid_of(workload))
     except MapError:
         # The simulation reports it, at its place in the workload.
         provenance = None

@@ -6,15 +6,16 @@ import json
 import math
 from collections.abc import Collection
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 from codesign.ground.units import counted
 from codesign.inputs.aggregate import rule_as_written
 from codesign.inputs.exploration import Exploration
-from codesign.study.explored import Explored
 from codesign.study.identity import canonical_digest
 from codesign.study.space import Space
 from codesign.study.specs import Specs
+from codesign.system.outcome import provenance_of
 from codesign.system.results.provenance import Provenance
 
 MAX_STUDY_POINTS = 4_000_000
@@ -37,6 +38,41 @@ class StudyDefinition:
     specs: Specs
     provenance: Provenance
 
+    @classmethod
+    def of(cls, section: Exploration, space: Space, specs: Specs) -> StudyDefinition:
+        """The definition of an exploration that begins.
+
+        Raises:
+            MapError: the map cannot be read or made.
+        """
+        explored = specs.explored
+        platforms = explored.platforms.values()
+        platform = platform_text([each.name for each in platforms])
+        provenance = provenance_of(platforms, explored.workload, specs.grid)
+        return cls(platform, explored.workload.name, space, section, specs, provenance)
+
+    @cached_property
+    def text(self) -> str:
+        """The definition as JSON, with the specs for a later reader of the file."""
+        explored, section = self.specs.explored, self.section
+        # Not canonical text: the order of the axes is that of the points, and JSON keeps it only unsorted.
+        definition = {
+            "platforms": {name: each.model_dump(mode="json") for name, each in explored.platforms.items()},
+            "workload": explored.workload.model_dump(mode="json"),
+            "provenance": self.provenance.model_dump(mode="json", exclude={"date"}),
+            "documents": self.specs.text,
+            "identity": dict(self.specs.identity),
+            "contents": dict(self.specs.contents),
+            "axes": {name: list(values) for name, values in section.axes.items()},
+            "when": section.when_as_written,
+            "conditions": {name: list(values) for name, values in section.conditions.items()},
+            "aggregate": {name: rule_as_written(rule) for name, rule in section.aggregate.items()},
+            "figures": {name: figure.as_written for name, figure in section.figures.items()},
+            "objectives": [figure.name for figure in section.objectives],
+            "constraints": [limit.model_dump(mode="json", exclude_none=True) for limit in section.constraints],
+        }
+        return json.dumps(definition, ensure_ascii=False, allow_nan=False)
+
 
 def platform_text(names: Collection[str]) -> str:
     """What a study is on: the name of its platform, or how many platforms its axis has.
@@ -47,29 +83,8 @@ def platform_text(names: Collection[str]) -> str:
     return next(iter(names)) if len(names) == 1 else counted(len(names), "platform")
 
 
-def definition_text(explored: Explored, section: Exploration, specs: Specs, provenance: Provenance) -> str:
-    """The definition as JSON, with the specs for a later reader of the file."""
-    # Not canonical text: the order of the axes is that of the points, and JSON keeps it only unsorted.
-    definition = {
-        "platforms": {name: each.model_dump(mode="json") for name, each in explored.platforms.items()},
-        "workload": explored.workload.model_dump(mode="json"),
-        "provenance": provenance.model_dump(mode="json", exclude={"date"}),
-        "documents": specs.text,
-        "identity": dict(specs.identity),
-        "contents": dict(specs.contents),
-        "axes": {name: list(values) for name, values in section.axes.items()},
-        "when": section.when_as_written,
-        "conditions": {name: list(values) for name, values in section.conditions.items()},
-        "aggregate": {name: rule_as_written(rule) for name, rule in section.aggregate.items()},
-        "figures": {name: figure.as_written for name, figure in section.figures.items()},
-        "objectives": [figure.name for figure in section.objectives],
-        "constraints": [limit.model_dump(mode="json", exclude_none=True) for limit in section.constraints],
-    }
-    return json.dumps(definition, ensure_ascii=False, allow_nan=False)
-
-
 def read_definition(text: str) -> StudyDefinition:
-    """The definition that ``definition_text`` wrote.
+    """The definition that ``StudyDefinition.text`` wrote.
 
     Raises:
         ValueError, KeyError, TypeError, AttributeError, ArithmeticError, RecursionError: this version cannot read it.

@@ -6,7 +6,7 @@ import contextlib
 import hashlib
 import os
 import sys
-from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
-from codesign.ground.errors import InputError, RunError, StoreError
+from codesign.ground.errors import InputError, StoreError
 from codesign.ground.progress import Show, silent, tracked
 from codesign.inputs import Platform, Workload
 from codesign.inputs.exploration import Exploration
@@ -23,11 +23,11 @@ from codesign.study.blocks import Plan, plan_of, read_plan
 from codesign.study.bounds import Bounds
 from codesign.study.budget import Budget
 from codesign.study.cluster import ClusterExecutor
-from codesign.study.definition import MAX_STUDY_POINTS, OTHER_VERSION, definition_text, platform_text, read_definition
+from codesign.study.definition import MAX_STUDY_POINTS, OTHER_VERSION, StudyDefinition, read_definition
 from codesign.study.evaluation import Done, EvaluatePoint, Evaluator, PointByPoint, Pricer
 from codesign.study.executor import Executor, ProcessExecutor, SerialExecutor
 from codesign.study.explored import Explored
-from codesign.study.identity import canonical_digest, contents_of, files_read, identity_of
+from codesign.study.identity import canonical_digest
 from codesign.study.kept import Kept
 from codesign.study.kept_search import boxes_of, forget_search, keep_boxes, keep_search, search_of_study
 from codesign.study.partition import Alone, Indices, Together, Turns, Work, parted
@@ -41,14 +41,10 @@ from codesign.study.study import Study
 from codesign.study.tally import Progress, Tally, seldom_collected
 from codesign.study.work_queue import Dealer
 from codesign.system.memory import share_of_memory
-from codesign.system.outcome import provenance_of
-from codesign.system.problem_map import grid_of
 from codesign.system.scenarios import scenario_of
 
 if TYPE_CHECKING:
     from distributed import Client
-
-    from codesign.maps import OccupancyGrid
 
 
 def explore(
@@ -106,31 +102,19 @@ def explore(
     share = share_of_memory(workers, memory) if given is None else given.share(memory)
     if evaluate is None:
         explored.check_axes()
-    files = files_read(explored)
-    grid = grid_of(workload)
-    axes = section.every_axis
-    specs = Specs.of(explored, identity_of(explored.single, workload, grid), contents_of(explored), grid)
-    space = Space(axes, canonical_digest(specs.identity), specs.contents, section.when)
+    specs = Specs.of(explored)
+    space = Space(section.every_axis, canonical_digest(specs.identity), specs.contents, section.when)
+    definition = StudyDefinition.of(section, space, specs)
     where = str(store) if isinstance(store, str | Path) else None
     with seldom_collected(), _open_store(store) as opened:
-        evaluator = _evaluator(explored, space, grid, share, evaluate, opened)
+        evaluator = _evaluator(specs, space, share, evaluate, opened)
         why = ""
         if searching is not None and isinstance(evaluator, Pricer):
             why = enumerated(searching, explored, space, budget)
         kind = Tally if searching is None or why else Rounds
         tally = kind(space, section, where, progress)
-        provenance = provenance_of(explored.platforms.values(), explored.workload)
-        definition = definition_text(explored, section, specs, provenance)
-        run = _Run(
-            explored,
-            section,
-            Kept(opened, space, where, lasting=store is not None or searching is not None),
-            tally,
-            evaluator,
-            given or workers,
-            definition,
-            files,
-        )
+        kept = Kept(opened, space, where, lasting=store is not None or searching is not None)
+        run = _Run(definition, kept, tally, evaluator, given or workers)
         if searching is None:
             run.every_point(budget)
         elif isinstance(tally, Rounds):
@@ -138,26 +122,23 @@ def explore(
         else:
             tally.search = run.in_place_of(searching, why, budget or Budget())
         excluded = boxes_of(run.kept, run.key, run.decisions)
-    names = [each.name for each in explored.platforms.values()]
-    study = tally.study(platform_text(names), workload.name, provenance, specs)
-    return replace(study, excluded=excluded)
+    return replace(tally.study(definition), excluded=excluded)
 
 
 @dataclass(frozen=True)
 class _Run:
-    """An exploration with an open store. ``computing``: an executor, or how many processes of this machine.
+    """An exploration with an open store. ``computing``: an executor, or how many processes of this machine."""
 
-    ``files``: their digests when it began.
-    """
-
-    explored: Explored
-    section: Exploration
+    definition: StudyDefinition
     kept: Kept
     tally: Tally
     evaluator: Evaluator
     computing: Executor | int
-    definition: str
-    files: Mapping[Path, str]
+
+    @property
+    def section(self) -> Exploration:
+        """What is explored."""
+        return self.definition.section
 
     @property
     def space(self) -> Space:
@@ -172,7 +153,7 @@ class _Run:
     @cached_property
     def key(self) -> str:
         """The key of the study in its store."""
-        return hashlib.sha256(self.definition.encode()).hexdigest()
+        return hashlib.sha256(self.definition.text.encode()).hexdigest()
 
     @cached_property
     def earlier(self) -> Plan:
@@ -248,7 +229,7 @@ class _Run:
         """Points as work: those that compute the same together, where they can be priced."""
         if isinstance(self.evaluator, Pricer):
             if len(points):
-                yield from parted(self.explored, self.space, points)
+                yield from parted(self.definition.specs.explored, self.space, points)
             return
         yield from (Alone((self.space.point(point),)) for point in points.tolist())
 
@@ -261,14 +242,14 @@ class _Run:
         return self._executor().run(works, self.evaluator)
 
     def _note(self, works: Sequence[Work], earlier: Plan) -> None:
-        self.kept.store.begin(self.key, self.definition, plan_of(works, earlier=earlier))
+        self.kept.store.begin(self.key, self.definition.text, plan_of(works, earlier=earlier))
 
     def _note_asked(self, works: Sequence[Work]) -> None:
         plan = plan_of(works, alone=True, earlier=self.earlier)
-        self.kept.store.begin(self.key, self.definition, plan)
+        self.kept.store.begin(self.key, self.definition.text, plan)
 
     def _came(self, done: Done) -> None:
-        _refuse_changes(self.files, files_read(self.explored))
+        self.definition.specs.refuse_changes()
         self.tally.take(self.kept.put(done))
         if isinstance(self.evaluator, Pricer):
             # Where a worker computed it, this process has not.
@@ -286,19 +267,12 @@ def _given(executor: Executor | Client | None, workers: int | None) -> Executor 
     return cast("Executor | None", executor)
 
 
-def _evaluator(
-    explored: Explored,
-    space: Space,
-    grid: OccupancyGrid | None,
-    memory: int,
-    evaluate: EvaluatePoint | None,
-    store: Store,
-) -> Evaluator:
+def _evaluator(specs: Specs, space: Space, memory: int, evaluate: EvaluatePoint | None, store: Store) -> Evaluator:
     """What computes the points: the caller's own ``evaluate``, or pricing and simulation."""
     if evaluate is not None:
         return PointByPoint(evaluate, space)
-    check_some_point(explored, space, grid, memory)
-    return Pricer(explored, space, grid, memory, store.computations())
+    check_some_point(specs.explored, space, specs.grid, memory)
+    return Pricer(specs.explored, space, specs.grid, memory, store.computations())
 
 
 def _pending(kept: Kept, tally: Tally, works: Iterable[Work]) -> list[Work]:
@@ -339,7 +313,7 @@ def load_study(path: Path | str, show: Show = silent) -> Study:
                     kept.everything(planned), show, "points read", len(space), size=lambda done: len(done.work)
                 ):
                     tally.take_kept(done)
-            study = tally.study(definition.platform, definition.workload, definition.provenance, definition.specs)
+            study = tally.study(definition)
             key = hashlib.sha256(text.encode()).hexdigest()
             whole = Space(section.axes, "", when=section.when)
             searched = search_of_study(kept, key, whole, study.chosen)
@@ -347,18 +321,6 @@ def load_study(path: Path | str, show: Show = silent) -> Study:
         except (ValueError, KeyError, TypeError, AttributeError, ArithmeticError, RecursionError) as wrong:
             raise StoreError("holds a study that this version cannot read", str(path), OTHER_VERSION) from wrong
     return study
-
-
-def _refuse_changes(before: Mapping[Path, str], after: Mapping[Path, str]) -> None:
-    for file in {**before, **after}:
-        if before.get(file) != after.get(file):
-            kinds = {"parts": "part", "hosts": "host"}
-            kind = kinds.get(file.parent.name, "map") if file.suffix == ".yaml" else "map"
-            raise RunError(
-                f"a {kind} file changed while its designs were explored",
-                str(file),
-                "run again: points finished before are kept",
-            )
 
 
 def _section(explored: Explored, search: Searching | None) -> Exploration:

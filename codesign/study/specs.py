@@ -6,14 +6,15 @@ import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from codesign.ground.errors import InputError
+from codesign.ground.errors import InputError, RunError
 from codesign.inputs import Platform, Workload, load_platform
 from codesign.inputs.edit import PLATFORM_AXIS, VARIANT_AXIS
 from codesign.inputs.kept_document import kept_document, read_kept
 from codesign.study.explored import Explored
-from codesign.study.identity import contents_of, identity_of
+from codesign.study.identity import contents_of, files_read, identity_of
 from codesign.study.simulator import grid_for
 from codesign.study.space import canonical
 from codesign.system.catalog import load_workload
@@ -41,6 +42,7 @@ class Specs:
 
     - ``text``: the documents as JSON. ``identity``, ``contents``: see ``identity_of`` and ``contents_of``.
     - ``read``: what they are read to, where it is at hand. ``grid``: the map that the points were planned on, alike.
+    - ``files``: the digests of the files that points are made of, as of ``files_read``, when the exploration began.
     """
 
     text: str
@@ -48,18 +50,23 @@ class Specs:
     contents: Mapping[str, Mapping[str, str]]
     read: Explored | None = field(default=None, compare=False)
     grid: OccupancyGrid | None = field(default=None, compare=False)
+    files: Mapping[Path, str] = field(default_factory=dict, compare=False)
 
     @classmethod
-    def of(
-        cls, explored: Explored, identity: Mapping[str, str], contents: Any, grid: OccupancyGrid | None = None
-    ) -> Specs:
-        """The specs of an exploration."""
+    def of(cls, explored: Explored) -> Specs:
+        """The specs of an exploration.
+
+        Raises:
+            MapError: the map cannot be read or made.
+        """
+        files, grid = files_read(explored), grid_of(explored.workload)
         documents = {
             "workload": kept_document(explored.workload.document),
             "platforms": {name: kept_document(each.document) for name, each in explored.platforms.items()},
         }
         text = json.dumps(documents, ensure_ascii=False, allow_nan=False)
-        return cls(text, identity, contents, explored, grid)
+        identity = identity_of(explored.single, explored.workload, grid)
+        return cls(text, identity, contents_of(explored), explored, grid, files)
 
     @cached_property
     def explored(self) -> Explored:
@@ -77,6 +84,20 @@ class Specs:
         except (ValueError, KeyError, TypeError, AttributeError) as wrong:
             raise InputError("the study holds no specs that this version can read") from wrong
         return Explored(workload, platforms)
+
+    def refuse_changes(self) -> None:
+        """Refuse to go on where a file that points are made of changed since the exploration began.
+
+        Raises:
+            RunError: names the file.
+        """
+        before, after = self.files, files_read(self.explored)
+        for file in {**before, **after}:
+            if before.get(file) != after.get(file):
+                kinds = {"parts": "part", "hosts": "host"}
+                kind = kinds.get(file.parent.name, "map") if file.suffix == ".yaml" else "map"
+                what = f"a {kind} file changed while its designs were explored"
+                raise RunError(what, str(file), "run again: points finished before are kept")
 
     def point(self, axes: Mapping[str, Any]) -> tuple[Platform, Workload]:
         """Platform and workload of a point, as they were when the study was computed.

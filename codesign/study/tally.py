@@ -15,7 +15,7 @@ from codesign.ground.errors import StoreError
 from codesign.inputs.exploration import Exploration
 from codesign.study.budget import Budget
 from codesign.study.conditions import Conditions
-from codesign.study.definition import OTHER_VERSION, read_json
+from codesign.study.definition import OTHER_VERSION, StudyDefinition, read_json
 from codesign.study.evaluation import Done
 from codesign.study.judged import Judged
 from codesign.study.outcomes import Outcomes
@@ -23,10 +23,8 @@ from codesign.study.partition import Together, Work
 from codesign.study.search import Searched
 from codesign.study.shared import Shared
 from codesign.study.space import Space
-from codesign.study.specs import Specs
 from codesign.study.store import Entry, EntryState
 from codesign.study.study import Study
-from codesign.system.results.provenance import Provenance
 from codesign.system.results.result import Result
 
 # The time left of an exploration, by what its works cost.
@@ -266,20 +264,20 @@ class Tally:
         self._take(done)
         self.report()
 
-    def study(self, platform: str, workload: str, provenance: Provenance, specs: Specs) -> Study:
+    def study(self, definition: StudyDefinition) -> Study:
         """The outcomes so far as a study."""
         section = self.section
         return Study(
-            platform,
-            workload,
+            definition.platform,
+            definition.workload,
             dict(section.axes),
             section.objectives,
             section.constraints,
             self.outcomes,
             dict(section.conditions),
             dict(section.aggregate),
-            provenance,
-            specs,
+            definition.provenance,
+            definition.specs,
             section.when,
             dict(section.figures),
             self.simulated if self._computed else None,

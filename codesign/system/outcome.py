@@ -15,6 +15,7 @@ from codesign.inputs import Platform, Workload
 from codesign.inputs.components import DisplayComponent, FpgaComponent, ProcessorComponent
 from codesign.inputs.document import dotted, leaves
 from codesign.inputs.edit import PROBLEM, moves
+from codesign.maps import OccupancyGrid
 from codesign.planners.job import lever_texts
 from codesign.planners.quality import Quality
 from codesign.system.bind import Design, System
@@ -22,7 +23,7 @@ from codesign.system.build import Machine
 from codesign.system.chain import Answer
 from codesign.system.energy import board_powers, energy, idle_boards
 from codesign.system.fit import TellLevers, fit_design
-from codesign.system.problem_map import grid_of, length_error
+from codesign.system.problem_map import length_error
 from codesign.system.results.mission import LinkUse
 from codesign.system.results.provenance import Provenance
 from codesign.system.results.result import DisplayUse, Power, Reason, Times
@@ -30,15 +31,11 @@ from codesign.system.results.result import DisplayUse, Power, Reason, Times
 # The provenance of what is simulated or explored.
 
 
-def provenance_of(platforms: Iterable[Platform], workload: Workload) -> Provenance:
-    """The digests of the specs and of the map, and the seeds of the workload that no axis moves.
-
-    Raises:
-        MapError: the map cannot be read or made.
-    """
+def provenance_of(platforms: Iterable[Platform], workload: Workload, grid: OccupancyGrid | None) -> Provenance:
+    """The digests of the specs and of the map, and the seeds of the workload that no axis moves."""
     platforms = tuple(platforms)
     axes = workload.explore.every_axis if workload.explore else {}
-    grid = None if any(moves(axis, PROBLEM) for axis in axes) else grid_of(workload)
+    several = any(moves(axis, PROBLEM) for axis in axes)
     return Provenance(
         platform_digests={platform.name: platform.digest() for platform in platforms},
         calibration_digests={
@@ -47,7 +44,7 @@ def provenance_of(platforms: Iterable[Platform], workload: Workload) -> Provenan
             for component, digest in platform.calibrations.items()
         },
         workload_digest=workload.digest(),
-        map_digest=None if grid is None else grid.digest,
+        map_digest=None if grid is None or several else grid.digest,
         seeds={
             path: seed
             for path, seed in _seeds(workload.model_dump(mode="json", exclude={"explore", "variants"}))
