@@ -1,4 +1,4 @@
-"""What Python is asked with: ``simulate``, ``explain``, ``explore``, and the loading of what they are given."""
+"""The functions of Python: ``simulate``, ``explain``, ``explore``, and the loading of what they are given."""
 
 from __future__ import annotations
 
@@ -7,8 +7,7 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
-from codesign import inputs
-from codesign import study as exploration
+from codesign import inputs, study
 from codesign.ground.errors import InputError, MapError, choose_hint
 from codesign.ground.progress import silent
 from codesign.inputs import Platform, Workload
@@ -140,7 +139,7 @@ def explain(
     settings: Mapping[str, Any] | None = None,
     show: Show | None = None,
 ) -> Explanation:
-    """Why a run takes its time and energy, why it is out, what would be better, and how sure that is.
+    """Explain why a run takes its time and energy, why it is out, what would be better, and how sure that is.
 
     The run is simulated, and so is each of its levers and each step to a next value, by itself. ``settings``: raw
     values by axis, put into platform and workload first. A study has ``Study.explain(index)``.
@@ -151,7 +150,7 @@ def explain(
     """
     asked = _workload(workload)
     point = point_of(_platform(platform), asked, settings or {})
-    return exploration.explain_run(*point, asked, settings, show or silent)
+    return study.explain_run(*point, asked, settings, show or silent)
 
 
 def explore(
@@ -187,7 +186,7 @@ def explore(
         platforms = [_platform(each) for each in platform]
     elif platform is not None:
         platforms = _platform(cast("Platform | Source", platform))
-    return exploration.explore(
+    return study.explore(
         platforms,
         _workload(workload),
         store=store,

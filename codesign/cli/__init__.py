@@ -157,4 +157,4 @@ Exit codes: 0 done, 1 failed, 2 a fault in a file or on the command line, 3 the 
     callback=lambda **_debug: None,
 )
 click.version_option(__version__, prog_name="hwsw")(main)
-main.params += DEBUG.parameters("debug", bool, False)
+main.params += DEBUG.parameters("debug", bool)

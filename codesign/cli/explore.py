@@ -15,7 +15,7 @@ from codesign.cli.options import command_line, debug_step
 from codesign.cli.outputs import check_outputs
 from codesign.cli.progress import LATER_S, compiling, compiling_shown, progress_shown
 from codesign.cli.request import SENTENCE, TABLES, load
-from codesign.cli.requests import Explore, Report
+from codesign.cli.requests import Explore, Report, StudyOutputs
 from codesign.ground import interrupts
 from codesign.ground.errors import EXIT_FAILED, EXIT_NO, InputError, printable
 from codesign.ground.kernel_cache import is_cold
@@ -146,8 +146,6 @@ def _explored(asked: Explore) -> tuple[Platform | list[Platform] | None, Workloa
     names = chosen if isinstance(chosen, list) else [chosen] if chosen is not None else list(specs[:-1])
     if chosen is not None and len(specs) == 2:
         raise InputError("PLATFORM is named too", f"--set {PLATFORM_AXIS}", "keep one of the two")
-    if not all(isinstance(name, str) for name in names):
-        raise InputError("names no platform", f"--set {PLATFORM_AXIS}", "write the name of one, or [NAME, ...]")
     workload = exploring(codesign.load_workload(specs[-1]), axes, asked.conditions, asked.needs)
     platforms = load_platforms(names)
     if len(platforms) == 1:
@@ -164,20 +162,21 @@ def report(asked: Report) -> None:
     _end(study)
 
 
-def _deliver(study: Study, asked: Explore | Report) -> None:
+def _deliver(study: Study, asked: StudyOutputs) -> None:
     with progress_shown(after_s=LATER_S, quiet=asked.quiet) as show:
         _write_files(study, asked, show)
         texts = [study.to_json()] if asked.as_json else _texts(study, asked.detail, show)
     for text in texts:
         click.echo(text)
     if not asked.quiet:
-        for name in ("csv", "parquet", "page", "certificate"):
-            if (path := getattr(asked, name)) is not None:
+        written = {"csv": asked.csv, "parquet": asked.parquet, "page": asked.page, "certificate": asked.certificate}
+        for name, path in written.items():
+            if path is not None:
                 click.echo(f"{name}: {printable(str(path), None)}")
 
 
 def _check_files(
-    asked: Explore | Report, inputs: Iterable[str | Path | None], store: tuple[str, Path] | None = None
+    asked: StudyOutputs, inputs: Iterable[str | Path | None], store: tuple[str, Path] | None = None
 ) -> None:
     """Check, before any work, that all files of the study can be written; see ``check_outputs``."""
     files = {"--csv": asked.csv, "--parquet": asked.parquet, "--html": asked.page, "--certify": asked.certificate}
@@ -186,7 +185,7 @@ def _check_files(
         libraries()
 
 
-def _write_files(study: Study, asked: Explore | Report, show: Show) -> None:
+def _write_files(study: Study, asked: StudyOutputs, show: Show) -> None:
     """Write the files of the study that were asked for."""
     if asked.csv is not None:
         write_study_csv(study, asked.csv, show)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
 
@@ -21,16 +20,17 @@ from codesign.maps import map_files
 from codesign.maps.survey import picture, survey
 from codesign.system.map_text import map_lines, place_on
 
-if TYPE_CHECKING:
-    pass
-
-
-_STEPS = ("unknown", "inflate", "downsample", "crop", "resolution")
-
 
 def map_(asked: Map) -> None:
     """Show the map in FILE, or a shipped map by its name, as a workload with these steps would plan on it."""
-    steps = {name: value for name in _STEPS if (value := getattr(asked, name)) is not None}
+    given = {
+        "unknown": asked.unknown,
+        "inflate": asked.inflate,
+        "downsample": asked.downsample,
+        "crop": asked.crop,
+        "resolution": asked.resolution,
+    }
+    steps = {name: value for name, value in given.items() if value is not None}
     spec = _spec(asked.file, steps)
     check_outputs({"--png": asked.png}, map_files(spec.path))
     with progress_shown(after_s=LATER_S, quiet=asked.as_json) as show:

@@ -9,13 +9,13 @@ import time
 from collections.abc import Mapping
 from pathlib import Path
 from types import MappingProxyType
-from typing import Annotated, Any
+from typing import Any
 
 import click
 from click.core import ParameterSource
 
-from codesign.cli.replacing import FORCE
-from codesign.cli.request import SENTENCE, TABLES, Option, load
+from codesign.cli import replacing
+from codesign.cli.request import ANSWER, SENTENCE, TABLES, Option, load, option
 from codesign.ground.errors import CodesignError, InputError, printable
 from codesign.ground.kernel_cache import kernel_folders
 from codesign.ground.units import Dimension, parse_quantity
@@ -36,13 +36,13 @@ class Quantity(click.ParamType[int]):
         """The number; as in a spec, a bare number is refused."""
         if isinstance(value, int):
             return value
-        option = param.opts[0] if param else None
+        written = param.opts[0] if param else None
         try:
             number = int(parse_quantity(value, self._dimension)) // self._scale
         except CodesignError as fault:
-            raise InputError(fault.what, option, fault.hint) from fault
+            raise InputError(fault.what, written, fault.hint) from fault
         if number < self._least:
-            raise InputError(f"{value!r} is too small", option, "leave the option out for its default")
+            raise InputError(f"{value!r} is too small", written, "leave the option out for its default")
         return number
 
 
@@ -99,82 +99,73 @@ def debug_step(name: str) -> None:
 
 def _begin_force(context: click.Context, _param: click.Parameter, wanted: bool) -> bool:
     if wanted:
-        context.meta[FORCE] = True
+        context.meta[replacing.FORCE] = True
     return wanted
 
 
-DEBUG = Option(
+DEBUG: Any = option(
     "Print the time of each step, and the traceback of an unexpected error.",
     "--debug",
     is_eager=True,
     callback=_begin_debug,
 )
-Debug = Annotated[bool, DEBUG]
-Force = Annotated[bool, Option("Replace files of another kind too.", "--force", is_eager=True, callback=_begin_force)]
+FORCE: Any = option("Replace files of another kind too.", "--force", is_eager=True, callback=_begin_force)
 """For every command that writes files: see ``replacing``."""
 
 
 class Detail(Option):
-    """The options ``-q`` and ``-v`` of a field; the last one counts.
+    """The options ``-q`` and ``-v`` of a field; the last one counts."""
 
-    ``quiet``, ``verbose``: what the command prints with them.
-    """
-
-    def __init__(self, quiet: str, verbose: str) -> None:
-        super().__init__("")
-        self._quiet, self._verbose = f"{quiet} No progress.", verbose
-
-    def parameters(self, name: str, _kind: Any, default: Any) -> list[click.Parameter]:
+    def parameters(self, name: str, _kind: Any) -> list[click.Parameter]:
         """Two options of click."""
         return [
-            click.Option([name, "-q", "--quiet"], flag_value=SENTENCE, default=default, help=self._quiet),
-            click.Option([name, "-v", "--verbose"], flag_value=TABLES, help=self._verbose),
+            click.Option([name, "-q", "--quiet"], flag_value=SENTENCE, default=self.default, help=self.text),
+            click.Option([name, "-v", "--verbose"], flag_value=TABLES, help=self.more["verbose"]),
         ]
+
+
+def printed(quiet: str, verbose: str) -> Any:
+    """A field with the amount that a command prints; ``quiet``, ``verbose``: what it prints with -q and with -v."""
+    return Detail(f"{quiet} No progress.", default=ANSWER, verbose=verbose)
 
 
 NOTHING: Mapping[str, object] = MappingProxyType({})
 
 
-def settings(text: str, flag: str = "--set", metavar: str = "AXIS=VALUE") -> Option:
-    """An option that is repeated, and of which a request has the raw value of each axis."""
-    return Option(text, flag, metavar=metavar, multiple=True, parse="codesign.cli.values:settings_of")
+def setting(text: str, flag: str = "--set", metavar: str = "AXIS=VALUE") -> Any:
+    """A field with the raw value of each axis that an option sets, which may be repeated."""
+    parse = "codesign.cli.values:settings_of"
+    return option(text, flag, metavar=metavar, multiple=True, default=NOTHING, parse=parse)
 
 
-def axes(text: str, flag: str) -> Option:
-    """An option that is repeated, and of which a request has the values of each axis."""
-    return Option(text, flag, metavar="AXIS=VALUES", multiple=True, parse="codesign.cli.values:axes_of")
+def axis(text: str, flag: str) -> Any:
+    """A field with the values of each axis that an option names, which may be repeated."""
+    parse = "codesign.cli.values:axes_of"
+    return option(text, flag, metavar="AXIS=VALUES", multiple=True, default=NOTHING, parse=parse)
 
 
-Settings = Annotated[Mapping[str, object], settings("Set an axis, e.g. workload.variant=NAME.")]
-PLACE: dict[str, Any] = {"parse": "codesign.inputs.places:parse_place", "metavar": "ROW,COLUMN|X,Y"}
-"""The arguments of an option whose field is a ``Place``: a cell, or metres of the map's frame."""
+def place(text: str) -> Any:
+    """A field that is a ``Place``: a cell, or metres of the map's frame."""
+    return option(text, parse="codesign.inputs.places:parse_place", metavar="ROW,COLUMN|X,Y")
 
-Needs = Annotated[
-    tuple[str, ...],
-    Option('Require a limit, such as "time < 100 ms" or "slices < 80 %". May be repeated.', "--need", metavar="LIMIT"),
-]
-Json = Annotated[bool, Option("Print as JSON.", "--json")]
-Page = Annotated[Path | None, Option("Write an HTML page.", "--html")]
-Bag = Annotated[
-    Path | None,
-    Option("Write a ROS 2 bag into the new folder DIR.", "--ros2", type=click.Path(path_type=Path), metavar="DIR"),
-]
-Memory = Annotated[
-    int | None,
-    Option(
-        "The most memory to use, by estimate, such as 4GiB.  [default: half of the free memory]",
-        type=Quantity(Dimension.DATA, scale=8, least=1),
-        metavar="SIZE",
-    ),
-]
-Reach = Annotated[
-    float | None,
-    Option(
-        "Share of the free cells that has to have a path to a goal; 0 takes a goal in a pocket.  [default: 0.1]",
-        type=click.FloatRange(0, 1),
-        metavar="SHARE",
-    ),
-]
+
+SETTINGS: Any = setting("Set an axis, e.g. workload.variant=NAME.")
+NEEDS: Any = option(
+    'Require a limit, such as "time < 100 ms" or "slices < 80 %". May be repeated.', "--need LIMIT", default=()
+)
+JSON: Any = option("Print as JSON.", "--json")
+PAGE: Any = option("Write an HTML page.", "--html")
+BAG: Any = option("Write a ROS 2 bag into the new folder DIR.", "--ros2 DIR", type=click.Path(path_type=Path))
+MEMORY: Any = option(
+    "The most memory to use, by estimate, such as 4GiB.  [default: half of the free memory]",
+    "--memory SIZE",
+    type=Quantity(Dimension.DATA, scale=8, least=1),
+)
+REACH: Any = option(
+    "Share of the free cells that has to have a path to a goal; 0 takes a goal in a pocket.  [default: 0.1]",
+    "--reach SHARE",
+    type=click.FloatRange(0, 1),
+)
 """Of ``problem.reach``."""
 
 

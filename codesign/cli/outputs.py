@@ -9,7 +9,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from codesign.cli.replacing import check_replaceable
-from codesign.ground.errors import InputError
+from codesign.ground.errors import InputError, reason_of
 from codesign.ground.files import is_special, is_stream, landing
 
 _SQLITE = ("-wal", "-shm", "-journal")
@@ -70,7 +70,7 @@ def check_folder(option: str, folder: Path | None, files: Mapping[str, Path | No
     try:
         nearest = next(each for each in (folder.absolute(), *folder.absolute().parents) if each.exists())
     except (OSError, ValueError) as fault:
-        raise InputError(_reason(fault), f"{option} {folder}", "choose another folder") from fault
+        raise InputError(reason_of(fault), f"{option} {folder}", "choose another folder") from fault
     if not nearest.is_dir() or not os.access(nearest, os.W_OK | os.X_OK):
         raise InputError("the folder cannot be made or written to", f"{option} {folder}", "choose another")
     for present in sorted(folder.glob("*.svg")):
@@ -95,7 +95,7 @@ def _check_file(option: str, path: Path, *, regular: bool) -> None:
     except FileNotFoundError:
         pass
     except (OSError, ValueError) as fault:
-        raise InputError(_reason(fault), where, _ROOM) from fault
+        raise InputError(reason_of(fault), where, _ROOM) from fault
     if is_special(path) and (regular or not is_stream(path)):
         raise InputError("is no regular file", where, "name a file")
     target = landing(path)
@@ -122,7 +122,3 @@ def _standard_streams() -> Iterable[object]:
         with suppress(OSError, ValueError, AttributeError):
             status = os.fstat(stream.fileno())
             yield status.st_dev, status.st_ino
-
-
-def _reason(fault: Exception) -> str:
-    return getattr(fault, "strerror", None) or str(fault)

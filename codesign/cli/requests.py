@@ -1,4 +1,3 @@
-# fmt: off
 """What can be asked: the request of each command, in the order of the help. ``request`` says how one is written."""
 
 from __future__ import annotations
@@ -6,29 +5,28 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import click
 
 from codesign.cli.options import (
-    NOTHING,
-    PLACE,
-    Bag,
-    Debug,
-    Detail,
-    Force,
-    Json,
+    BAG,
+    DEBUG,
+    FORCE,
+    JSON,
+    MEMORY,
+    NEEDS,
+    PAGE,
+    REACH,
+    SETTINGS,
     MapFile,
-    Memory,
-    Needs,
-    Page,
     Quantity,
-    Reach,
-    Settings,
-    axes,
-    settings,
+    axis,
+    place,
+    printed,
+    setting,
 )
-from codesign.cli.request import ANSWER, Argument, Command, Option, Request
+from codesign.cli.request import Command, Request, argument, option
 from codesign.ground.units import Dimension
 
 if TYPE_CHECKING:
@@ -41,16 +39,14 @@ _FOLDER = click.Path(file_okay=False, path_type=Path)
 _ANY = click.Path(path_type=Path)
 _MAP = MapFile(exists=True, dir_okay=False, path_type=Path)
 _TIME = Quantity(Dimension.TIME)
+_COUNT = click.IntRange(1)
 
-_Point = Annotated[int | None, Option("Take this point of STUDY, a file of hwsw explore.", "--point", metavar="INDEX")]
-_Design = Annotated[tuple[str, ...], Argument("PLATFORM WORKLOAD | STUDY")]
-_Store = Annotated[Path, Argument(type=_INPUT)]
-_Trace = Annotated[Path, Argument(type=_INPUT)]
-_Backend = Annotated[Literal["auto", "cxxrtl", "icarus", "verilator"], Option(
-    "The simulator. auto: CXXRTL, and Verilator for a large array where it is installed."
-)]
-_From = Annotated[int, Option("Only from this simulated time, such as 12s.", "--from", type=_TIME)]
-_To = Annotated[int | None, Option("Only up to this simulated time.", "--to", type=_TIME)]
+_POINT: Any = option("Take this point of STUDY, a file of hwsw explore.", "--point INDEX")
+_BACKEND: Any = option(
+    "The simulator. auto: CXXRTL, and Verilator for a large array where it is installed.", default="auto"
+)
+_FROM: Any = option("Only from this simulated time, such as 12s.", "--from", type=_TIME, default=0)
+_TO: Any = option("Only up to this simulated time.", "--to", type=_TIME)
 
 
 class Run(Request):
@@ -65,31 +61,27 @@ class Run(Request):
     result: the exit code is 0, and the result says why.
     """
 
-    specs: _Design
-    point: Annotated[int | None, Option(
-        "Run this point of STUDY, a file of hwsw explore, again.", metavar="INDEX"
-    )] = None
-    settings: Settings = NOTHING
-    needs: Needs = ()
-    trace: Annotated[Path | None, Option("Write an MCAP trace.")] = None
-    bag: Bag = None
-    trace_level: Annotated[Literal["mission", "messages", "blocks", "iterations"], Option(
-        "How much the trace holds; each level holds what the one before holds, and more."
-    )] = "blocks"
-    page: Page = None
-    granularity: Annotated[Literal["run_ahead", "visit"], Option(
-        "How much a component computes in one event. The result is the same."
-    )] = "run_ahead"
-    memory: Memory = None
-    levers: Annotated[bool, Option(
-        "Repeat a mission with each of its levers moved, to find its bottleneck.", "--levers/--no-levers"
-    )] = True
-    detail: Annotated[str, Detail(
-        "Print the sentence alone.", "Print all tables after the sentence and its figures."
-    )] = ANSWER
-    debug: Debug = False
-    as_json: Annotated[bool, Option("Print the result as JSON.", "--json")] = False
-    force: Force = False
+    specs: tuple[str, ...] = argument("PLATFORM WORKLOAD | STUDY")
+    point: int | None = option("Run this point of STUDY, a file of hwsw explore, again.", "--point INDEX")
+    settings: Mapping[str, object] = SETTINGS
+    needs: tuple[str, ...] = NEEDS
+    trace: Path | None = option("Write an MCAP trace.")
+    bag: Path | None = BAG
+    trace_level: Literal["mission", "messages", "blocks", "iterations"] = option(
+        "How much the trace holds; each level holds what the one before holds, and more.", default="blocks"
+    )
+    page: Path | None = PAGE
+    granularity: Literal["run_ahead", "visit"] = option(
+        "How much a component computes in one event. The result is the same.", default="run_ahead"
+    )
+    memory: int | None = MEMORY
+    levers: bool = option(
+        "Repeat a mission with each of its levers moved, to find its bottleneck.", "--levers/--no-levers", default=True
+    )
+    detail: str = printed("Print the sentence alone.", "Print all tables after the sentence and its figures.")
+    debug: bool = DEBUG
+    as_json: bool = option("Print the result as JSON.", "--json")
+    force: bool = FORCE
 
 
 class Advise(Request):
@@ -101,50 +93,50 @@ class Advise(Request):
     metres of the map's frame, as 12.5,3.0 or 12m,3m. The exit code is 3 where no board suffices.
     """
 
-    map_file: Annotated[Path, Argument("MAP", type=_MAP)]
-    goals: Annotated[tuple[str, ...], Option("A goal, such as 12.5,3.0.", "--goal", metavar="PLACE")]
-    rate: Annotated[str, Option("Plans a second, such as 10Hz.", metavar="RATE")]
-    boards: Annotated[str | None, Option(
-        "Boards to ask about: names or files.  [default: all]", metavar="NAME,..."
-    )] = None
-    power: Annotated[str | None, Option("Most mean power at that rate, such as 5W.", metavar="POWER")] = None
-    price: Annotated[str | None, Option("Most that a board may cost, such as 200USD.", metavar="PRICE")] = None
-    clearance: Annotated[str | None, Option("Distance to keep from obstacles, such as 0.3m.", metavar="LENGTH")] = None
-    starts: Annotated[tuple[str, ...], Option("A start.  [default: 64 are drawn]", "--start", metavar="PLACE")] = ()
-    task: Annotated[Literal["path", "field", "replan"], Option("What is asked of a plan.")] = "path"
-    change: Annotated[int, Option(
-        "Cells that change before a plan of task replan, drawn.", type=click.IntRange(min=1), metavar="COUNT"
-    )] = 20
-    reach: Reach = None
-    unknown: Annotated[Literal["blocked", "free"] | None, Option("What unknown cells count as.")] = None
-    resolution: Annotated[str | None, Option(
-        "Size of a cell, for a map that does not say it.", metavar="LENGTH"
-    )] = None
-    budget: Annotated[float | None, Option(
-        "Computing time after which no further design is begun.  [default: 45]", type=click.FloatRange(min=0),
-        metavar="SECONDS"
-    )] = None
-    write: Annotated[Path | None, Option(
-        "Write the workload of the winner into this folder.", type=_FOLDER, metavar="FOLDER"
-    )] = None
-    as_json: Annotated[bool, Option("Print the answer as JSON.", "--json")] = False
-    force: Force = False
+    map_file: Path = argument("MAP", type=_MAP)
+    goals: tuple[str, ...] = option("A goal, such as 12.5,3.0.", "--goal PLACE")
+    rate: str = option("Plans a second, such as 10Hz.", "--rate RATE")
+    boards: str | None = option("Boards to ask about: names or files.  [default: all]", "--boards NAME,...")
+    power: str | None = option("Most mean power at that rate, such as 5W.", "--power POWER")
+    price: str | None = option("Most that a board may cost, such as 200USD.", "--price PRICE")
+    clearance: str | None = option("Distance to keep from obstacles, such as 0.3m.", "--clearance LENGTH")
+    starts: tuple[str, ...] = option("A start.  [default: 64 are drawn]", "--start PLACE", default=())
+    task: Literal["path", "field", "replan"] = option("What is asked of a plan.", default="path")
+    change: int = option(
+        "Cells that change before a plan of task replan, drawn.", "--change COUNT", type=_COUNT, default=20
+    )
+    reach: float | None = REACH
+    unknown: Literal["blocked", "free"] | None = option("What unknown cells count as.")
+    resolution: str | None = option("Size of a cell, for a map that does not say it.", "--resolution LENGTH")
+    budget: float | None = option(
+        "Computing time after which no further design is begun.  [default: 45]",
+        "--budget SECONDS",
+        type=click.FloatRange(min=0),
+    )
+    write: Path | None = option("Write the workload of the winner into this folder.", "--write FOLDER", type=_FOLDER)
+    as_json: bool = option("Print the answer as JSON.", "--json")
+    force: bool = FORCE
 
 
-_Csv = Annotated[Path | None, Option("Write every computed point as CSV.")]
-_Parquet = Annotated[Path | None, Option(
-    "Write every computed point as a Parquet file, for pandas, Polars and DuckDB."
-)]
-_StudyPage = Annotated[Path | None, Option("Write a self-contained HTML page.", "--html")]
-_Certificate = Annotated[Path | None, Option(
-    "Write the certificate of the front: why each design off it is off it. hwsw verify-front checks it.", "--certify"
-)]
-_StudyDetail = Annotated[str, Detail(
-    "Print the sentence alone.", "Print the best points, every point and the sources of the figures too."
-)]
+class StudyOutputs(Request):
+    """The outputs of a study."""
+
+    csv: Path | None = option("Write every computed point as CSV.")
+    parquet: Path | None = option("Write every computed point as a Parquet file, for pandas, Polars and DuckDB.")
+    page: Path | None = option("Write a self-contained HTML page.", "--html")
+    certificate: Path | None = option(
+        "Write the certificate of the front: why each design off it is off it. hwsw verify-front checks it.",
+        "--certify",
+    )
+    force: bool = FORCE
+    detail: str = printed(
+        "Print the sentence alone.", "Print the best points, every point and the sources of the figures too."
+    )
+    debug: bool = DEBUG
+    as_json: bool = option("Print every point, feasible or not, as JSON.", "--json")
 
 
-class Explore(Request):
+class Explore(StudyOutputs):
     """Evaluate every point of WORKLOAD's exploration on PLATFORM, and print the front, after one sentence.
 
     Finished points are kept in one file. The command continues from that file when it runs again.
@@ -156,53 +148,46 @@ class Explore(Request):
     The exit code is 3 where no design is feasible.
     """
 
-    specs: Annotated[tuple[str, ...], Argument("[PLATFORM] WORKLOAD")]
-    store: Annotated[Path | None, Option(
-        "The SQLite file of finished points.  [default: PLATFORM-WORKLOAD.sqlite]"
-    )] = None
-    settings: Annotated[Mapping[str, Any], settings("Set an axis for all points.")] = NOTHING
-    axes: Annotated[Mapping[str, Any], axes(
-        "Explore these values: a,b,c, or a range 1..8, 10MHz..100MHz:10MHz (step), 1..1024*2 (factor) or '10MHz..1GHz"
-        " in 12 log' (count); 'a,b when OTHER=VALUE': where another axis has this value alone.", "--axis"
-    )] = NOTHING
-    conditions: Annotated[Mapping[str, Any], axes(
-        "Run every design in these conditions; written as --axis.", "--condition"
-    )] = NOTHING
-    needs: Needs = ()
-    workers: Annotated[int, Option(
-        "The number of worker processes.", type=click.IntRange(1, 256), show_default="the number of cores"
-    )] = os.cpu_count() or 1
-    cluster: Annotated[str | None, Option(
+    specs: tuple[str, ...] = argument("[PLATFORM] WORKLOAD")
+    store: Path | None = option("The SQLite file of finished points.  [default: PLATFORM-WORKLOAD.sqlite]")
+    settings: Mapping[str, Any] = setting("Set an axis for all points.")
+    axes: Mapping[str, Any] = axis(
+        "Explore these values: a,b,c, or a range 1..8, 10MHz..100MHz:10MHz (step), 1..1024*2 (factor) or"
+        " '10MHz..1GHz in 12 log' (count); 'a,b when OTHER=VALUE': where another axis has this value alone.",
+        "--axis",
+    )
+    conditions: Mapping[str, Any] = axis("Run every design in these conditions; written as --axis.", "--condition")
+    needs: tuple[str, ...] = NEEDS
+    workers: int = option(
+        "The number of worker processes.",
+        type=click.IntRange(1, 256),
+        show_default="the number of cores",
+        default=os.cpu_count() or 1,
+    )
+    cluster: str | None = option(
         "Compute with the workers of a dask cluster: tcp://HOST:PORT, tls://HOST:PORT, or the scheduler's file.",
-        metavar="ADDRESS"
-    )] = None
-    memory: Memory = None
-    points: Annotated[int | None, Option(
-        "Compute no more than N points.", type=click.IntRange(min=1), metavar="N"
-    )] = None
-    time_ms: Annotated[int | None, Option(
-        "Begin no point after this time, such as 10min.", "--time",
-        type=Quantity(Dimension.TIME, scale=10**9, least=1), metavar="TIME"
-    )] = None
-    search: Annotated[str | None, Option(
+        "--cluster ADDRESS",
+    )
+    memory: int | None = MEMORY
+    points: int | None = option("Compute no more than N points.", "--points N", type=_COUNT)
+    time_ms: int | None = option(
+        "Begin no point after this time, such as 10min.",
+        "--time TIME",
+        type=Quantity(Dimension.TIME, scale=10**9, least=1),
+    )
+    search: str | None = option(
         "Compute what a search asks for, and as many random points beside it: nsga2, tpe (extra search), random, or"
         " bound, which proves the front; all: no search. --points N limits each. All points of a small space are"
-        " computed instead, where they take few simulations: exact, and cheaper than bound.  [default: explore.search"
-        " of the workload]", metavar="NAME"
-    )] = None
-    seed: Annotated[int | None, Option("The seed of --search: the same seed, the same designs.", metavar="S")] = None
-    check: Annotated[int | None, Option(
+        " computed instead, where they take few simulations: exact, and cheaper than bound.  [default:"
+        " explore.search of the workload]",
+        "--search NAME",
+    )
+    seed: int | None = option("The seed of --search: the same seed, the same designs.", "--seed S")
+    check: int | None = option(
         "Run N random points alone too, and compare every figure with the study, to the last bit.",
-        type=click.IntRange(min=1), metavar="N"
-    )] = None
-    csv: _Csv = None
-    parquet: _Parquet = None
-    page: _StudyPage = None
-    certificate: _Certificate = None
-    force: Force = False
-    detail: _StudyDetail = ANSWER
-    debug: Debug = False
-    as_json: Annotated[bool, Option("Print every point, feasible or not, as JSON.", "--json")] = False
+        "--check N",
+        type=_COUNT,
+    )
 
 
 class Explain(Request):
@@ -214,15 +199,15 @@ class Explain(Request):
     The exit code is 3 where the design is not feasible.
     """
 
-    what: Annotated[str, Argument("STUDY|PLATFORM")]
-    which: Annotated[str, Argument("INDEX|WORKLOAD")]
-    settings: Annotated[Mapping[str, object], settings("Of a run: set an axis, e.g. fabric.clock=50MHz.")] = NOTHING
-    conditions: Annotated[Mapping[str, object], settings(
+    what: str = argument("STUDY|PLATFORM")
+    which: str = argument("INDEX|WORKLOAD")
+    settings: Mapping[str, object] = setting("Of a run: set an axis, e.g. fabric.clock=50MHz.")
+    conditions: Mapping[str, object] = setting(
         "Of a study: in one condition, by its value, or by its number in the list, from 0.", "--condition"
-    )] = NOTHING
-    detail: Annotated[str, Detail("Print the sentence alone.", "Print all parts, levers and neighbours.")] = ANSWER
-    debug: Debug = False
-    as_json: Annotated[bool, Option("Print the explanation as JSON.", "--json")] = False
+    )
+    detail: str = printed("Print the sentence alone.", "Print all parts, levers and neighbours.")
+    debug: bool = DEBUG
+    as_json: bool = option("Print the explanation as JSON.", "--json")
 
 
 class Compare(Request):
@@ -236,49 +221,42 @@ class Compare(Request):
     The exit code is 3 where no design is feasible, or none meets every --need, and 1 where none could run.
     """
 
-    designs: Annotated[tuple[str, ...], Argument("[PLATFORM:WORKLOAD]...")] = ()
-    like: Annotated[str | None, Option(
-        "Use the map, goals and starts of this workload in every design.  [default: of each design its own; labyrinth"
-        " without designs]", "--on", metavar="WORKLOAD"
-    )] = None
-    map_file: Annotated[Path | None, Option("Use this map in every design.", "--map", type=_INPUT)] = None
-    goal: Annotated[Place | None, Option("The goal on --map.", **PLACE)] = None
-    start: Annotated[Place | None, Option("The start on --map.", **PLACE)] = None
-    reach: Reach = None
-    task: Annotated[Literal["path", "field", "replan"] | None, Option(
+    designs: tuple[str, ...] = argument("[PLATFORM:WORKLOAD]...", default=())
+    like: str | None = option(
+        "Use the map, goals and starts of this workload in every design.  [default: of each design its own;"
+        " labyrinth without designs]",
+        "--on WORKLOAD",
+    )
+    map_file: Path | None = option("Use this map in every design.", "--map", type=_INPUT)
+    goal: Place | None = place("The goal on --map.")
+    start: Place | None = place("The start on --map.")
+    reach: float | None = REACH
+    task: Literal["path", "field", "replan"] | None = option(
         "What is asked of every design.  [default: that of the workload; path on --map]"
-    )] = None
-    settings: Annotated[Mapping[str, object], settings("Set an axis, in every design that has it.")] = NOTHING
-    needs: Needs = ()
-    memory: Memory = None
-    detail: Annotated[str, Detail(
+    )
+    settings: Mapping[str, object] = setting("Set an axis, in every design that has it.")
+    needs: tuple[str, ...] = NEEDS
+    memory: int | None = MEMORY
+    detail: str = printed(
         "Print a sentence for each design alone.", "Print all tables of each design after the comparison."
-    )] = ANSWER
-    debug: Debug = False
-    page: Page = None
-    as_json: Annotated[bool, Option("Print the results as JSON.", "--json")] = False
-    force: Force = False
+    )
+    debug: bool = DEBUG
+    page: Path | None = PAGE
+    as_json: bool = option("Print the results as JSON.", "--json")
+    force: bool = FORCE
 
 
-class Report(Request):
+class Report(StudyOutputs):
     """Write the tables, the CSV and the HTML page of the exploration in STORE. Nothing is simulated.
 
     --need judges the designs anew, with a further constraint. The exit code is 3 where none is feasible.
     """
 
-    store: _Store
-    conditions: Annotated[Mapping[str, object], settings(
+    store: Path = argument(type=_INPUT)
+    conditions: Mapping[str, object] = setting(
         "Show one condition by itself: by its value, or by its number in the list, from 0.", "--condition"
-    )] = NOTHING
-    needs: Needs = ()
-    csv: _Csv = None
-    parquet: _Parquet = None
-    page: _StudyPage = None
-    certificate: _Certificate = None
-    force: Force = False
-    detail: _StudyDetail = ANSWER
-    debug: Debug = False
-    as_json: Annotated[bool, Option("Print every point as JSON.", "--json")] = False
+    )
+    needs: tuple[str, ...] = NEEDS
 
 
 class Plot(Request):
@@ -289,67 +267,55 @@ class Plot(Request):
     """
 
 
-_Picture = Annotated[Path, Option("The file: .pdf, .svg or .png.", "-o", "--output")]
-_Width = Annotated[float | None, Option(
-    "The width in mm, such as 88 for a column; letters keep their size.  [default: 150 to 230]",
-    type=click.FloatRange(20, 1000), metavar="MM"
-)]
-_OfRun = Annotated[tuple[str, ...], Argument("TRACE | PLATFORM WORKLOAD")]
+class Drawn(Request):
+    """The file of a picture."""
+
+    output: Path = option("The file: .pdf, .svg or .png.", "-o", "--output")
+    width: float | None = option(
+        "The width in mm, such as 88 for a column; letters keep their size.  [default: 150 to 230]",
+        "--width MM",
+        type=click.FloatRange(20, 1000),
+    )
+    force: bool = FORCE
 
 
-class PlotFront(Request):
+class PlotFront(Drawn):
     """Draw the feasible designs of STORE by two figures, and the front among them. Nothing is simulated."""
 
-    store: _Store
-    output: _Picture
-    width: _Width = None
-    force: Force = False
-    x: Annotated[str | None, Option(
-        "The figure to the right.  [default: the first objective]", metavar="FIGURE"
-    )] = None
-    y: Annotated[str | None, Option("The figure upwards.  [default: the second objective]", metavar="FIGURE")] = None
-    colour: Annotated[str, Option(
-        "The figure that colours the points, or none.", metavar="FIGURE"
-    )] = "share_reaching_goal"
-    marker: Annotated[str | None, Option(
-        "The axis that shapes the points.  [default: the part]", metavar="AXIS"
-    )] = None
-    conditions: Annotated[Mapping[str, object], settings("Draw one condition by itself.", "--condition")] = NOTHING
-    needs: Needs = ()
+    store: Path = argument(type=_INPUT)
+    x: str | None = option("The figure to the right.  [default: the first objective]", "--x FIGURE")
+    y: str | None = option("The figure upwards.  [default: the second objective]", "--y FIGURE")
+    colour: str = option(
+        "The figure that colours the points, or none.", "--colour FIGURE", default="share_reaching_goal"
+    )
+    marker: str | None = option("The axis that shapes the points.  [default: the part]", "--marker AXIS")
+    conditions: Mapping[str, object] = setting("Draw one condition by itself.", "--condition")
+    needs: tuple[str, ...] = NEEDS
 
 
-class PlotMap(Request):
+class PlotMap(Drawn):
     """Draw the map of WORKLOAD with its goals and starts.
 
     Of a TRACE, or of a run of WORKLOAD on PLATFORM, draw the field and the paths of the plan, or what the robots drove.
     """
 
-    specs: Annotated[tuple[str, ...], Argument("WORKLOAD | TRACE | PLATFORM WORKLOAD")]
-    output: _Picture
-    width: _Width = None
-    force: Force = False
-    at: Annotated[int | None, Option("Of a mission, the moment to draw, such as 12s.", type=_TIME)] = None
+    specs: tuple[str, ...] = argument("WORKLOAD | TRACE | PLATFORM WORKLOAD")
+    at: int | None = option("Of a mission, the moment to draw, such as 12s.", type=_TIME)
 
 
-class PlotTimeline(Request):
+class PlotTimeline(Drawn):
     """Draw when each component and link was busy, from TRACE, or from a run of WORKLOAD on PLATFORM."""
 
-    specs: _OfRun
-    output: _Picture
-    width: _Width = None
-    force: Force = False
+    specs: tuple[str, ...] = argument("TRACE | PLATFORM WORKLOAD")
 
 
-class PlotSchedule(Request):
+class PlotSchedule(Drawn):
     """Draw the precision of each stage over time, and the local maxima left.
 
     They are those of TRACE, or of a run of WORKLOAD on PLATFORM. Stages are those of harmonic control.
     """
 
-    specs: _OfRun
-    output: _Picture
-    width: _Width = None
-    force: Force = False
+    specs: tuple[str, ...] = argument("TRACE | PLATFORM WORKLOAD")
 
 
 class VerifyFront(Request):
@@ -360,16 +326,14 @@ class VerifyFront(Request):
     The exit code is 3 where it is refused, and 1 where FILE cannot be read as a certificate.
     """
 
-    file: Annotated[Path, Argument(type=_INPUT)]
-    store: Annotated[Path | None, Option(
-        "Check too that it is the certificate of the exploration in this store.", type=_INPUT
-    )] = None
-    conditions: Annotated[Mapping[str, object], settings(
+    file: Path = argument(type=_INPUT)
+    store: Path | None = option("Check too that it is the certificate of the exploration in this store.", type=_INPUT)
+    conditions: Mapping[str, object] = setting(
         "With --store: the condition that it was written for, as in hwsw report.", "--condition"
-    )] = NOTHING
-    needs: Needs = ()
-    complete: Annotated[bool, Option("Refuse it where designs were not computed.")] = False
-    as_json: Annotated[bool, Option("Print the verdict as JSON.", "--json")] = False
+    )
+    needs: tuple[str, ...] = NEEDS
+    complete: bool = option("Refuse it where designs were not computed.")
+    as_json: bool = option("Print the verdict as JSON.", "--json")
 
 
 class Trace(Request):
@@ -379,8 +343,8 @@ class Trace(Request):
 class TraceInfo(Request):
     """Print the contents of the trace FILE: its run, time span, topics and numbers of messages."""
 
-    file: _Trace
-    as_json: Json = False
+    file: Path = argument(type=_INPUT)
+    as_json: bool = JSON
 
 
 class TraceShow(Request):
@@ -389,55 +353,56 @@ class TraceShow(Request):
     With --at: the true map at that time, the robot's belief, its path and its position.
     """
 
-    file: _Trace
-    topics: Annotated[tuple[str, ...], Option("Only this topic. May be repeated.", "--topic")] = ()
-    begin: _From = 0
-    end: _To = None
-    at: Annotated[int | None, Option(
-        "Print the map at this simulated time instead of the records.", type=_TIME
-    )] = None
-    picture: Annotated[Path | None, Option("Draw the map of --at as a PNG or SVG.")] = None
-    limit: Annotated[int, Option("The most lines to print.", type=click.IntRange(1))] = 200
-    as_json: Annotated[bool, Option("Print each line as JSON.", "--json")] = False
-    force: Force = False
+    file: Path = argument(type=_INPUT)
+    topics: tuple[str, ...] = option("Only this topic. May be repeated.", "--topic", default=())
+    begin: int = _FROM
+    end: int | None = _TO
+    at: int | None = option("Print the map at this simulated time instead of the records.", type=_TIME)
+    picture: Path | None = option("Draw the map of --at as a PNG or SVG.")
+    limit: int = option("The most lines to print.", type=_COUNT, default=200)
+    as_json: bool = option("Print each line as JSON.", "--json")
+    force: bool = FORCE
 
 
 class TraceExport(Request):
     """Export the trace FILE for other tools."""
 
-    file: _Trace
-    perfetto: Annotated[Path | None, Option("Write a trace of Perfetto, for ui.perfetto.dev.")] = None
-    vcd: Annotated[Path | None, Option("Write a waveform, with a save file of GTKWave beside it.")] = None
-    poses: Annotated[Path | None, Option("Write the positions and times of each robot as CSV.")] = None
-    page: Annotated[Path | None, Option("Write the page of the run, which plays it.", "--html")] = None
-    bag: Bag = None
-    bag_begin: Annotated[int, Option(
-        "When the run begins in the bag, in seconds since 1970.", "--ros2-begin", type=click.IntRange(0, 2 * 10**9),
-        metavar="SECONDS"
-    )] = 0
-    begin: Annotated[int, Option("Of the waveform: only from this simulated time.", "--from", type=_TIME)] = 0
-    end: Annotated[int | None, Option("Of the waveform: only up to this simulated time.", "--to", type=_TIME)] = None
-    force: Force = False
+    file: Path = argument(type=_INPUT)
+    perfetto: Path | None = option("Write a trace of Perfetto, for ui.perfetto.dev.")
+    vcd: Path | None = option("Write a waveform, with a save file of GTKWave beside it.")
+    poses: Path | None = option("Write the positions and times of each robot as CSV.")
+    page: Path | None = option("Write the page of the run, which plays it.", "--html")
+    bag: Path | None = BAG
+    bag_begin: int = option(
+        "When the run begins in the bag, in seconds since 1970.",
+        "--ros2-begin SECONDS",
+        type=click.IntRange(0, 2 * 10**9),
+        default=0,
+    )
+    begin: int = option("Of the waveform: only from this simulated time.", "--from", type=_TIME, default=0)
+    end: int | None = option("Of the waveform: only up to this simulated time.", "--to", type=_TIME)
+    force: bool = FORCE
 
 
 class TraceLayout(Request):
     """Write a layout for the trace FILE: the topics that it has, in panels, seen from above, with plots and events."""
 
-    file: _Trace
-    output: Annotated[Path | None, Option(
+    file: Path = argument(type=_INPUT)
+    output: Path | None = option(
         "The file to write.  [default: FILE with the ending .json, or .rbl for Rerun]", "-o", "--output"
-    )] = None
-    viewer: Annotated[Literal["foxglove", "ros2", "rerun"], Option(
-        "A layout for Foxglove and Lichtblick, of the trace or of its ROS 2 bag; a blueprint for Rerun."
-    )] = "foxglove"
-    force: Force = False
+    )
+    viewer: Literal["foxglove", "ros2", "rerun"] = option(
+        "A layout for Foxglove and Lichtblick, of the trace or of its ROS 2 bag; a blueprint for Rerun.",
+        default="foxglove",
+    )
+    force: bool = FORCE
 
 
 class TraceStats(Request):
     """Print of the trace FILE how busy each component and link was, and how long messages, tasks and plans took."""
 
-    file: _Trace
-    as_json: Json = False
+    file: Path = argument(type=_INPUT)
+    as_json: bool = JSON
 
 
 class TraceDiff(Request):
@@ -446,20 +411,18 @@ class TraceDiff(Request):
     The exit code is 0 where all records are equal, and 3 where they differ.
     """
 
-    first: _Trace
-    second: _Trace
-    as_json: Json = False
+    first: Path = argument(type=_INPUT)
+    second: Path = argument(type=_INPUT)
+    as_json: bool = JSON
 
 
 class TraceTimeline(Request):
     """Print the trace FILE as a Gantt chart: when each component and link worked, and the events of a mission."""
 
-    file: _Trace
-    begin: _From = 0
-    end: _To = None
-    width: Annotated[int | None, Option(
-        "Columns; by default those of the terminal.", type=click.IntRange(60, 1000)
-    )] = None
+    file: Path = argument(type=_INPUT)
+    begin: int = _FROM
+    end: int | None = _TO
+    width: int | None = option("Columns; by default those of the terminal.", type=click.IntRange(60, 1000))
 
 
 class FromBags(Request):
@@ -469,9 +432,8 @@ class FromBags(Request):
 _METRE = click.FloatRange(0, 1000)
 
 
-def _topic(topic: str) -> Option:
-    words = f"Read this as {topic}; none leaves it out.  [default: by type and namespace]"
-    return Option(words, metavar="TOPIC")
+def _topic(topic: str) -> Any:
+    return option(f"Read this as {topic}; none leaves it out.  [default: by type and namespace]", metavar="TOPIC")
 
 
 class FromBag(Request):
@@ -485,45 +447,43 @@ class FromBag(Request):
     are found by their type; of several robots --namespace names one.
     """
 
-    bag: Annotated[Path, Argument(type=_ANY)]
-    folder: Annotated[Path, Option(
-        "Write the files here.  [default: the current folder]", "-o", "--out", type=_FOLDER, metavar="DIR"
-    )] = Path()
-    name: Annotated[str | None, Option("Name of the workload and its files.  [default: that of the bag]")] = None
-    like: Annotated[str, Option("Take planner and mapping of this workload.", metavar="WORKLOAD")] = "warehouse"
-    platform: Annotated[str | None, Option(
-        "Run the workload on this platform, and compare the answers.", "--on", metavar="PLATFORM"
-    )] = None
-    use_map: Annotated[Literal["first", "last"], Option("Which of several different maps is used.")] = "last"
-    namespace: Annotated[str | None, Option(
-        "Read the topics of the robot in this namespace.  [default: the one that the bag has]", metavar="NAMESPACE"
-    )] = None
-    base_frame: Annotated[str | None, Option(
-        "Frame of the robot.  [default: that of the odometry]", metavar="FRAME"
-    )] = None
-    near: Annotated[float, Option("A goal is reached this near to it.", type=_METRE, metavar="METRES")] = 0.3
-    slot: Annotated[int, Option(
-        "Obstacles: cut time into slots so long.  [default: 1 s]", type=Quantity(Dimension.TIME, least=10**11),
-        metavar="TIME"
-    )] = 10**12
-    margin: Annotated[float, Option(
-        "Obstacles: leave out hits this near to an obstacle of the map.", type=_METRE, metavar="METRES"
-    )] = 0.15
-    radius: Annotated[float, Option(
-        "Obstacles: cells this near to the robot are free.", type=_METRE, metavar="METRES"
-    )] = 0.2
-    least: Annotated[int, Option("Obstacles: leave out fewer hits.", type=click.IntRange(1))] = 3
-    stay: Annotated[int | None, Option(
-        "Obstacles: one that is not seen again stays so long.  [default: to the end]", type=_TIME, metavar="TIME"
-    )] = None
-    map_topic: Annotated[str | None, _topic("/map")] = None
-    tf_topic: Annotated[str | None, _topic("/tf")] = None
-    tf_static_topic: Annotated[str | None, _topic("/tf_static")] = None
-    scan_topic: Annotated[str | None, _topic("/scan")] = None
-    odom_topic: Annotated[str | None, _topic("/odom")] = None
-    goal_topic: Annotated[str | None, _topic("/goal_pose")] = None
-    plan_topic: Annotated[str | None, _topic("/plan")] = None
-    command_topic: Annotated[str | None, _topic("/cmd_vel")] = None
+    bag: Path = argument(type=_ANY)
+    folder: Path = option(
+        "Write the files here.  [default: the current folder]", "-o", "--out DIR", type=_FOLDER, default=Path()
+    )
+    name: str | None = option("Name of the workload and its files.  [default: that of the bag]")
+    like: str = option("Take planner and mapping of this workload.", "--like WORKLOAD", default="warehouse")
+    platform: str | None = option("Run the workload on this platform, and compare the answers.", "--on PLATFORM")
+    use_map: Literal["first", "last"] = option("Which of several different maps is used.", default="last")
+    namespace: str | None = option(
+        "Read the topics of the robot in this namespace.  [default: the one that the bag has]", "--namespace NAMESPACE"
+    )
+    base_frame: str | None = option("Frame of the robot.  [default: that of the odometry]", "--base-frame FRAME")
+    near: float = option("A goal is reached this near to it.", "--near METRES", type=_METRE, default=0.3)
+    slot: int = option(
+        "Obstacles: cut time into slots so long.  [default: 1 s]",
+        "--slot TIME",
+        type=Quantity(Dimension.TIME, least=10**11),
+        default=10**12,
+    )
+    margin: float = option(
+        "Obstacles: leave out hits this near to an obstacle of the map.", "--margin METRES", type=_METRE, default=0.15
+    )
+    radius: float = option(
+        "Obstacles: cells this near to the robot are free.", "--radius METRES", type=_METRE, default=0.2
+    )
+    least: int = option("Obstacles: leave out fewer hits.", type=_COUNT, default=3)
+    stay: int | None = option(
+        "Obstacles: one that is not seen again stays so long.  [default: to the end]", "--stay TIME", type=_TIME
+    )
+    map_topic: str | None = _topic("/map")
+    tf_topic: str | None = _topic("/tf")
+    tf_static_topic: str | None = _topic("/tf_static")
+    scan_topic: str | None = _topic("/scan")
+    odom_topic: str | None = _topic("/odom")
+    goal_topic: str | None = _topic("/goal_pose")
+    plan_topic: str | None = _topic("/plan")
+    command_topic: str | None = _topic("/cmd_vel")
 
 
 class Reproduce(Request):
@@ -534,21 +494,19 @@ class Reproduce(Request):
     With --set, head and rows say which settings are not the published ones.
     """
 
-    names: Annotated[tuple[str, ...], Argument("[PLANNER]...")] = ()
-    quick: Annotated[bool, Option("Simulate fewer and smaller maps.")] = False
-    page: Annotated[Path | None, Option("Write an HTML page with plots.", "--html")] = None
-    plots: Annotated[Path | None, Option("Write the plots into this folder.", type=_FOLDER)] = None
-    csv: Annotated[Path | None, Option("Write the rows as CSV.")] = None
-    settings: Annotated[Mapping[str, object], settings(
+    names: tuple[str, ...] = argument("[PLANNER]...", default=())
+    quick: bool = option("Simulate fewer and smaller maps.")
+    page: Path | None = option("Write an HTML page with plots.", "--html")
+    plots: Path | None = option("Write the plots into this folder.", type=_FOLDER)
+    csv: Path | None = option("Write the rows as CSV.")
+    settings: Mapping[str, object] = setting(
         "Move a setting of the papers' runs; see --settings.", metavar="NAME=VALUE"
-    )] = NOTHING
-    listed: Annotated[bool, Option("List the settings that --set moves, and run nothing.", "--settings")] = False
-    detail: Annotated[str, Detail(
-        "Print the findings alone.", "Print the sources of the modelled figures too."
-    )] = ANSWER
-    debug: Debug = False
-    as_json: Annotated[bool, Option("Print rows and findings as JSON.", "--json")] = False
-    force: Force = False
+    )
+    listed: bool = option("List the settings that --set moves, and run nothing.", "--settings")
+    detail: str = printed("Print the findings alone.", "Print the sources of the modelled figures too.")
+    debug: bool = DEBUG
+    as_json: bool = option("Print rows and findings as JSON.", "--json")
+    force: bool = FORCE
 
 
 class Calibrate(Request):
@@ -558,8 +516,8 @@ class Calibrate(Request):
 class CalibrateHost(Request):
     """Time the planners' kernels on this machine, and print them as the key costs of a processor in a platform file."""
 
-    seconds: Annotated[float, Option("The approximate time to measure.")] = 2.0
-    as_json: Json = False
+    seconds: float = option("The approximate time to measure.", default=2.0)
+    as_json: bool = JSON
 
 
 class CalibrateFpga(Request):
@@ -573,26 +531,21 @@ class CalibrateFpga(Request):
     results then say the calibrated numbers, and cite it.
     """
 
-    specs: Annotated[tuple[str, ...], Argument("[PLATFORM WORKLOAD]")] = ()
-    reports: Annotated[tuple[Path, ...], Option(
-        "A report of utilisation, timing or power. May be repeated.", "--report", type=_ANY, metavar="FILE"
-    )]
-    settings: Annotated[tuple[str, ...], Option(
-        "Set an axis of the design point.", "--set", metavar="AXIS=VALUE"
-    )] = ()
-    clock: Annotated[str | None, Option("The clock of the design, where a report has several.", metavar="NAME")] = None
-    added_to: Annotated[Path | None, Option(
-        "A calibration; its samples are taken too.", "--with", metavar="FILE"
-    )] = None
-    output: Annotated[Path | None, Option(
-        "Write the calibration, such as calibrations/mine.yaml.", "-o", "--output", metavar="FILE"
-    )] = None
-    reasons: Annotated[tuple[str, ...], Option(
+    specs: tuple[str, ...] = argument("[PLATFORM WORKLOAD]", default=())
+    reports: tuple[Path, ...] = option(
+        "A report of utilisation, timing or power. May be repeated.", "--report FILE", type=_ANY
+    )
+    settings: tuple[str, ...] = option("Set an axis of the design point.", "--set AXIS=VALUE", default=())
+    clock: str | None = option("The clock of the design, where a report has several.", "--clock NAME")
+    added_to: Path | None = option("A calibration; its samples are taken too.", "--with FILE")
+    output: Path | None = option("Write the calibration, such as calibrations/mine.yaml.", "-o", "--output FILE")
+    reasons: tuple[str, ...] = option(
         "Accept reports of TERM, such as lut4, that differ from the law by more than a factor of 2. May be repeated.",
-        "--explain", metavar="TERM=REASON"
-    )] = ()
-    as_json: Annotated[bool, Option("Print the comparison as JSON.", "--json")] = False
-    force: Force = False
+        "--explain TERM=REASON",
+        default=(),
+    )
+    as_json: bool = option("Print the comparison as JSON.", "--json")
+    force: bool = FORCE
 
 
 class Rtl(Request):
@@ -605,16 +558,12 @@ class Rtl(Request):
     The folder is written whole or not at all.
     """
 
-    specs: _Design
-    point: _Point = None
-    settings: Settings = NOTHING
-    folder: Annotated[Path, Option(
-        "Write into this folder, which is made.", "-o", "--output", type=_ANY, metavar="DIR"
-    )]
-    force: Annotated[bool, Option(
-        "Write into a folder that is not empty: replace the files of this command there."
-    )] = False
-    debug: Debug = False
+    specs: tuple[str, ...] = argument("PLATFORM WORKLOAD | STUDY")
+    point: int | None = _POINT
+    settings: Mapping[str, object] = SETTINGS
+    folder: Path = option("Write into this folder, which is made.", "-o", "--output DIR", type=_ANY)
+    force: bool = option("Write into a folder that is not empty: replace the files of this command there.")
+    debug: bool = DEBUG
 
 
 class Verify(Request):
@@ -628,29 +577,29 @@ class Verify(Request):
     The exit code is 3 where a circuit differs from the model, and 1 where a run fails.
     """
 
-    specs: Annotated[tuple[str, ...], Argument("[PLATFORM WORKLOAD | STUDY]")] = ()
-    point: Annotated[int | None, Option("Verify this point of STUDY, a file of hwsw explore.", metavar="INDEX")] = None
-    settings: Settings = NOTHING
-    every: Annotated[bool, Option("Verify random design points of every style that has a circuit.", "--all")] = False
-    planners: Annotated[tuple[str, ...], Option("With --all: only the circuits of this planner.", "--planner")] = ()
-    points: Annotated[int | None, Option(
-        "With --all: points of each style.  [default: 3]", type=click.IntRange(1, 10_000), metavar="N"
-    )] = None
-    seed: Annotated[int | None, Option(
-        "With --all: the first seed.  [default: 0]", type=click.IntRange(0), metavar="S"
-    )] = None
-    backend: _Backend = "auto"
-    jobs: Annotated[int, Option("Points verified at a time.", type=click.IntRange(1, 256))] = 1
-    waves: Annotated[Path | None, Option(
+    specs: tuple[str, ...] = argument("[PLATFORM WORKLOAD | STUDY]", default=())
+    point: int | None = option("Verify this point of STUDY, a file of hwsw explore.", "--point INDEX")
+    settings: Mapping[str, object] = SETTINGS
+    every: bool = option("Verify random design points of every style that has a circuit.", "--all")
+    planners: tuple[str, ...] = option("With --all: only the circuits of this planner.", "--planner", default=())
+    points: int | None = option(
+        "With --all: points of each style.  [default: 3]", "--points N", type=click.IntRange(1, 10000)
+    )
+    seed: int | None = option("With --all: the first seed.  [default: 0]", "--seed S", type=click.IntRange(0))
+    backend: Literal["auto", "cxxrtl", "icarus", "verilator"] = _BACKEND
+    jobs: int = option("Points verified at a time.", type=click.IntRange(1, 256), default=1)
+    waves: Path | None = option(
         "Write the waveform around the first difference (VCD, for GTKWave), circuit and model above each other."
-    )] = None
-    cycles: Annotated[tuple[int, int] | None, Option(
-        "With --waves: write these cycles, whether or not they differ.", type=click.IntRange(0), nargs=2,
-        metavar="FIRST LAST"
-    )] = None
-    debug: Debug = False
-    as_json: Annotated[bool, Option("Print every point as JSON.", "--json")] = False
-    force: Force = False
+    )
+    cycles: tuple[int, int] | None = option(
+        "With --waves: write these cycles, whether or not they differ.",
+        "--cycles FIRST LAST",
+        type=click.IntRange(0),
+        nargs=2,
+    )
+    debug: bool = DEBUG
+    as_json: bool = option("Print every point as JSON.", "--json")
+    force: bool = FORCE
 
 
 class Synth(Request):
@@ -662,19 +611,18 @@ class Synth(Request):
     is kept in the cache.
     """
 
-    specs: _Design
-    point: _Point = None
-    settings: Settings = NOTHING
-    family: Annotated[str | None, Option(
-        "Synthesise for another family than that of the part.", metavar="NAME"
-    )] = None
-    placing: Annotated[bool, Option("Place and route too: the clock and its critical path.", "--place")] = False
-    seeds: Annotated[int | None, Option(
-        "With --place: place N times, from seed 1 on, and take the median.  [default: 1]", type=click.IntRange(1, 100),
-        metavar="N"
-    )] = None
-    debug: Debug = False
-    as_json: Annotated[bool, Option("Print all figures as JSON.", "--json")] = False
+    specs: tuple[str, ...] = argument("PLATFORM WORKLOAD | STUDY")
+    point: int | None = _POINT
+    settings: Mapping[str, object] = SETTINGS
+    family: str | None = option("Synthesise for another family than that of the part.", "--family NAME")
+    placing: bool = option("Place and route too: the clock and its critical path.", "--place")
+    seeds: int | None = option(
+        "With --place: place N times, from seed 1 on, and take the median.  [default: 1]",
+        "--seeds N",
+        type=click.IntRange(1, 100),
+    )
+    debug: bool = DEBUG
+    as_json: bool = option("Print all figures as JSON.", "--json")
 
 
 class Fidelity(Request):
@@ -686,14 +634,14 @@ class Fidelity(Request):
     What does not match is listed with its reason, and with the experiment that would settle it.
     """
 
-    page: Annotated[Path | None, Option("Write the page, in Markdown.", "-o", "--output")] = None
-    picture: Annotated[Path | None, Option("Write the picture of law over measured, as SVG.")] = None
-    quick: Annotated[bool, Option("Simulate fewer design points of each circuit.")] = False
-    jobs: Annotated[int, Option("Simulations at a time.", type=click.IntRange(1, 64))] = 1
-    backend: _Backend = "auto"
-    debug: Debug = False
-    as_json: Annotated[bool, Option("Print everything that is compared as JSON.", "--json")] = False
-    force: Force = False
+    page: Path | None = option("Write the page, in Markdown.", "-o", "--output")
+    picture: Path | None = option("Write the picture of law over measured, as SVG.")
+    quick: bool = option("Simulate fewer design points of each circuit.")
+    jobs: int = option("Simulations at a time.", type=click.IntRange(1, 64), default=1)
+    backend: Literal["auto", "cxxrtl", "icarus", "verilator"] = _BACKEND
+    debug: bool = DEBUG
+    as_json: bool = option("Print everything that is compared as JSON.", "--json")
+    force: bool = FORCE
 
 
 class Check(Request):
@@ -704,10 +652,10 @@ class Check(Request):
     parameters suggest.
     """
 
-    files: Annotated[tuple[str, ...], Argument()]
-    settings: Settings = NOTHING
-    memory: Memory = None
-    as_json: Annotated[bool, Option("Print the faults as JSON.", "--json")] = False
+    files: tuple[str, ...] = argument()
+    settings: Mapping[str, object] = SETTINGS
+    memory: int | None = MEMORY
+    as_json: bool = option("Print the faults as JSON.", "--json")
 
 
 class Map(Request):
@@ -717,24 +665,16 @@ class Map(Request):
     up. Cropping keeps both.
     """
 
-    file: Annotated[Path, Argument(type=MapFile(path_type=Path))]
-    unknown: Annotated[str | None, Option(
-        "What a cell counts as that the map says nothing about.", metavar="blocked|free"
-    )] = None
-    inflate: Annotated[str | None, Option(
-        "Block cells this near to an obstacle: '0.3 m' or '6 cells'.", metavar="RADIUS"
-    )] = None
-    downsample: Annotated[int | None, Option("Join N × N cells to one.", metavar="N")] = None
-    crop: Annotated[str | None, Option("The part of the map that is shown.", metavar="none|free|reachable")] = None
-    resolution: Annotated[str | None, Option(
-        "Metres a cell, where the map does not say so: '5 cm'.", metavar="LENGTH"
-    )] = None
-    at: Annotated[Place | None, Option(
-        "Find the nearest free cell: 40,60 is a cell, 12.5,3.0 are metres.", **PLACE
-    )] = None
-    png: Annotated[Path | None, Option("Write the part shown as an image.")] = None
-    as_json: Annotated[bool, Option("Print the figures as JSON.", "--json")] = False
-    force: Force = False
+    file: Path = argument(type=MapFile(path_type=Path))
+    unknown: str | None = option("What a cell counts as that the map says nothing about.", "--unknown blocked|free")
+    inflate: str | None = option("Block cells this near to an obstacle: '0.3 m' or '6 cells'.", "--inflate RADIUS")
+    downsample: int | None = option("Join N × N cells to one.", "--downsample N")
+    crop: str | None = option("The part of the map that is shown.", "--crop none|free|reachable")
+    resolution: str | None = option("Metres a cell, where the map does not say so: '5 cm'.", "--resolution LENGTH")
+    at: Place | None = place("Find the nearest free cell: 40,60 is a cell, 12.5,3.0 are metres.")
+    png: Path | None = option("Write the part shown as an image.")
+    as_json: bool = option("Print the figures as JSON.", "--json")
+    force: bool = FORCE
 
 
 class Schema(Request):
@@ -744,10 +684,18 @@ class Schema(Request):
     a reproduction (hwsw reproduce).
     """
 
-    kind: Annotated[Literal[
-        "platform", "workload", "part", "host", "calibration", "result", "study", "explanation", "reproduction",
-        "advice"
-    ], Argument()]
+    kind: Literal[
+        "platform",
+        "workload",
+        "part",
+        "host",
+        "calibration",
+        "result",
+        "study",
+        "explanation",
+        "reproduction",
+        "advice",
+    ] = argument()
 
 
 class List(Request):
@@ -757,8 +705,8 @@ class List(Request):
     its policies for planning again.
     """
 
-    planner: Annotated[str | None, Argument()] = None
-    as_json: Json = False
+    planner: str | None = argument()
+    as_json: bool = JSON
 
 
 class Show(Request):
@@ -767,8 +715,8 @@ class Show(Request):
     Where files of several kinds have one name, write platform:NAME, part:NAME, workload:NAME or map:NAME.
     """
 
-    name: Annotated[str, Argument()]
-    path_only: Annotated[bool, Option("Print the path of the file alone.", "--path")] = False
+    name: str = argument()
+    path_only: bool = option("Print the path of the file alone.", "--path")
 
 
 class Init(Request):
@@ -779,13 +727,11 @@ class Init(Request):
     the middle of the map, in its largest connected area. No file is overwritten.
     """
 
-    folder: Annotated[Path, Argument(type=_FOLDER)] = Path()
-    board: Annotated[str | None, Option("Begin with this shipped platform.", metavar="PLATFORM")] = None
-    planner: Annotated[str | None, Option("Plan with this planner.")] = None
-    map_file: Annotated[Path | None, Option(
-        "Plan on this map: a file, or the name of a shipped one.", "--map", type=_MAP
-    )] = None
-    goal: Annotated[Place | None, Option("The goal on the map.", **PLACE)] = None
+    folder: Path = argument(type=_FOLDER, default=Path())
+    board: str | None = option("Begin with this platform: a name or a file.", "--board PLATFORM")
+    planner: str | None = option("Plan with this planner.")
+    map_file: Path | None = option("Plan on this map: a file, or the name of a shipped one.", "--map", type=_MAP)
+    goal: Place | None = place("The goal on the map.")
 
 
 COMMANDS = {
@@ -820,17 +766,16 @@ COMMANDS = {
     "reproduce": Command(Reproduce, "reproduce:reproduce", "Compare the model with the published tables, row by row."),
     "calibrate": Command(Calibrate, "", "Fit costs to this machine, or laws to the reports of your FPGA tool."),
     "calibrate host": Command(CalibrateHost, "calibrate:host", "Measure the cost of each kernel on this machine."),
-    "calibrate fpga": Command(
-        CalibrateFpga, "calibrate:fpga", "Fit the laws of a style to reports of your FPGA tool."
-    ),
+    "calibrate fpga": Command(CalibrateFpga, "calibrate:fpga", "Fit the laws of a style to reports of your FPGA tool."),
     "rtl": Command(Rtl, "rtl:rtl", "Write the Verilog of a design point, with its test bench and memory images."),
     "verify": Command(Verify, "rtl:verify", "Compare circuits in Verilog with the model, cycle for cycle."),
     "synth": Command(
         Synth, "synth:synth", "Synthesise a circuit with open tools, place and route it, and compare it with the laws."
     ),
     "fidelity": Command(
-        Fidelity, "fidelity:fidelity",
-        "Hold all laws against circuits that were simulated, synthesised and placed, and against papers."
+        Fidelity,
+        "fidelity:fidelity",
+        "Hold all laws against circuits that were simulated, synthesised and placed, and against papers.",
     ),
     "check": Command(Check, "inspect:check", "Check platform and workload files, and report all faults at once."),
     "map": Command(Map, "map:map_", "Show a map: its size, free cells, components, and what cropping saves."),
@@ -838,8 +783,9 @@ COMMANDS = {
         Schema, "inspect:schema", "Print a JSON Schema, for editors and for programs that read the JSON output."
     ),
     "list": Command(
-        List, "begin:list_",
-        "List platforms, parts, hosts, workloads, planners and styles, or the parameters of a planner."
+        List,
+        "begin:list_",
+        "List platforms, parts, hosts, workloads, planners and styles, or the parameters of a planner.",
     ),
     "show": Command(Show, "begin:show", "Print a shipped platform, part, workload or map."),
     "init": Command(Init, "begin:init", "Write a first platform and workload, for a board, a planner and a map."),

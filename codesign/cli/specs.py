@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 import click
 
 import codesign
-from codesign import study as exploration
 from codesign.ground.errors import InputError
 from codesign.ground.units import counted
+from codesign.study import load_study
 
 if TYPE_CHECKING:
     from codesign.inputs import Constraint, Platform, Workload
@@ -39,7 +39,7 @@ def specs_of(specs: tuple[str, ...], point: int | None) -> tuple[Platform, Workl
     if len(specs) != 1:
         hint = "name the file of hwsw explore alone: the study holds platform and workload"
         raise InputError(f"{counted(len(specs), 'argument')}", f"{_command()} --point", hint)
-    study = exploration.load_study(specs[0])
+    study = load_study(specs[0])
     platform, workload = study.point(point).specs()
     if study.specs is not None and study.specs.note:
         click.echo(f"note: {study.specs.note}", err=True)

@@ -154,6 +154,11 @@ class UnsuitedError(SpecError):
     """Faults between sound specs: this workload, or this point of it, cannot be placed on this platform."""
 
 
+def reason_of(fault: Exception) -> str:
+    """The reason that the system gives for a fault of reading or writing, or else its text."""
+    return (isinstance(fault, OSError) and fault.strerror) or str(fault)
+
+
 def nearest(word: str, accepted: Iterable[str]) -> str | None:
     """The accepted word nearest to ``word``, or None where none is near.
 

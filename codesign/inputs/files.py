@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from codesign.ground.errors import InputError, SpecError, choose_hint, clip
+from codesign.ground.errors import InputError, SpecError, choose_hint, clip, show
 from codesign.inputs.document import Document
 from codesign.inputs.kept_document import document_from
 from codesign.inputs.yaml_tree import parse_document, read_document
@@ -48,21 +48,24 @@ def is_path(source: str | Path) -> bool:
     return "/" in source or os.sep in source or source.endswith((".yaml", ".yml"))
 
 
-def find_spec(source: str | Path, folder: str) -> tuple[Path, str]:
-    """The file that a user means, and what to call it in messages.
+def find_spec(source: Any, folder: str) -> tuple[Path, str]:
+    """The file that a user means by a name or a path, on the command line and in files; and its name in messages.
 
     Args:
-        source: a shipped name (``virtex4-pci``) or a path.
+        source: a shipped name (``virtex4-pci``) or a path; anything else is refused.
         folder: ``platforms`` or ``workloads``.
 
     Raises:
         InputError: no such name; with the nearest one and the list.
     """
+    kind, other = folder.removesuffix("s"), _OTHER[folder]
+    if not isinstance(source, str | Path):
+        hint = f"write the name of a shipped {kind}, or a file: ./mine.yaml"
+        raise InputError(f"{show(source)} names no {kind}", hint=hint)
     if is_path(source):
         return Path(source), str(source)
     names = shipped_names(folder)
     if str(source) not in names:
-        kind, other = folder.removesuffix("s"), _OTHER[folder]
         if str(source) in shipped_names(other):
             what = f"{source} is a {other.removesuffix('s')}, and a {kind} is asked for"
             raise InputError(what, hint=_SWAPPED)
@@ -198,7 +201,7 @@ def starting_files() -> dict[str, str]:
     return {file: renamed(folder, name, Path(file).stem) for file, (folder, name) in _STARTERS.items()}
 
 
-def renamed(folder: str, name: str, new: str) -> str:
-    """The text of a shipped file of ``platforms`` or ``workloads`` under a new name."""
-    text = (data_folder(folder) / f"{name}.yaml").read_text(encoding="utf-8")
-    return re.sub(rf"^name: {re.escape(name)}$", f"name: {new}", text, count=1, flags=re.M)
+def renamed(folder: str, source: str, new: str) -> str:
+    """The text of a file of ``platforms`` or ``workloads`` (see ``find_spec``) under a new name."""
+    text = find_spec(source, folder)[0].read_text(encoding="utf-8")
+    return re.sub(r"^name:.*$", f"name: {new}", text, count=1, flags=re.M)

@@ -27,17 +27,13 @@ def platform_axis_faults(document: Document, values: Sequence[Any]) -> list[Faul
 
 
 def _refusal(value: Any, folder: Path) -> tuple[str, str | None] | None:
-    if not isinstance(value, str):
-        return (f"{show(value)} names no platform", "write the name of a shipped platform, or a file: ./mine.yaml")
-    if is_path(value):
-        if (folder / value).is_file():
-            return None
-        return f"there is no file {show(value)}", "the path is relative to this workload file"
     try:
-        find_spec(value, "platforms")
+        path, _ = find_spec(value, "platforms")
     except InputError as wrong:
         return wrong.what, wrong.hint
-    return None
+    if (folder / path).is_file():
+        return None
+    return f"there is no file {show(value)}", "the path is relative to this workload file"
 
 
 def platforms_of(workload: Workload) -> dict[str, Platform]:
@@ -55,14 +51,15 @@ def platforms_of(workload: Workload) -> dict[str, Platform]:
     return dict(zip(values, load_platforms(sources), strict=True))
 
 
-def load_platforms(sources: Iterable[str | Path]) -> list[Platform]:
+def load_platforms(sources: Iterable[Any]) -> list[Platform]:
     """Several platforms, by name or file.
 
     Raises:
-        InputError: no shipped platform of that name. SpecError: every fault of every file.
+        InputError: a value that names no platform. SpecError: every fault of every file.
     """
     platforms, faults = [], list[Fault]()
     for source in sources:
+        find_spec(source, "platforms")
         try:
             platforms.append(load_platform(source))
         except SpecError as wrong:

@@ -19,7 +19,7 @@ from typing import Any
 
 import yaml
 
-from codesign.ground.errors import Fault, SpecError, WrittenFloat, clip
+from codesign.ground.errors import Fault, SpecError, WrittenFloat, clip, reason_of
 from codesign.inputs.document import Document, KeyPath, Mark, dotted
 
 MAX_BYTES = 2**20
@@ -58,8 +58,7 @@ def read_document(path: Path, shown: str | None = None) -> Document:
         with path.open("rb") as stream:
             content = stream.read(MAX_BYTES + 1)
     except (OSError, ValueError) as error:
-        reason = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
-        raise SpecError([Fault(name, 0, 0, "", f"cannot be read: {reason}")]) from None
+        raise SpecError([Fault(name, 0, 0, "", f"cannot be read: {reason_of(error)}")]) from None
     return parse_document(content, name, path.parent)
 
 

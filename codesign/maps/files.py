@@ -7,7 +7,7 @@ import re
 import stat
 from pathlib import Path
 
-from codesign.ground.errors import MapError, RunError
+from codesign.ground.errors import MapError, RunError, reason_of
 from codesign.ground.files import write_atomically
 
 MAX_FILE_BYTES = 64 * 2**20
@@ -34,8 +34,7 @@ def read_bytes(path: str | os.PathLike[str], limit: int = MAX_FILE_BYTES) -> byt
     except FileNotFoundError:
         raise MapError("the file does not exist", where, "check the path") from None
     except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or str(error)
-        raise MapError(f"the file cannot be read: {reason}", where) from None
+        raise MapError(f"the file cannot be read: {reason_of(error)}", where) from None
     if len(content) > limit:
         raise MapError(f"the file is above the limit of {limit} bytes", where, "crop or split it")
     if not content:

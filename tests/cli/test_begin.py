@@ -111,7 +111,7 @@ def test_init_overwrites_nothing(hwsw: Run, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("words", "fault"),
     [
-        (("--board", "zynk"), "--board: there is no shipped platform 'zynk'\n  hint: did you mean zynq?"),
+        (("--board", "zynk"), "there is no shipped platform 'zynk'\n  hint: did you mean zynq?"),
         (("--planner", "wave"), "no planner is named 'wave'"),
         (("--planner", "velocity_obstacle"), "velocity_obstacle plans on no map with a goal"),
         (("--goal", "1;2"), "--goal: '1;2' is no place"),

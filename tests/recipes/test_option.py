@@ -21,6 +21,6 @@ print("Print it so often." in command.get_help(context), any("`--times`" in line
 
 def test_a_new_option_is_one_field(tmp_path: Path) -> None:
     recipe = Recipe(tmp_path, "a CLI option")
-    field = '    times: Annotated[int, Option("Print it so often.")] = 2\n'
-    recipe.edit("cli/requests.py", ("    path_only: Annotated[bool", field))
+    field = '    times: int = option("Print it so often.", default=2)\n'
+    recipe.edit("cli/requests.py", ("    path_only: bool", field))
     assert recipe.python("-c", ASKED).split() == ["3", "2", "2", "True", "True"]

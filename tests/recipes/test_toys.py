@@ -129,8 +129,8 @@ def read(text: Text) -> Report:
 REQUEST = '''class Greet(Request):
     """Greet NAME."""
 
-    name: Annotated[str, Argument()]
-    loud: Annotated[bool, Option("Say it loudly.", "--loud")] = False
+    name: str = argument()
+    loud: bool = option("Say it loudly.")
 
 
 '''

@@ -10,7 +10,7 @@ import pytest
 from small_maps import MAP, Specs, put_map
 
 import codesign
-from codesign import study as exploration
+from codesign import study
 from codesign.ground.errors import RunError
 from codesign.inputs.files import data_folder
 from codesign.inputs.part_file import PARTS
@@ -54,7 +54,7 @@ def test_our_own_planners_are_registered_as_others_are() -> None:
 
 def imported(module: str) -> set[str]:
     """The modules directly in ``study`` that one imports when it runs."""
-    folder = Path(exploration.__file__).parent
+    folder = Path(study.__file__).parent
     tree = ast.parse((folder / f"{module}.py").read_text(encoding="utf-8"))
     typing_only = [
         inner
@@ -120,7 +120,7 @@ SHOWN = {"calibrate", "certificates", "cli", "paper", "report", "reproduce", "tr
 
 
 def makes_results(name: str) -> bool:
-    """Whether a result can depend on a shipped file. Of ``exploration`` another test says it."""
+    """True if a result can depend on a shipped file. Of ``study`` another test says it."""
     if not name.startswith("codesign/"):
         return name.startswith(("platforms/parts/", "platforms/hosts/"))
     return SHOWN.isdisjoint(name.split("/")) and not name.startswith("codesign/study/")

@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import ValidationError
 
-from codesign.ground.errors import CertificateError, clip
+from codesign.ground.errors import CertificateError, clip, reason_of
 from codesign.ground.files import is_special, write_atomically
 from codesign.study.certificates.form import Certificate, Definition, Digests, Head, layout
 
@@ -83,8 +83,7 @@ def read_certificate(path: Path) -> Certificate:
         with path.open("rb") as file:
             content = file.read(MAX_FILE + 1)
     except (OSError, ValueError) as fault:
-        reason = getattr(fault, "strerror", None) or str(fault)
-        raise CertificateError(f"cannot be read: {reason}", str(path), "name a certificate") from fault
+        raise CertificateError(f"cannot be read: {reason_of(fault)}", str(path), "name a certificate") from fault
     try:
         return unpacked(content)
     except CertificateError as fault:

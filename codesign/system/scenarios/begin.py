@@ -14,11 +14,12 @@ import lazy_loader
 import numpy as np
 
 from codesign import maps
-from codesign.ground.errors import CodesignError, InputError, SpecError, choose_hint, clip
+from codesign.ground.errors import CodesignError, InputError, SpecError
 from codesign.ground.figures import label
-from codesign.inputs import Platform, list_platforms, load_platform
+from codesign.inputs import Platform, load_platform
 from codesign.inputs.files import renamed
 from codesign.inputs.places import Place
+from codesign.inputs.yaml_tree import parse_document
 from codesign.maps.grid import Cell, OccupancyGrid
 from codesign.planners.interface import Planner
 from codesign.system import catalog, problem_of
@@ -53,13 +54,14 @@ def beginning(board: str, planner_name: str, map_file: Path | None, goal: Place 
     ``map_file``: None: the map of the shipped workload ``labyrinth``.
     ``goal``: None: the free cell nearest to the middle of the map, in its largest connected area.
 
+    ``board``: a shipped name or a file.
+
     Raises:
+        SpecError: the board's file is faulty, or names a file beside it.
         InputError: no such board or planner, the planner takes no map, or nothing of it fits; MapError: the map cannot
             be read, or the goal is no free cell.
     """
-    if board not in list_platforms():
-        hint = choose_hint(clip(board, 60), list_platforms())
-        raise InputError(f"there is no shipped platform {clip(board)!r}", "--board", hint)
+    platform = load_platform(board)
     planner = _planner(planner_name)
     grid, map_value = _map_of(map_file)
     goal_text = ""
@@ -71,7 +73,6 @@ def beginning(board: str, planner_name: str, map_file: Path | None, goal: Place 
         maps.check_cells(grid.free, [goal], where="--goal")
     area, free = int(maps.reachable(grid.free, [goal]).sum()), int(grid.free.sum())
     goal_text = f"goal: [{goal[0]}, {goal[1]}]{goal_text}; {area:,} of {free:,} free cells lead to it"
-    platform = load_platform(board)
     problem = {"map": map_value, "goals": [list(goal)], "starts": {"count": 16, "seed": 1}}
     mapping, why = _first_that_fits(platform, planner, problem, grid)
     if mapping is None:
@@ -83,6 +84,8 @@ def beginning(board: str, planner_name: str, map_file: Path | None, goal: Place 
         PLATFORM_FILE: renamed("platforms", board, Path(PLATFORM_FILE).stem),
         WORKLOAD_FILE: _workload_text(planner, problem, mapping),
     }
+    # A part that stands beside the board's file is not found beside the new one.
+    load_platform(parse_document(texts[PLATFORM_FILE].encode(), str(folder / PLATFORM_FILE), folder))
     placed = f"planning: {mapping['style']} on {mapping['component']}, the first style and parameters that fit"
     placed += f"; {why}" if why else ""
     return Beginning(texts, (goal_text, placed))

@@ -8,7 +8,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
-from codesign.ground.errors import InputError, RunError
+from codesign.ground.errors import InputError, RunError, reason_of
 from codesign.ground.files import WholeOrAbsent, landing, part_of, put
 from codesign.views.bags.library import load, typestore
 
@@ -37,7 +37,7 @@ def check_new(folder: Path, option: str) -> None:
             pass
     except (OSError, ValueError) as fault:
         hint = "name a folder in one that exists and can be written to"
-        raise InputError(getattr(fault, "strerror", None) or str(fault), where, hint) from fault
+        raise InputError(reason_of(fault), where, hint) from fault
 
 
 class BagFolder(WholeOrAbsent):
@@ -96,9 +96,8 @@ class BagFolder(WholeOrAbsent):
             yield
         except (OSError, ValueError) as fault:
             self.abort()
-            reason = getattr(fault, "strerror", None) or str(fault)
             hint = "name a new folder in one that exists, can be written to and has free space"
-            raise RunError(f"the bag cannot be written: {reason}", str(self.path), hint) from fault
+            raise RunError(f"the bag cannot be written: {reason_of(fault)}", str(self.path), hint) from fault
 
 
 def _qos(latched: bool) -> Any:

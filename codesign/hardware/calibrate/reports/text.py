@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from codesign.ground.errors import Fault, SpecError, clip
+from codesign.ground.errors import Fault, SpecError, clip, reason_of
 from codesign.hardware.calibrate.reports.record import Reading
 
 MAX_BYTES = 2**26
@@ -135,8 +135,7 @@ def read_text(path: Path, file: str) -> Text:
         with path.open("rb") as stream:
             content = stream.read(MAX_BYTES + 1)
     except (OSError, ValueError) as error:
-        reason = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
-        raise SpecError([Fault(file, 0, 0, "", f"cannot be read: {reason}")]) from None
+        raise SpecError([Fault(file, 0, 0, "", f"cannot be read: {reason_of(error)}")]) from None
     if len(content) > MAX_BYTES:
         what, hint = f"is larger than {MAX_BYTES // 2**20} MiB", "write the report without its paths"
         raise SpecError([Fault(file, 0, 0, "", what, hint)])
