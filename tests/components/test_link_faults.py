@@ -5,8 +5,10 @@ from __future__ import annotations
 import math
 import pickle
 from collections import Counter
+from itertools import product
 from typing import Any
 
+import numpy as np
 import pytest
 import simpy
 from hypothesis import given
@@ -14,7 +16,15 @@ from hypothesis import strategies as st
 from link_runs import ALL, TIMED, Ask, Make, Work, a_bus, a_serial_line, all_errors, an_ideal_link, run
 
 from codesign.components import Delivery, DeliveryOutcome, Link, LinkErrors, Parity
-from codesign.components.link_faults import MAX_RETRIES, Luck, Outage, Outages, damage_probability
+from codesign.components.link_faults import (
+    MAX_RETRIES,
+    Luck,
+    Outage,
+    Outages,
+    damage_probability,
+    wrong_behind_parity,
+    wrong_bits,
+)
 from codesign.ground.errors import InputError
 
 MANY = 4000
@@ -75,6 +85,29 @@ def test_parity_finds_most_of_what_is_damaged() -> None:
     even = sum(math.comb(9, wrong) * rate**wrong * (1 - rate) ** (9 - wrong) for wrong in (2, 4, 6, 8))
     assert near(link.undetected, even)
     assert near(sum(link.dropped.values()), 1 - (1 - rate) ** 9 - even)
+
+
+@pytest.mark.parametrize("rate", [0.02, 0.3, 0.6, 1.0])
+@pytest.mark.parametrize(("frames", "bits"), [(1, 4), (2, 3), (3, 2)])
+def test_wrong_bits_are_drawn_as_often_as_they_come(rate: float, frames: int, bits: int) -> None:
+    """Against every pattern of bits, of those that are damaged, and of those that parity does not see."""
+    whole, unseen = Counter[Any](), Counter[Any]()
+    for pattern in product(*[range(2)] * (frames * bits)):
+        chance = math.prod(rate if bit else 1 - rate for bit in pattern)
+        wrong = tuple(place for place, bit in enumerate(pattern) if bit)
+        if wrong and chance:
+            whole[wrong] += chance
+            if all(sum(pattern[first : first + bits]) % 2 == 0 for first in range(0, frames * bits, bits)):
+                unseen[tuple(divmod(place, bits) for place in wrong)] += chance
+    random = np.random.default_rng(3)
+    for chances, draw in (
+        (whole, lambda: wrong_bits(random, frames * bits, rate)),
+        (unseen, lambda: wrong_behind_parity(random, frames, bits, rate)),
+    ):
+        if chances:
+            drawn = Counter(draw() for _ in range(MANY))
+            assert drawn.keys() <= chances.keys()
+            assert all(near(drawn[wrong], chance / chances.total()) for wrong, chance in chances.items())
 
 
 def test_attempts_follow_a_geometric_distribution() -> None:

@@ -20,6 +20,15 @@ def test_a_walled_in_goal_is_told_and_not_praised(specs: Specs, goals: str) -> N
         codesign.simulate(codesign.load_platform(specs[0]), codesign.load_workload(specs[1]))
 
 
+@pytest.mark.parametrize("corner", [(0, 0), (0, 5), (3, 0), (3, 5)])
+def test_a_goal_is_walled_in_by_obstacles_and_by_each_edge_of_the_map(specs: Specs, corner: tuple[int, int]) -> None:
+    lines = WALLED_GOAL.splitlines()[:: -1 if corner[0] else 1]
+    text = "\n".join(line[:: -1 if corner[1] else 1] for line in lines)
+    put_map(specs, text, goals=f"[[2, 2], {list(corner)}]", starts="{count: 4}")
+    with pytest.raises(SpecError, match=r"problem\.goals\[1\]: goal \(\d, \d\) is walled in"):
+        codesign.simulate(codesign.load_platform(specs[0]), codesign.load_workload(specs[1]))
+
+
 def test_a_walled_in_goal_alone_is_a_pocket(specs: Specs) -> None:
     """The refusal of pockets comes first: it names the share, and a cell to move the goal to."""
     put_map(specs, WALLED_GOAL, starts="{count: 4}")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import subprocess
 import sys
 from collections.abc import Callable
@@ -162,9 +163,12 @@ def test_a_run_above_the_bound_is_refused_with_estimate_bound_and_levers(big: Pa
     hint = str(refused.hint)
     for lever in ("smaller or coarser map", "fewer bits", "smaller blocks", "--memory"):
         assert lever in hint
-    kept = estimate(bind(platform, workload), listening=True, keeping=True)
-    assert kept.listeners > 0
-    assert kept.total > expected
+    system = bind(platform, workload)
+    held = [estimate(system, listening=listening, keeping=keeping) for listening in (0, 1) for keeping in (0, 1)]
+    nothing, kept, traced, both = (each.listeners for each in held)
+    assert (nothing, both) == (0, traced + kept)
+    assert min(traced, kept) > 512 * 512
+    assert [each.total - each.listeners for each in held] == [expected] * 4
 
 
 def test_by_default_the_bound_is_half_of_what_is_free(big: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -179,6 +183,15 @@ def test_by_default_the_bound_is_half_of_what_is_free(big: Path, monkeypatch: py
     monkeypatch.setattr(machine, "_free_of_machine", lambda: None)
     monkeypatch.setattr(machine, "_free_of_group", lambda: None)
     assert free_bound() > 2**30
+
+
+def test_what_the_machine_says_is_free(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    file = tmp_path / "meminfo"
+    monkeypatch.setattr(machine, "Path", lambda _: file)
+    monkeypatch.setattr(os, "sysconf", {"SC_AVPHYS_PAGES": 3, "SC_PAGE_SIZE": 4096}.__getitem__)
+    assert machine._free_of_machine() == 3 * 4096
+    file.write_text("MemTotal:  9 kB\nMemFree:  1 kB\nMemAvailable:  7 kB\n")
+    assert machine._free_of_machine() == 7 * 1024
 
 
 def test_what_the_control_groups_leave_is_free(tmp_path: Path) -> None:

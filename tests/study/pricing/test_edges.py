@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from codesign.ground.errors import RunError
@@ -14,6 +14,7 @@ from codesign.study.pricing.machines import Clocks
 HERTZ = st.integers(1, MAX_FREQUENCY)
 
 
+@example([(5 * 10**11 + 1, 10**9), (3, 10)])
 @given(st.lists(st.tuples(HERTZ, st.integers(0, 10**7)), min_size=1, max_size=8))
 def test_edges_are_those_of_single_clocks(pairs: list[tuple[int, int]]) -> None:
     clocks = Clocks(np.array([hertz for hertz, _ in pairs], np.int64))
@@ -23,6 +24,7 @@ def test_edges_are_those_of_single_clocks(pairs: list[tuple[int, int]]) -> None:
     assert edges.tolist() == [edge(cycle, hertz) for (hertz, _), cycle in zip(pairs, cycles, strict=True)]
 
 
+@example([(10**12 - 1, 10**16), (3, 10**12), (7, 0)])
 @given(st.lists(st.tuples(HERTZ, st.integers(0, 10**16)), min_size=1, max_size=8))
 def test_the_first_edge_at_or_after_a_time(pairs: list[tuple[int, int]]) -> None:
     clocks = Clocks(np.array([hertz for hertz, _ in pairs], np.int64))

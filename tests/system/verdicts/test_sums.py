@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from codesign.laws import Monomial
-from codesign.system.verdicts.sums import Input, Margin
+from codesign.system.verdicts.sums import GRID, Input, Margin
 
 NAMES = ("a", "b", "c", "width")
 
@@ -112,6 +112,38 @@ def test_the_value_that_flips_a_margin(ours: Monomial, theirs: Monomial, flip: f
     margin = Margin(((ours,),), ((theirs,),), inputs)
     (name,) = ours.inputs
     assert margin.flip(name) == (None if flip is None else pytest.approx(flip))
+
+
+@settings(max_examples=300)
+@given(inputs=boxes(), ours=sums(st.sampled_from([-1, 0, 1])), limit=st.floats(0.0, 1.0), name=st.sampled_from(NAMES))
+def test_a_flip_is_the_nearest_value_at_which_the_sign_changes(
+    inputs: dict[str, Input], ours: tuple[Monomial, ...], limit: float, name: str
+) -> None:
+    """Against each whole number, and against each value of a grid; a limit of its own value is kept."""
+    alone = Margin((ours,), ((),), inputs)
+    ends = [-float(alone.at({name: end})) for end in (inputs[name].low, inputs[name].value, inputs[name].high)]
+    least, most = min(ends), max(ends)
+    held = ends[1] if limit < 0.1 else least + (most - least) * limit
+    margin, each = Margin((ours,), ((Monomial(held, {}),),), inputs), inputs[name]
+    whole = np.arange(each.low, each.high + 1.0)
+    grid = np.concatenate([np.linspace(each.value, end, GRID) for end in (each.low, each.high)])
+    is_whole = any(name in one.by for one in ours)
+    values = whole if is_whole else grid
+    # A sum that is as near to 0 as its rounding has no sign.
+    margins = np.broadcast_to(margin.at({name: values}), values.shape)
+    signs = np.where(np.abs(margins) > 1e-9 * (1.0 + held), margins, 0.0)
+    own = 1.0 if float(margin.at()) >= 0 else -1.0
+    changed = values[(signs < 0) if own > 0 else (signs > 0)]
+    flip = margin.flip(name)
+    if flip is None:
+        assert not len(changed)
+        return
+    assert each.low <= flip <= each.high
+    far = abs(flip - each.value)
+    assert (np.abs(changed - each.value) >= far * (1 - 1e-9)).all()
+    assert not is_whole or (float(margin.at({name: flip})) >= 0) != (own > 0)
+    around = [float(margin.at({name: flip + step * (1e-6 + 1e-6 * far)})) for step in (-1, 0, 1)]
+    assert min(own * value for value in around) <= 1e-9 * (1.0 + held)
 
 
 def test_a_flip_of_mixed_exponents_or_of_several_sums_is_searched() -> None:

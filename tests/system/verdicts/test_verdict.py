@@ -12,8 +12,9 @@ from shipped_plans import Design, design, on_host, result_of, with_values, writt
 import codesign
 from codesign.ground.figures import FIGURES, Figure, Status
 from codesign.inputs.constraint import constraint_of
+from codesign.inputs.derived import derived
 from codesign.system.results.result import Result
-from codesign.system.results.terms import is_edges
+from codesign.system.results.terms import Term, Terms, is_edges
 from codesign.system.scenarios import simulate
 from codesign.system.verdicts import Verdict, constraint_verdict, need_verdict, sensitivity, winner_verdict
 from codesign.system.verdicts.sums import Inputs, Margin
@@ -186,10 +187,66 @@ def test_three_designs_are_judged_by_the_rival_that_flips_first() -> None:
     assert (verdict.winner, verdict.rival, verdict.state) == (1, 0, "depends")
 
 
+def made(plan: tuple[Term, ...], **inputs: tuple[float, float, float]) -> Result:
+    """A result whose first plan takes the sum of some terms; inputs as least, own and greatest value."""
+    figures = {
+        name: Figure(own, "1", Status.ASSUMED, "a guess", low, high) for name, (low, own, high) in inputs.items()
+    }
+    terms = Terms(inputs=figures, times={"first_plan_s": (plan,)}, draws=())
+    seconds = sum(term.at({name: figure.value for name, figure in figures.items()}) for term in plan)
+    result = result_of(FPGA)
+    assert result.time is not None
+    time = result.time.model_copy(update={"first_plan_s": float(seconds)})
+    return result.model_copy(update={"terms": terms, "time": time})
+
+
+def test_the_hardest_rival_is_the_one_that_the_smallest_share_of_its_figure_flips() -> None:
+    """A half of 2 ns is less than a twentieth of 100 MHz in numbers, and more as a share."""
+    winner = made((Term(1.0, {}),))
+    units = made((Term(1e9, {"cost": 1}),), cost=(0.5e-9, 2e-9, 3e-9))
+    cycles = made((Term(1.05e8, {"clock": -1}),), clock=(0.5e8, 1e8, 2e8))
+    for results in ([winner, units, cycles], [winner, cycles, units]):
+        verdict = winner_verdict(results, "first_plan_s")
+        assert (verdict.winner, verdict.state) == (0, "depends")
+        assert verdict.rival == results.index(cycles)
+
+
+@pytest.mark.parametrize("factor", [1, 2])
+def test_what_no_figure_decides_says_why(factor: int) -> None:
+    """Waits for edges are measured by nobody; several figures may have to move; bounds may not be reached."""
+    edges = made((Term(1.0, {"axi edges": 1}),), **{"axi edges": (0.0, 1.0, 2.0)})
+    both = made((Term(1.0, {"a": 1}), Term(1.0, {"b": 1})), a=(1.0, 1.0, 2.0), b=(1.0, 1.0, 2.0))
+    mixed = made((Term(1.0, {"a": 1}), Term(4.0, {"a": -1})), a=(1.0, 2.0, 4.0))
+    left_open = "not proved: the bounds of the difference leave it open"
+    why = ["it lies within the waits for clock edges", "no figure changes it by itself, several together do", left_open]
+    figure = "first_plan_s" if factor == 1 else derived("twice", "first_plan_s * 2")
+    for result, limit, reason in zip((edges, both, mixed), (1.5, 3.5, 6.0), why, strict=True):
+        verdict = need_verdict(result, figure, factor * limit)
+        assert (verdict.state, verdict.holds) == ("depends", True)
+        assert verdict.reason == (reason if factor == 1 else left_open)
+        assert (verdict.decides is None) == (result is edges)
+
+
+def test_the_best_of_many_is_held_against_every_one_whose_interval_it_meets() -> None:
+    """They share one input, so each is proved worse, near or far; what differs by an input of its own may flip."""
+    shared = {"a": (0.5, 1.0, 2.0)}
+    many = [made((Term(1.0 + place / 1000, {"a": 1}),), **shared) for place in range(130)]
+    verdict = winner_verdict(many, "first_plan_s")
+    assert (verdict.winner, verdict.state, verdict.holds) == (0, "proved", True)
+    far = made((Term(1.15, {"b": 1}),), b=(0.5, 1.0, 2.0))
+    verdict = winner_verdict([*many, far], "first_plan_s")
+    assert (verdict.winner, verdict.rival, verdict.state) == (0, 130, "depends")
+    near, wide = many[0], made((Term(5.0, {"a": 1}),), **shared)
+    assert winner_verdict([near, wide], "first_plan_s").least == 2.0, "the results tell more than their intervals"
+    apart = [*many[:40], made((Term(9.0, {"b": 1}),), b=(0.9, 1.0, 1.1))]
+    assert winner_verdict(apart, "first_plan_s").state == "proved"
+
+
 def test_infeasible_designs_take_no_part() -> None:
     out = result_of(FPGA).model_copy(update={"feasible": False})
     verdict = winner_verdict([out, result_of(ARM)], "first_plan_s")
     assert (verdict.winner, verdict.state, verdict.reason) == (1, "proved", "no other design")
+    assert verdict.holds
     assert winner_verdict([out], "first_plan_s").state == "not assessed"
 
 
