@@ -6,6 +6,7 @@ A kind is drawn from the fields of its model, so one that is added is held to al
 from __future__ import annotations
 
 import math
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -146,6 +147,15 @@ def test_every_key_is_a_price_or_moves_what_is_computed(name: str) -> None:
             moved.append((after.task, after.energy) != (before.task, before.energy))
         # A key with one accepted value, such as the start bits of a frame, has nothing to move.
         assert any(moved) or len(moved) == 1, f"{key} moves neither time nor energy"
+
+
+def test_every_key_reads_as_it_is_written(name: str) -> None:
+    for key in LINKS[name].model_fields.keys() - FREE - {"power"}:
+        read = []
+        for value in [] if kinds.is_figure(LINKS[name], key) else others_of(name, key):
+            with suppress(SpecError):
+                read.append(getattr(kinds.platform(kinds.link(name) | {key: value}).links["line"], key) == value)
+        assert all(read), key
 
 
 def test_links_with_and_without_power_are_not_priced_together(name: str) -> None:

@@ -66,6 +66,8 @@ def test_the_terms_of_every_shipped_plan_add_up() -> None:
             assert interval[0] - bound <= value <= interval[1] + bound
         plan = result.terms.times.get("first_plan_s", ((),))[0]
         assert all(term.seconds >= 0 for term in plan)
+        # Each time has terms, or a reason why it has none.
+        assert result.terms.times.keys() ^ (result.terms.open.keys() - {"energy_j"}) == set(TIMES)
     on_display = [("virtex2pro-vga", "breadth-first"), ("virtex2pro-vga", "breadth-first-large")]
     both = {(pair, figure) for pair in on_display for figure in (*TIMES, "energy_j")}
     # Which start is the 95th of a hundred rests on the figures, unless all are answered alike.

@@ -23,7 +23,8 @@ from codesign.study.evaluation import Pricer
 from codesign.study.explored import Explored
 from codesign.study.partition import Alone, Together, apart, parted
 from codesign.study.pricing.computation import Computation, record
-from codesign.study.pricing.price import PRICED, Priced
+from codesign.study.pricing.least import least
+from codesign.study.pricing.price import PRICED, Priced, why_alone
 from codesign.study.shared import Parts
 from codesign.study.space import Space
 from codesign.study.store import EntryState
@@ -40,6 +41,17 @@ SMALL = {
 }
 """Mappings on a map of 12 × 18 cells, by what they show."""
 
+BESIDE = {
+    "components": {"spare": {"type": "fpga", "part": "XC3S500E-4", "clock": "50 MHz"}},
+    "links": {"line": {"type": "ideal", "between": ["host", "spare"]}},
+}
+"""A board beside the one that plans."""
+
+ON_BOTH = {
+    "two boards": "  relax: {component: fpga, block: [6, 9], iterations: 4, schedule: [15, 31], pockets: filled}\n"
+    "  decide: {component: spare}\n  load: {component: host}"
+}
+
 TASKS = ("task: path, starts: {count: 5, seed: 1}", "task: field, starts: {count: 3, seed: 1}")
 
 
@@ -49,7 +61,7 @@ def workload_of(folder: Path, name: str, task: str = TASKS[0]) -> Workload:
     path.write_text(
         f"kind: workload\nname: small\nplanner: {planner}\nproblem:\n"
         "  map: {generate: rooms, rows: 12, columns: 18, room: [5, 5], door: 2, seed: 3}\n"
-        f"  goals: [[2, 2]]\n  {task.replace(', starts', chr(10) + '  starts')}\nmapping:\n{SMALL[name]}\n"
+        f"  goals: [[2, 2]]\n  {task.replace(', starts', chr(10) + '  starts')}\nmapping:\n{(SMALL | ON_BOTH)[name]}\n"
     )
     return codesign.load_workload(path)
 
@@ -89,6 +101,12 @@ def assert_equal(priced: Priced, place: int, result: Result) -> None:
     if result.task is not None:
         assert template.task is not None
         assert (template.task.question, template.task.arrive) == (result.task.question, result.task.arrive)
+    for name, link in (result.links or {}).items() if result.feasible else ():
+        assert template.links is not None
+        assert template.links[name] == link.model_copy(update={"utilisation": 0.0, "queued_s": 0.0})
+    for name, share in (template.utilisation or {}).items() if result.feasible else ():
+        assert result.utilisation is not None
+        assert (result.utilisation[name] > 0) == (share > 0), name
 
 
 @pytest.mark.parametrize("task", TASKS)
@@ -137,6 +155,40 @@ def test_any_prices(tmp_path: Path, data: st.DataObject) -> None:
                 simulate(*design_point(platform, workload, values))
             continue
         assert_equal(priced, place, simulate(*design_point(platform, workload, values)))
+
+
+@pytest.mark.parametrize("name", ["harmonic", "host", "breadth_first", "wavefront"])
+def test_a_bound_of_one_machine_on_which_nothing_waits_is_what_it_costs(tmp_path: Path, name: str) -> None:
+    """All edges of the two clocks are one; what is rounded up to picoseconds aside."""
+    workload, platform = workload_of(tmp_path, name), codesign.load_platform("virtex4-pci")
+    explored = explored_of(platform, workload, {"fabric.clock": ["50 MHz"], "pci.clock": ["50 MHz"]})
+    (work,) = parted(explored, Space(explored.section.every_axis, ""), np.arange(1))
+    assert isinstance(work, Together)
+    point = design_point(platform, workload, {"fabric.clock": "50 MHz", "pci.clock": "50 MHz"})
+    system, result = bind(*point), simulate(*point)
+    bounds = least(system, work.specs, work.specs, record(system, Memo()))
+    for figure, (bound,) in bounds.items():
+        value = result.figure(FIGURES[figure])
+        assert value is not None
+        assert bound <= value <= bound * (1 + 1e-5), figure
+
+
+def test_work_on_another_board_and_before_the_map_is_sent_is_priced(tmp_path: Path) -> None:
+    tree = codesign.load_platform("virtex4-pci").document.tree
+    tree = {**tree, **{kind: {**tree[kind], **more} for kind, more in BESIDE.items()}}
+    platform = codesign.load_platform(tree)
+    workload = workload_of(tmp_path, "two boards")
+    axes = {"fpga.clock": ["60 MHz", "100 MHz"], "spare.clock": ["31 MHz", "50 MHz"]}
+    for values, priced, place in priced_of(platform, workload, axes):
+        assert priced is not None
+        assert_equal(priced, place, simulate(*design_point(platform, workload, values)))
+
+
+def test_what_is_drawn_from_the_memory_of_the_design_is_simulated_by_itself() -> None:
+    platform, workload = codesign.load_platform("virtex2pro-vga"), codesign.load_workload("breadth-first")
+    assert why_alone(bind(platform, workload)).startswith("display screen takes cycles of the memory")
+    point = design_point(platform, workload, {"search.component": "powerpc", "search.style": "software"})
+    assert "display" not in why_alone(bind(*point))
 
 
 def test_a_replan_is_priced_from_the_change_on(tmp_path: Path) -> None:
