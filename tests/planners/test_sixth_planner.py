@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-import os
 import re
-import shutil
-import subprocess
-import sys
 import tomllib
 from pathlib import Path
 
 import pytest
 from places import ROOT
+from recipes import copy_tree, python_in
 
 BLOCK = re.compile(r"^```(?:yaml|python)\n# (\S+)\n(.*?)^```", re.MULTILINE | re.DOTALL)
 
@@ -70,8 +67,7 @@ ROW = "a sixth planner"
 def tree(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A copy of the tree with the planner of docs/extending.md as a sixth room, installed as pip would leave it."""
     copy = tmp_path_factory.mktemp("tree")
-    for name in ("codesign", "platforms", "workloads", "tests", "docs"):
-        shutil.copytree(ROOT / name, copy / name, ignore=shutil.ignore_patterns("__pycache__"))
+    copy_tree(copy)
     page = (ROOT / "docs" / "extending.md").read_text(encoding="utf-8")
     files = {name: text.replace("flood.planner", "codesign.planners.flood.plan") for name, text in BLOCK.findall(page)}
     room = copy / "codesign" / "planners" / "flood"
@@ -96,26 +92,12 @@ def tree(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return copy
 
 
-def python(tree: Path, *arguments: str) -> str:
-    """What Python prints in the copy of the tree."""
-    done = subprocess.run(
-        [sys.executable, *arguments],
-        cwd=tree,
-        env={**os.environ, "PYTHONPATH": str(tree)},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert done.returncode == 0, done.stdout + done.stderr
-    return done.stdout
-
-
 def test_the_command_line_knows_the_planner(tree: Path) -> None:
-    assert python(tree, "-c", COMMANDS).splitlines()[-1] == "known"
+    assert python_in(tree, "-c", COMMANDS).splitlines()[-1] == "known"
 
 
 def test_the_reference_has_its_keys(tree: Path) -> None:
-    python(tree, "-m", "docs.make_reference")
+    python_in(tree, "-m", "docs.make_reference")
     page = (tree / "docs" / "reference" / "workload.md").read_text(encoding="utf-8")
     assert "### Task `flood` of planner `flood`" in page
 
@@ -124,6 +106,6 @@ def test_the_reference_has_its_keys(tree: Path) -> None:
 def test_the_tests_of_the_house_take_the_room_in(tree: Path) -> None:
     modules = ("tests/test_layers.py", "tests/docs/test_architecture.py", "tests/planners/test_contract.py")
     chosen = "flood or one_way or circle or test_the_room or test_the_picture"
-    out = python(tree, "-m", "pytest", "-vv", "-p", "no:cacheprovider", *modules, "-k", chosen)
+    out = python_in(tree, "-m", "pytest", "-vv", "-p", "no:cacheprovider", *modules, "-k", chosen)
     assert "test_imports_point_one_way PASSED" in out
     assert "test_contract[work_drained_ends_in_the_plan-flood-1] PASSED" in out

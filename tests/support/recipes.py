@@ -15,6 +15,36 @@ from places import ROOT
 PAGE = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
 
 
+def copy_tree(folder: Path) -> None:
+    """Copy the tree into a folder. Compiled modules and kernels come along, valid as long as their sources."""
+    for name in ("codesign", "docs", "platforms", "workloads", "tests"):
+        shutil.copytree(ROOT / name, folder / name, ignore=_not_compiled if name == "codesign" else _COMPILED)
+    shutil.copy(ROOT / "pyproject.toml", folder)
+
+
+_COMPILED = shutil.ignore_patterns("__pycache__")
+
+
+def _not_compiled(folder: str, names: list[str]) -> list[str]:
+    """The names in a folder of compiled files that others write at this moment: they may be gone the next."""
+    inside = Path(folder).name == "__pycache__"
+    return [name for name in names if inside and Path(name).suffix not in {".nbi", ".nbc", ".pyc"}]
+
+
+def python_in(folder: Path, *arguments: str) -> str:
+    """What Python prints in a copy of the tree."""
+    done = subprocess.run(
+        [sys.executable, *arguments],
+        cwd=folder,
+        env={**os.environ, "PYTHONPATH": str(folder)},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout
+
+
 class Recipe:
     """The files that a row of the page names, in a copy of the tree. A folder that has a copy already keeps it."""
 
@@ -25,10 +55,7 @@ class Recipe:
         self.named = {name.replace("ROOM", room) for name in named for room in ROOMS}
         if (folder / "codesign").exists():
             return
-        for name in ("codesign", "docs", "platforms", "workloads", "tests", "parts", "hosts", "maps"):
-            if (ROOT / name).exists():
-                shutil.copytree(ROOT / name, folder / name, ignore=shutil.ignore_patterns("__pycache__"))
-        shutil.copy(ROOT / "pyproject.toml", folder)
+        copy_tree(folder)
 
     def edit(self, name: str, *changes: tuple[str, str]) -> None:
         """Put text in front of the only place of a mark in a named file; at its end for an empty mark."""
@@ -49,13 +76,4 @@ class Recipe:
 
     def python(self, *arguments: str) -> str:
         """What Python prints in the copy."""
-        done = subprocess.run(
-            [sys.executable, *arguments],
-            cwd=self.folder,
-            env={**os.environ, "PYTHONPATH": str(self.folder)},
-            capture_output=True,
-            text=True,
-            check=False,
-        )
-        assert done.returncode == 0, done.stdout + done.stderr
-        return done.stdout
+        return python_in(self.folder, *arguments)
