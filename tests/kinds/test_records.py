@@ -167,11 +167,15 @@ def seen(records: list[Record], path: Path) -> tuple[Any, ...]:
     return (messages, page, picture and picture.data, str(facts), board_latencies(records), open_trace(path).result)
 
 
-def test_it_is_drawn_as_what_it_is_about(kind: type[Record], tmp_path: Path) -> None:
+@pytest.fixture(scope="module")
+def empty_scene(tmp_path_factory: pytest.TempPathFactory) -> tuple[Any, ...]:
+    return seen(scene(), tmp_path_factory.mktemp("scene") / "run.mcap")
+
+
+def test_it_is_drawn_as_what_it_is_about(kind: type[Record], empty_scene: tuple[Any, ...], tmp_path: Path) -> None:
     """By pages, pictures, viewers or tables. The messages of the trace are those of viewers alone."""
-    before, record = scene(), sample(kind)
-    after = [*before[:-1], record, before[-1]]
-    one, other = (seen(each, tmp_path / "run.mcap") for each in (before, after))
+    before = scene()
+    one, other = empty_scene, seen([*before[:-1], sample(kind), before[-1]], tmp_path / "run.mcap")
     views = len(other[0]) - len(one[0]) > 1
     assert (views or other[1:] != one[1:]) == (kind.ROLE.about is not Subject.OTHER or kind in SCRUB_KINDS)
 

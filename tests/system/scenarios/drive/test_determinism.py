@@ -72,14 +72,16 @@ def settings(placement: str, scene: str) -> dict[str, Any]:
     return {"platform": platform, **scenario}
 
 
-# The simulation of every placement in one scene, and of one placement on the FPGA and one on the host in every scene.
+# Every placement in one scene, and in every scene one placement on the FPGA and one on the host; of two more each in
+# `make test-all`.
 CASES = [
     *((placement, "slow-restart") for placement in PLACEMENTS),
     *(
-        (placement, scene)
+        pytest.param(placement, scene, marks=[pytest.mark.slow] if more else [])
         for scene in SCENES
         if scene != "slow-restart"
-        for placement in ("harmonic-decide-on-host", "harmonic-warm", "breadth-first", "relaxation-sor")
+        for more, both in enumerate((("harmonic-warm", "relaxation-sor"), ("harmonic-decide-on-host", "breadth-first")))
+        for placement in both
     ),
     ("wavefront-tiled-track-on-host", "cut"),
 ]
