@@ -68,7 +68,7 @@ class Bar:
 
 
 class _Count(ProgressColumn):
-    """How many of how many; nothing where it is not counted."""
+    """The number that is done, and of how many; nothing if it is not counted."""
 
     def render(self, task: Task) -> Text:
         """The text of the column."""

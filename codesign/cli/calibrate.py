@@ -105,7 +105,7 @@ def _loaded(path: Path) -> CalibrationFile:
 
 
 def _name_of(output: Path) -> str:
-    """The name of a calibration is that of its file."""
+    """The name of a calibration, which is the name of its file."""
     if output.suffix != ".yaml" or not re.match(NAME_PATTERN, output.stem) or len(output.stem) > 64:
         what = f"{output.name} is no name of a calibration"
         raise InputError(what, "-o", "letters, digits, _ and -, and .yaml: calibrations/mine.yaml")

@@ -99,7 +99,7 @@ def _check_axes(axes: Iterable[str], loaded: Sequence[tuple[str, Platform, Workl
 def _print(
     results: list[tuple[str, Result | CodesignError]], needs: tuple[Constraint, ...], detail: str, as_json: bool
 ) -> None:
-    """The comparison, with ``TABLES`` those of each design; with ``SENTENCE`` a sentence for each design."""
+    """The comparison, with ``TABLES`` the tables of each design; with ``SENTENCE`` a sentence for each design."""
     if as_json:
         click.echo(json.dumps({design: _as_json(result) for design, result in results}, indent=2))
         return

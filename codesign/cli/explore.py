@@ -80,7 +80,7 @@ def explore(asked: Explore) -> None:
 
 @contextmanager
 def _cluster_of(address: str | None, *, quiet: bool) -> Iterator[ClusterExecutor | None]:
-    """The cluster at an address until the end of the block; None where the workers are those of this machine.
+    """The cluster at an address until the end of the block; None if the workers are processes of this machine.
 
     Raises:
         InputError: ``--workers`` is given too, the address is none, or dask is not installed.
@@ -114,7 +114,7 @@ def _end(study: Study) -> None:
 
 
 def _how(study: Study, budget: Budget) -> str:
-    """How many simulations the points took, and why they are not all."""
+    """The number of simulations that the points took, and why they are not all."""
     count = study.simulations
     points = counted(int((study.outcomes.state != State.MISSING).sum()), "point")
     took = "" if count is None else f" ({points}, {counted(count, 'simulation')})"

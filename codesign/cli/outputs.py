@@ -31,7 +31,7 @@ def check_outputs(
         inputs: the files that the command reads. A name that is no file (of a shipped spec) is ignored.
         store: option and SQLite file of explored points, which is read and written.
         plain: the options of ``outputs`` that need a regular file, and accept no FIFO or device.
-        kind: what kind of file the outputs are, a key of ``replacing.KINDS``; by default that of each option.
+        kind: what kind of file the outputs are, a key of ``replacing.KINDS``; by default the kind of each option.
 
     Raises:
         InputError: an output cannot be written, is an input, another output, or standard output, or would replace a

@@ -112,7 +112,7 @@ def schedule(asked: PlotSchedule) -> None:
 
 
 def _is_trace(name: str) -> bool:
-    """True if the name is that of a trace by its ending, or of a file which begins as a trace does."""
+    """True if the name is a trace's by its ending, or of a file which begins as a trace does."""
     if name.endswith(".mcap"):
         return True
     try:
@@ -123,7 +123,7 @@ def _is_trace(name: str) -> bool:
 
 
 def _records(specs: Sequence[str], show: Show) -> list[Record]:
-    """The records of a trace, or those of a run of a workload on a platform."""
+    """The records of a trace, or of a run of a workload on a platform."""
     if len(specs) == 1 and _is_trace(specs[0]):
         return list(open_trace(specs[0], show).records())
     if len(specs) != 2:

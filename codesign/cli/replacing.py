@@ -1,4 +1,4 @@
-"""Which files a command may replace: those that are of the kind that it writes, by what they hold.
+"""The files that a command may replace: files of the kind that it writes, by what they hold.
 
 A name typed in haste must not cost a file that took hours. So an output takes the place of a file only if that is
 empty, or of the same kind: a page of hwsw, a table of hwsw, a picture. Anything else needs another name, or

@@ -1,4 +1,4 @@
-"""What can be asked: the request of each command, in the order of the help. ``request`` says how one is written."""
+"""The request of each command, in the order of the help. ``request`` says how one is written."""
 
 from __future__ import annotations
 
@@ -312,7 +312,7 @@ class PlotTimeline(Drawn):
 class PlotSchedule(Drawn):
     """Draw the precision of each stage over time, and the local maxima left.
 
-    They are those of TRACE, or of a run of WORKLOAD on PLATFORM. Stages are those of harmonic control.
+    They are drawn from TRACE, or from a run of WORKLOAD on PLATFORM. The stages are of harmonic control.
     """
 
     specs: tuple[str, ...] = argument("TRACE | PLATFORM WORKLOAD")
@@ -523,7 +523,7 @@ class CalibrateHost(Request):
 class CalibrateFpga(Request):
     """Show what reports of your FPGA tool say beside what the laws predict, and fit a factor to each term.
 
-    The reports are those of Vivado, ISE, Quartus, Diamond, Radiant, Gowin EDA, Yosys and nextpnr, as text or JSON. All
+    The reports are from Vivado, ISE, Quartus, Diamond, Radiant, Gowin EDA, Yosys and nextpnr, as text or JSON. All
     are of the design point PLATFORM WORKLOAD (names or YAML files). Without these, each report is of the design whose
     manifest.json, by hwsw rtl, stands in its folder or above.
 
@@ -661,7 +661,7 @@ class Check(Request):
 class Map(Request):
     """Show the map in FILE, or a shipped map by its name, as a workload with these steps would plan on it.
 
-    Rows are counted from 0 at the top, columns from 0 at the left. Metres are those of map_server: x to the right, y
+    Rows are counted from 0 at the top, columns from 0 at the left. Metres are as in map_server: x to the right, y
     up. Cropping keeps both.
     """
 

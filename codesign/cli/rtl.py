@@ -67,7 +67,7 @@ def verify(asked: Verify) -> None:
 
 
 def _samples(asked: Verify) -> list[Asked]:
-    """Random points of all circuits, or of those of some planners."""
+    """Random points of all circuits, or of the circuits of some planners."""
     if asked.specs or asked.settings or asked.point is not None:
         hint = "leave PLATFORM, WORKLOAD, --set and --point out, or leave --all out"
         raise InputError("--all draws its design points itself", "verify --all", hint)

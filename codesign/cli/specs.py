@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Asked:
-    """What an exploration asks for: its constraints, and the figures that it derives."""
+    """The demands of an exploration: its constraints, and the figures that it derives."""
 
     constraints: Sequence[Constraint] = ()
     figures: Mapping[str, DerivedFigure] = field(default_factory=dict)

@@ -82,7 +82,7 @@ def _counts(verdict: Verdict) -> dict[str, int]:
 
 
 def _trusted(verdict: Verdict) -> list[str]:
-    """What was taken on trust: what is no claim, then the claims that keep the most designs off the front."""
+    """The facts taken on trust: those that are no claim, then the claims that keep the most designs off the front."""
     order = sorted(verdict.trusted, key=lambda each: (each.eligible is not None, -(each.eligible or 0), -each.designs))
     lines = [f"{'taken on trust':<48}{'designs':>14}{'eligible by figures':>22}"]
     for each in order[:_MOST]:

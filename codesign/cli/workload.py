@@ -121,7 +121,7 @@ def _write(folder: Path, files: dict[str, bytes]) -> None:
 
 
 def _answers(platform: str, file: Path, facts: BagFacts, show: Show) -> list[int | None]:
-    """How long the platform, with the robot of the bag, takes for the first plan to each goal, ps."""
+    """The times that the platform, with the robot of the bag, takes for the first plan to each goal, ps."""
     doing(show, "running the workload")
     loaded = codesign.load_platform(platform)
     robots = [name for name, each in loaded.components.items() if each.type == "robot"]

@@ -17,7 +17,7 @@ from codesign.laws.acts import BusLaw
 
 
 class Arbitration(StrEnum):
-    """When the bus is granted anew: after a whole message, or after a burst.
+    """The unit after which the bus is granted anew: a whole message, or a burst.
 
     - ``message``: a message that began is carried to its end. Then the most urgent message is next, then the oldest.
     - ``burst``: after every burst the most urgent message is next, and senders of equal priority take turns (round
@@ -125,6 +125,6 @@ class Bus(Link):
         return end, None if outage is None else outage.begin
 
     def _bursts_until(self, first: int, time: int) -> int:
-        """How many bursts from edge ``first`` began before ``time`` (ps)."""
+        """The number of bursts from edge ``first`` that began before ``time`` (ps)."""
         passed = self.clock.cycle_at_or_after(time) - first
         return int(ceil_div(passed, self.law.cycles(self.law.burst_words)))

@@ -58,11 +58,11 @@ class Message:
 
 
 class Channel:
-    """Carries one message at a time: its ``holder``.
+    """Carries one message at a time, its ``holder``.
 
     The messages of one sender are carried one after another, urgent ones first (a lower ``priority``), then in the
-    order of their requests. While a message waits for its timeout, the later ones of its sender wait too, those of
-    other senders do not (stop and wait). Among senders the most urgent message is next, then that of the sender that
+    order of their requests. While a message waits for its timeout, the later ones of its sender wait too, but no other
+    sender does (stop and wait). Among senders the most urgent message is next, then the sender that
     was served longest ago (see ``count_service``), then the oldest. The order of requests within a picosecond puts no
     less urgent message first: see ``arbiter``.
     """

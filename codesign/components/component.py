@@ -1,4 +1,4 @@
-"""What all components share: a clock domain, a name, listeners, and the account of busy time."""
+"""The base of all components: a clock domain, a name, listeners, and the account of busy time."""
 
 from __future__ import annotations
 
@@ -194,7 +194,7 @@ class Component:
         return self._busy + (self.now - self._busy_since if self._in_progress else 0)
 
     def utilisation(self) -> UtilisationRecord:
-        """How busy the component was from time 0 to now."""
+        """The busy time of the component from time 0 to now."""
         return UtilisationRecord(time=self.now, source=self.name, busy=self.busy, span=self.now)
 
     def report_end(self) -> None:

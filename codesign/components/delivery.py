@@ -1,4 +1,4 @@
-"""How a message on a link ended."""
+"""The end of a message on a link."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ LINK_DOWN = "link down"
 
 
 class DeliveryOutcome(StrEnum):
-    """How a message ended."""
+    """The end of a message."""
 
     DELIVERED = "delivered"
     DROPPED = "dropped"
@@ -21,14 +21,14 @@ class DeliveryOutcome(StrEnum):
 
 @dataclass(frozen=True)
 class Delivery:
-    """How a message ended, and where its time went (ps).
+    """The end of a message, and the account of its time (ps).
 
-    - ``time``: when it was delivered or given up. ``reason``: why it was dropped, None where it was delivered.
+    - ``time``: when it was delivered or given up. ``reason``: why it was dropped; None if it was delivered.
     - ``attempts``: how often it was on the wire.
     - ``transferred``: the time on the wire, all attempts together. ``queued``: all other time since the request: the
       wait for the line, an edge, a timeout, the end of an outage, or a late arrival.
     - ``damaged``: it was delivered with wrong bits that were not detected. ``wrong``: the indices of the wrong bits of
-      the message itself, from 0, in order, without those of its checksum and its frames.
+      the message itself, from 0, in order, without the bits of its checksum and its frames.
     """
 
     time: int

@@ -25,7 +25,7 @@ MAX_STEP_CYCLES = 2**62
 
 
 class Granularity(StrEnum):
-    """How many simulation events a component makes of its work. The results are the same.
+    """The number of simulation events that a component makes of its work. The results are the same.
 
     - ``visit``: one event for each indivisible unit (a visit). Slow; the reference.
     - ``run_ahead``: one event for all units that end no later than the next time at which anything else can happen.
@@ -47,9 +47,9 @@ class PreemptedError(Exception):
     """The work was interrupted (``simpy.Interrupt``) before its end.
 
     - ``cause``: the cause that the interrupter gave. ``time``: of the interruption, ps.
-    - ``phase``: the phase of the current step; None where the first step had not begun.
+    - ``phase``: the phase of the current step; None if the first step had not begun.
     - ``units``: units of that step that had ended at ``time`` or before; they are done. The unit in progress is lost.
-    - ``cycles``: whole clock cycles since that step began, those of the lost unit included.
+    - ``cycles``: whole clock cycles since that step began, also the cycles of the lost unit.
 
     The generator of the steps is left open, so that the caller can continue the plan or close it.
     """
@@ -173,7 +173,7 @@ class Fpga(Component):
         return np.asarray(first + work, np.int64) if claims is None else claims.ends(first, work)
 
     def _units_before_others(self, ends: NDArray[np.int64], granularity: Granularity) -> int:
-        """How many units end no later than the next event of another process; 0 where units run one by one."""
+        """The number of units that end no later than the next event of another process; 0 if units run one by one."""
         if granularity is Granularity.VISIT:
             return 0
         horizon = self.environment.peek()

@@ -39,8 +39,8 @@ class Link(Component):
     Order. A sender's messages arrive in the order of their requests, urgent ones first. A lower ``priority`` is more
     urgent, and 0 is the most urgent. A message on the wire is never broken off for another. Of the messages that are
     requested in one picosecond the most urgent is first, whatever the order of the requests. A message that was lost
-    or found damaged is sent again after the timeout. Later messages of its sender wait for it, those of other senders
-    do not (stop and wait). Late messages may be overtaken.
+    or found damaged is sent again after the timeout. Later messages of its sender wait for it; the messages of other
+    senders do not (stop and wait). Late messages may be overtaken.
 
     Outages. A message that would begin in an outage waits for its end; where the outage has no end, the message is
     dropped at once. A message that is on the wire when an outage begins is cut off there. It counts as damaged, with
@@ -157,14 +157,14 @@ class Link(Component):
         return self._lines[key]
 
     def _next_begin(self) -> int:
-        """When a transfer can begin, ps. On a link with a clock that is a clock edge."""
+        """The time at which a transfer can begin, ps. On a link with a clock that is a clock edge."""
         return self.now if self.clock is None else self.clock.next_edge(self.now)
 
     def _wire_bits(self, message: Message) -> int:
         return message.bits + self.errors.checksum_bits
 
     def _end(self, message: Message) -> int:
-        """When a transfer that begins now will end, ps. Called once for each attempt."""
+        """The time at which a transfer that begins now will end, ps. Called once for each attempt."""
         if self.clock is None:
             return self.now + self.duration(message.bits)
         first = self.clock.cycle_at_or_after(self.now)
@@ -269,7 +269,7 @@ class Link(Component):
             line.resume(message)
 
     def _fate(self, message: Message) -> str | None:
-        """Why the attempt that just ended failed. None where the receiver accepts the message."""
+        """The reason for which the attempt that just ended failed. None if the receiver accepts the message."""
         lost, damaged, _, _ = message.luck[message.attempts - 1]
         if lost < self.errors.drop:
             return "lost"

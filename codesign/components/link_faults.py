@@ -113,7 +113,7 @@ class Luck:
 
 
 def wrong_bits(random: np.random.Generator, bits: int, bit_error_rate: float) -> tuple[int, ...]:
-    """Which of ``bits`` bits arrive wrong, given that at least one does. Each is wrong at ``bit_error_rate``.
+    """The bits of ``bits`` that arrive wrong, given that at least one does. Each is wrong at ``bit_error_rate``.
 
     The step from one wrong bit to the next is geometric. The first lies within the message: its index is
     floor(log(1 - u P(damaged)) / log(1 - p)) with u uniform in [0, 1).
@@ -132,7 +132,7 @@ def wrong_bits(random: np.random.Generator, bits: int, bit_error_rate: float) ->
 def wrong_behind_parity(
     random: np.random.Generator, frames: int, frame_bits: int, bit_error_rate: float
 ) -> tuple[tuple[int, int], ...]:
-    """Which (frame, bit in the frame) arrive wrong, given that some do and that parity detects none.
+    """The pairs (frame, bit in the frame) that arrive wrong, given that some do and that parity detects none.
 
     In every frame an even number of its ``frame_bits`` bits is then wrong, the parity bit included.
     """

@@ -26,7 +26,7 @@ class ExternalMemory(ScannedMemory):
     A design on an FPGA that uses the memory (``Fpga.use``) drives it alone, on the design's clock. It stalls while the
     display is served. No other user is accepted then.
 
-    ``accesses``: words that were read, written, and moved by a design, without those of the display.
+    ``accesses``: words that were read, written, and moved by a design, without the display's words.
     ``queued``: time that users waited for others and for the edge, ps.
     """
 

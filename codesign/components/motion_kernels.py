@@ -62,7 +62,7 @@ def speeds_at(lengths: NDArray[np.float64], limits: NDArray[np.float64], acceler
 
     Args:
         lengths: float64 n, of the segments.
-        limits: float64 n + 1, greatest speed at each vertex; that of the last is 0.
+        limits: float64 n + 1, greatest speed at each vertex; at the last it is 0.
         acceleration: greatest change of speed a second, up or down.
         begin: speed at the first vertex.
 

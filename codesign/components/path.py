@@ -79,7 +79,7 @@ class Polyline:
 
     @cached_property
     def headings(self) -> NDArray[np.float64]:
-        """Direction of each segment, radians from that of growing columns towards that of growing rows."""
+        """Direction of each segment, radians from the direction of growing columns towards growing rows."""
         result: NDArray[np.float64] = np.arctan2(*self.segments)
         return result
 
@@ -162,7 +162,7 @@ class Polyline:
 def authority(
     path: Polyline, known_free: NDArray[np.bool_], *, start: float = 0.0, room: float = STANDING_ROOM
 ) -> float:
-    """How far a robot at arc ``start`` may drive along ``path``: the arc at which to stop, at least ``start``.
+    """The arc to which a robot at arc ``start`` may drive along ``path``, at least ``start``.
 
     This is the end of the path, or ``room`` before the border of the first cell that is not known to be free. The cell
     at ``start`` is the robot's own and always counts as free.

@@ -13,9 +13,9 @@ from codesign.components.path_kernels import CORNER
 def ranges(
     free: NDArray[np.bool_], y: float, x: float, reach: float, directions: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """How far each ray from (y, x) gets, cells, to the side of the first blocked cell; infinite within ``reach``.
+    """The length of each ray from (y, x), cells, to the side of the first blocked cell; infinite within ``reach``.
 
-    The rays are those of ``components.sensor_kernels.cast``, with the same arguments.
+    The rays are the rays of ``components.sensor_kernels.cast``, with the same arguments.
     """
     rows, columns = free.shape
     lengths = np.full(directions.shape[0], np.inf)

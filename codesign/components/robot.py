@@ -44,7 +44,7 @@ class MobileRobot(Component):
         resolution: metres a cell.
         position: (row, column) in cells at time 0.
         radius: metres, of its body. Not used here: ``advance`` gets the cells that the robot's middle may not enter.
-        heading: radians, from the direction of growing columns towards that of growing rows.
+        heading: radians, from the direction of growing columns towards growing rows.
         control_period: ps; see ``OmnidirectionalDrive``.
 
     Attributes:
@@ -121,7 +121,7 @@ class MobileRobot(Component):
 
     @property
     def heading(self) -> float:
-        """Radians, from the direction of growing columns towards that of growing rows, in -π..π or a little beyond."""
+        """Radians, from the direction of growing columns towards growing rows, in -π..π or a little beyond."""
         return self._motion.heading_at(self._time - self._since)
 
     @property

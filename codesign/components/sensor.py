@@ -46,7 +46,7 @@ class RangeScan:
 
     @property
     def cells(self) -> int:
-        """How many cells were seen."""
+        """The number of cells that were seen."""
         return len(self.free) + len(self.blocked)
 
     def same_as(self, other: RangeScan) -> bool:

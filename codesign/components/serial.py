@@ -148,7 +148,7 @@ class Serial(Link):
         return min(waiting, self.fifo_depth)
 
     def _fits_at(self, message: Message, line: _SerialChannel) -> int | None:
-        """When the rest of ``message`` will fit the FIFO, ps, if nothing else happens. None where that is not known."""
+        """The time at which the rest of ``message`` will fit the FIFO, ps, if nothing else happens. None: not known."""
         if message.first_over:
             return self.now
         room = self.fifo_depth

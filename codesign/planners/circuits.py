@@ -67,19 +67,19 @@ class Bits(int):
 
 @dataclass(frozen=True, eq=False)
 class Circuit:
-    """What is built for one design point.
+    """The circuit of one design point, as it is built.
 
     - ``top``: the top module. ``sources``: the Verilog-2005 files that it needs, all shipped with the package.
     - ``parameters``: the Verilog parameters of the top; text is a file name of ``images``. One of
       more than 32 bits is ``Bits``.
     - ``images``: the memories with contents at power-up, by the file name that ``parameters`` gives to the top.
     - ``stream``: the load stream, in the order in which the circuit takes it.
-    - ``phases``: the names of the phases, those of ``Step.phase``. ``kinds``: the names of the kinds of events.
+    - ``phases``: the names of the phases, as in ``Step.phase``. ``kinds``: the names of the kinds of events.
     - ``event_bits``: the width of ``event_data``, at most 64.
     - ``pieces``: for each name of a ``Line`` of the style's demand, the Verilog modules that it counts. A module that
       stands in none is counted with the module that contains it.
     - ``notes``: what a reader of the exported folder must know, sentences.
-    - ``pins``: further outputs of the top, width by name, such as those of a display, at most 64 bits in all.
+    - ``pins``: further outputs of the top, width by name, such as a display's, at most 64 bits in all.
       ``Expected.pins`` says what they show.
     - ``elements``: how many elements an array has. A simulator is chosen by it.
     """
@@ -112,10 +112,10 @@ class Events:
 
 @dataclass(frozen=True, eq=False)
 class Pins:
-    """What the outputs in ``Circuit.pins`` show, cycle by cycle, as changes: arrays of one length.
+    """The values of the outputs in ``Circuit.pins``, cycle by cycle, as changes: arrays of one length.
 
     From ``cycle[i]`` (int64, rising) on they show ``value[i]``, of which the bits ``known[i]`` count (both uint64); the
-    lowest bits are those of the first output. Nothing is said before the first change, nor from cycle ``end`` on. A run
+    lowest bits belong to the first output. Nothing is said before the first change, nor from cycle ``end`` on. A run
     is watched to ``end``, also after it is done.
     """
 
@@ -127,7 +127,7 @@ class Pins:
 
 @dataclass(frozen=True, eq=False)
 class Expected:
-    """What the model says of a run: its events, and the cycles of each phase as the style's ``work`` counts them.
+    """The run that the model expects: its events, and the cycles of each phase as the style's ``work`` counts them.
 
     ``events``: cycles follow from the laws of the style alone, values from the plan alone. ``cycles``: by phase.
     ``contention``: why single cycles may differ though all values are equal (two accesses to one memory); "" where none
@@ -162,7 +162,7 @@ class CircuitStyle(ABC):
 
     @abstractmethod
     def expected(self, job: Job[Any, Any], /) -> Expected:
-        """What a run of ``circuit`` has to report."""
+        """The report that a run of ``circuit`` has to give."""
 
     @abstractmethod
     def sample(self, seed: int, /) -> Job[Any, Any]:

@@ -8,8 +8,8 @@ A style gives its placements (``measured.clock_rows``), each with what its clock
 
 T is what the critical path takes on that family: the time of its memory or flip-flop from the clock to the output, its
 LUT, and its routing at a middle size. Only the routing grows with the size. The growth g of a pipeline is the
-form that predicts those of its placements best that it was not fitted to, by the mean square of the errors: none, log2
-or the fourth root.
+form that best predicts the placements of the pipeline it was not fitted to, by the mean square of the errors: none,
+log2 or the fourth root.
 Where a circuit takes 2, 4 or 8 bits of a value a cycle, each doubling adds the same share d. The factors are fitted by
 least squares of the relative error over all families together, so a family with one size placed takes s (the mean) and
 d from the others.
@@ -25,7 +25,7 @@ speed grade and between sizes that were placed. All else is a transfer, with the
   between, as a power of how far they are beyond them;
 - an option, or bits of a digit, that were not placed: ``TRANSFER`` times, which is how far the clocks of one style's
   circuits lie apart;
-- a speed grade that was not placed lies between those that were.
+- a speed grade that was not placed lies between the grades that were.
 
 A published clock stays what it is on its own families. On a family that was neither placed nor published, the interval
 reaches from the slowest to the fastest that the design is on the families that were, and half as far again. The value
@@ -85,7 +85,7 @@ UNTIMED = {"gowin": "; the placer has no delays from a block RAM of the family, 
 
 @dataclass(frozen=True)
 class Registers:
-    """What a clock depends on besides the part.
+    """The figures that a clock depends on besides the part.
 
     The ``pipeline`` in words, the ``size`` that routing grows with, and how often the bits that pass in a cycle were
     doubled, ``doublings``. ``options``: in words, what else the circuit has that the law does not count. ``like``: the
@@ -237,7 +237,7 @@ def _held_out(placements: Sequence[Placement], growth: Growths, middle: float, p
 
 
 def _beyond(placements: Sequence[Placement], growth: Growths, middle: float) -> float:
-    """How far an end of the sizes lies off the fit without all beyond the next one, as a power of its ratio to it."""
+    """The distance of an end of the sizes from the fit without all beyond the next one, as a power of their ratio."""
     powers = [LEAST_GROWTH]
     for row, kind in {((each.row.part, each.row.family), each.registers.pipeline) for each in placements}:
         sizes = sorted(
@@ -308,7 +308,7 @@ def on_family(
     Args:
         published: the clock by a published law; on ``families`` it stays.
         part: the part.
-        families: those of the published law.
+        families: the families of the published law.
         registers: what the clock of the design depends on besides the part.
         placements: what was placed of its style.
 
@@ -340,7 +340,7 @@ def on_family(
 
 
 def _reached(registers: Registers, placements: tuple[Placement, ...]) -> str:
-    """What share of the law that stands for a circuit it reached where both were placed, in words.
+    """The share that a circuit reached of the law that stands for it, where both were placed, in words.
 
     At the nearest size that was placed.
     """
@@ -396,7 +396,7 @@ def _placed(
 def _transfer(
     law: ClockLaw, part: str, family: str, registers: Registers, placements: Sequence[Placement]
 ) -> tuple[float, str]:
-    """How many times a clock may be off because the circuit was not placed so, and what was not; 1 and "" if it was.
+    """The factor by which a clock may be off as the circuit was not placed so, and what was not; 1 and "" if it was.
 
     ``part``: the placed part in the speed grade, or "".
     """

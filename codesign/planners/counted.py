@@ -4,12 +4,12 @@ The count of a resource of a piece of a circuit is a sum of terms. A table write
 expressions over the parameters of the top module. Coefficients and their errors follow from the rows. For each
 circuit a table has:
 
-- ``styles``, ``task``: whose rows it is fitted to; ``where``: those of them alone.
+- ``styles``, ``task``: whose rows it is fitted to; ``where``: a condition on these rows.
 - ``held_out``: the rows that no law is fitted to, and that all laws are held against.
 - ``similar``: the family that stands for one without laws of its own. A family has its own where rows of it are held
   out, with every value that the expression ``each`` has in any family.
 - ``define``: names for expressions. A name that a row or a design gives itself is not asked for here.
-- ``source``: how far off the laws are, as text. ``off``: the mean error of the law, ``lut4``, ``flip_flops``: of that
+- ``source``: how far off the laws are, as text. ``off``: the mean error of the law, ``lut4``, ``flip_flops``: for the
   resource of the piece. ``unheld``: the same where no row is held out.
 - ``pieces``: by name the terms of ``lut4`` and ``flip_flops``. ``rows``: those that have the piece, in place of
   ``where``; ``like``: only rows with the same value as the design share its law; ``assumed``: where the law is too
@@ -169,7 +169,7 @@ class CountedLaws:
     def lines(self, design: Any, family: tuple[str, bool], *pieces: str) -> Mapping[str, tuple[Line, ...]]:
         """The lines of a demand by piece, of all or of the given ones: counts are whole and never negative.
 
-        ``family``: of rows, and whether it is that of the part, as ``family`` gives it.
+        ``family``: of rows, and True if it is the part's own, as ``family`` gives it.
         """
         names, own = _Names(self, design, family[0]), family[1]
         return {piece: tuple(self._lines(piece, names, own)) for piece in pieces or self.pieces}
@@ -188,7 +188,7 @@ class CountedLaws:
 
 @cache
 def _fit(laws: CountedLaws, piece: str, resource: str, family: str, like: Any) -> Fit:
-    """The fit of a resource of a piece to the rows of a family; errors on those of other families beside it."""
+    """The fit of a resource of a piece to the rows of a family; errors on the rows of other families beside it."""
     entry = laws.table["pieces"][piece]
     where = entry.get("rows", laws.table.get("where", "True"))
     points: dict[bool, list[Point]] = {True: [], False: []}

@@ -58,13 +58,13 @@ class MapChange:
 class Problem:
     """One planning problem.
 
-    - ``free``: bool array, rows × columns. ``resolution``: metres a cell, or None where the map declares none.
+    - ``free``: bool array, rows × columns. ``resolution``: metres a cell, or None if the map declares none.
     - ``goals`` and ``starts``: (row, column) pairs on free cells. One request for a path comes from the first start.
       The others are requests of their own (``asked_from``). A design is sized for all of them.
     - ``task``: what is asked; of ``replan`` with the ``change``.
 
-    The map may be cropped. A planner counts rows and columns from the first cell that is left, users from that of the
-    whole map. ``corner``: (row, column) of the first cell in the whole map; ``named`` takes a cell there. ``origin``:
+    The map may be cropped. A planner counts rows and columns from the first cell that is left, users from the whole
+    map's. ``corner``: (row, column) of the first cell in the whole map; ``named`` takes a cell there. ``origin``:
     (x, y, yaw) of the lower left corner of what is left, or None.
 
     ``unknown``: bool, rows × columns, of the cells that the source of the map calls unknown, or None. No planner asks.
@@ -198,7 +198,7 @@ class Planner(ABC):
         return None
 
     def task_text(self, task: Task) -> str:
-        """What the planner does for a task, without a full stop. ``check`` refuses a task that it cannot do."""
+        """The work of the planner for a task, without a full stop. ``check`` refuses a task that it cannot do."""
         return _TASK_TEXTS[task]
 
     def plans_for_start(self, _job: Job[Any, Any], /) -> bool:

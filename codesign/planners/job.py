@@ -126,7 +126,7 @@ SLICE_PACKING = 1.13
 
 
 def packed(lines: Sequence[Line]) -> Line:
-    """The slices of a piece of these LUT and flip-flops, two of each a slice. The least is that of full slices."""
+    """The slices of a piece of these LUT and flip-flops, two of each a slice. The least is for full slices."""
     low, high = (max(bounds) for bounds in zip(*(line.figure.interval for line in lines), strict=True))
     slices = -(-round(SLICE_PACKING * max(line.amount for line in lines)) // 2)
     source = f"{SLICE_PACKING} × half of the LUT or flip-flops"

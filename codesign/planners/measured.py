@@ -1,4 +1,4 @@
-"""What was synthesised, placed and routed of the circuits of this package: the one record that laws are fitted to.
+"""The rows of circuits of this package that were synthesised, placed and routed: the record that laws are fitted to.
 
 Each room keeps its rows in ``planners/ROOM/measured``, one a line: ``resources.json``, ``clocks.json`` and, of toggles
 in simulation, ``activity.json``. Only
@@ -54,7 +54,7 @@ class ResourceRow:
 
     @property
     def key(self) -> tuple[str, ...]:
-        """What it is a row of: a second one takes its place."""
+        """The key of a row: a second one of the same key takes its place."""
         return self.style, self.task, self.family, json.dumps(self.variables, sort_keys=True)
 
     def count(self, piece: str, resource: str) -> int:
@@ -89,7 +89,7 @@ class ClockRow:
 
     @property
     def key(self) -> tuple[str, ...]:
-        """What it is a row of: a second one takes its place."""
+        """The key of a row: a second one of the same key takes its place."""
         return self.style, self.task, self.part, json.dumps(self.variables, sort_keys=True)
 
     @property
@@ -123,7 +123,7 @@ class ActivityRow:
 
     @property
     def key(self) -> tuple[str, ...]:
-        """What it is a row of: a second one takes its place."""
+        """The key of a row: a second one of the same key takes its place."""
         return self.style, self.task, self.design, str(self.seed)
 
     @property

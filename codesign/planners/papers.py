@@ -74,7 +74,7 @@ class Table(SpecModel):
 
 
 class Common(SpecModel):
-    """What a row says itself, or its part for all of its rows.
+    """The keys that a row says itself, or its part for all of its rows.
 
     - ``place``: table, figure or section. ``unit``: of the row, as in ``Row``. ``measure``: what computes the figure.
     - ``status``, ``use``, ``source``, ``note``: as in ``Row``. ``map``: what it is computed on, for texts that name it.
@@ -91,9 +91,9 @@ class Common(SpecModel):
 
 
 class Counted(SpecModel):
-    """What fidelity compares of a row: the ``name`` that reasons have, and the ``measure`` of the circuit.
+    """The keys of a row that fidelity compares: the ``name`` that reasons have, and the ``measure`` of the circuit.
 
-    ``what``, ``unit``, ``place``: where they differ from those of the row. ``over``: as in ``Entry``.
+    ``what``, ``unit``, ``place``: given if they differ from the row's. ``over``: as in ``Entry``.
     """
 
     name: str
@@ -157,7 +157,7 @@ class Statement(SpecModel):
 
 
 class Drawing(SpecModel):
-    """A plot; the measure gives its curves. The other fields are those of ``Plot``."""
+    """A plot; the measure gives its curves. The other fields are as in ``Plot``."""
 
     name: str
     title: str
@@ -198,7 +198,7 @@ def read_sheet(path: Path) -> Sheet:
 
 @dataclass
 class Runs(Generic[S]):
-    """What the measures of one run share; each room derives its own. ``rows``: all of them, when findings are made."""
+    """The data that the measures of one run share; each room derives its own. ``rows``: all, when findings are made."""
 
     quick: bool
     progress: Progress
@@ -207,7 +207,7 @@ class Runs(Generic[S]):
 
 
 class Case(SimpleNamespace):
-    """What a measure is told: numbers of the paper, columns of the table, constants of the row."""
+    """The input of a measure: numbers of the paper, columns of the table, constants of the row."""
 
 
 class Paper:
@@ -226,7 +226,7 @@ class Paper:
 
     @property
     def sheet(self) -> Sheet:
-        """What is compared."""
+        """The sheet that is compared."""
         return read_sheet(self.path)
 
     @cached_property
@@ -278,7 +278,7 @@ class Paper:
                             yield made
 
     def cases(self, part: Part, runs: Any) -> Iterator[Mapping[str, Any]]:
-        """What the rows of a part are made for: the rows of a table, the cases of a run, or one without any.
+        """The cases that the rows of a part are made for: the rows of a table, the cases of a run, or one without any.
 
         A case of a run that is no mapping is known as ``item``.
         """
@@ -317,7 +317,7 @@ class Paper:
             yield Plot(**drawing, series=tuple(self._measured(each.measure, runs, {})))
 
     def findings(self, runs: Any, sheet: Sheet | None = None) -> Iterator[Finding]:
-        """The findings of a run; ``sheet``: those of another one."""
+        """The findings of a run; ``sheet``: another one, whose findings they are."""
         for each in (sheet or self.sheet).findings:
             found = self._measured(each.measure, runs, {})
             if found is not None:

@@ -1,6 +1,6 @@
 """Power on an FPGA: static by part, and dynamic = toggles a cycle × energy of a toggle × clock.
 
-The energy is that of the part, whose figure a slice holds at the activity that tools take where nobody says otherwise.
+The energy is the part's own, whose figure a slice holds at the activity that tools take where nobody says otherwise.
 The toggles of a style were counted in simulations of its circuit (``ActivityRow``).
 """
 
@@ -75,7 +75,7 @@ def slice_power(
     """Static power of ``part``; and slices × ``clock`` (Hz) × the part's power a slice and Hz × ``activity``, W.
 
     Block RAMs and the clock tree are in the figure for a slice of a typical design; pins are not counted. ``activity``:
-    over that of a typical design; None: as typical.
+    over the activity of a typical design; None: as typical.
     """
     scale = demand.total("slices") * clock
     rate = part.dynamic_power

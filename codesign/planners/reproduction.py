@@ -44,7 +44,7 @@ class Use(StrEnum):
 
 @dataclass(frozen=True)
 class Row:
-    """One figure of a paper beside that of the model.
+    """One figure of a paper beside the model's figure.
 
     Attributes:
         table: table, figure or section of the paper.

@@ -63,7 +63,7 @@ class Exchange(Step):
 
 @dataclass(frozen=True)
 class MemoryStep(Step):
-    """A step with access to an external memory; the cycles of ``traffic`` are among those of the step."""
+    """A step with access to an external memory; the cycles of ``traffic`` are among the cycles of the step."""
 
     traffic: Traffic = field(default_factory=Traffic)
 
@@ -193,7 +193,7 @@ class FleetUpdates(ABC):
     @property
     @abstractmethod
     def done(self) -> int:
-        """How many updates are done."""
+        """The number of updates that are done."""
 
     @property
     @abstractmethod
@@ -203,7 +203,7 @@ class FleetUpdates(ABC):
     @property
     @abstractmethod
     def positions(self) -> NDArray[np.float64]:
-        """Where the robots are now: float64 n × 2, (row, column) in cells."""
+        """The positions of the robots now: float64 n × 2, (row, column) in cells."""
 
     @property
     def slowest(self) -> int:
@@ -224,7 +224,7 @@ class FleetUpdates(ABC):
 
     @abstractmethod
     def touches(self) -> NDArray[np.float64]:
-        """When the bodies of each pair first touch in the latest ``hold`` or ``act``: 0, its begin, to 1, its end.
+        """The times at which the bodies of each pair first touch in the latest ``hold`` or ``act``, from 0 to 1.
 
         Float64, infinity where they do not, one entry a pair in the order of ``numpy.triu_indices(n, 1)``.
         """
@@ -247,11 +247,11 @@ class FleetUpdates(ABC):
 
     @abstractmethod
     def collisions(self, plan: Any) -> int:
-        """How many pairs of robots touched in the run."""
+        """The number of pairs of robots that touched in the run."""
 
     @abstractmethod
     def time_steps(self, plan: Any) -> int:
-        """How many time steps the run took."""
+        """The number of time steps that the run took."""
 
 
 class Architecture(_Style):
@@ -293,7 +293,7 @@ class Architecture(_Style):
         """The sets of parameters that are worth a try for the problem of a job on its part, as a workload writes them.
 
         ``hwsw advise`` searches them. The parameters of the job are None: the style chooses them. ``Job.inside`` and
-        ``Job.external`` are those of the placement in question. A design that fits no part may be among them: it then
+        ``Job.external`` belong to the placement in question. A design that fits no part may be among them: it then
         shows what is short. By default none: the samples of the plug-in are tried.
         """
         return ()
@@ -318,7 +318,7 @@ class Architecture(_Style):
 class TaskStyle(_Style):
     """One task of a planner that is placed by itself, on one type of component.
 
-    ``task``: the task's name. ``demand`` is that of this task alone.
+    ``task``: the task's name. ``demand`` is for this task alone.
     """
 
     task: str
@@ -334,6 +334,6 @@ class TaskStyle(_Style):
     def again(self, job: Job[Any, Any], /) -> Generator[Step, None, Any]:
         """The steps of one more decision from the same plan: a drive takes one decision at every control turn.
 
-        Their return value is not used. By default the steps are those of ``steps``.
+        Their return value is not used. By default they are the steps of ``steps``.
         """
         return self.steps(job)

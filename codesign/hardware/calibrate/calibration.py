@@ -31,7 +31,7 @@ from codesign.version import __version__
 
 @dataclass(frozen=True)
 class Compared:
-    """One number of a report beside that of the law.
+    """One number of a report beside the number of the law.
 
     ``report``: tool, file and line. ``line``: of the demand; "" for the design as a whole.
     """

@@ -57,7 +57,7 @@ class DesignPoint:
 
     @cached_property
     def job(self) -> Job[Any, Any]:
-        """What the laws of the task, and its circuit, are asked about."""
+        """The job that the laws of the task, and its circuit, are asked about."""
         return job_of(self.system, self.task, self.component)
 
     @cached_property

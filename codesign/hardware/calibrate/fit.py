@@ -47,7 +47,7 @@ class Line:
     offset: float = 0.0
 
     def times(self, predicted: float) -> float:
-        """What a law that says ``predicted`` is multiplied by."""
+        """The factor on a law that says ``predicted``."""
         return max(LEAST_FACTOR * self.factor, self.factor + self.offset / predicted)
 
 
@@ -82,7 +82,7 @@ def line_of(term: str, samples: Sequence[Sample]) -> Line:
 
 
 def errors_of(term: str, samples: Sequence[Sample]) -> Errors:
-    """How much of the difference between law and reports the fit explains."""
+    """The errors of laws and fit: the part of the difference between law and reports that the fit explains."""
     designs = _by_design(samples)
     held_out = None
     if len(designs) > 1:
@@ -97,7 +97,7 @@ def errors_of(term: str, samples: Sequence[Sample]) -> Errors:
 
 
 def fitted_term(term: str, samples: Sequence[Sample], law: tuple[float, float], explained: str = "") -> FittedTerm:
-    """The factor of a term, or its line, with an interval. ``law``: that of the law over its value, such as (0.9, 1.2).
+    """The factor of a term, or its line, with an interval. ``law``: its interval over its value, such as (0.9, 1.2).
 
     The interval never claims less than the law's own error, nor less than ``LEAST_MARGIN``. From several designs it is
     at least the one in which one more design of the same kind lies with 95 %; with an offset, one of its size. Every

@@ -22,11 +22,11 @@ MOST_REPORTS = 1000
 
 @dataclass(frozen=True, repr=False)
 class Comparison:
-    """What reports say of the laws of one style.
+    """The comparison of reports with the laws of one style.
 
     - ``rows``: every number that both have. ``lines``: the same for each line of the demand, where a report has the
       hierarchy of a design that is recognised. ``errors``: of each term that was fitted.
-    - ``calibration``: the factors; None where no term could be fitted. ``notes``: what a reader must know.
+    - ``calibration``: the factors; None if no term could be fitted. ``notes``: what a reader must know.
     """
 
     rows: tuple[Compared, ...]
@@ -51,7 +51,7 @@ class _Told:
     clock: float = 0.0
 
     def compared(self) -> Compared:
-        """The number beside that of the law."""
+        """The number beside the number of the law."""
         of_clock = self.term == DYNAMIC
         law = self.point.dynamic_power(self.clock) if of_clock else self.point.predicted(self.term)
         scale = self.point.counted_a_slice if self.term == "slices" else 1

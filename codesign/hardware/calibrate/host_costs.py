@@ -1,6 +1,6 @@
 """The measured costs of a processor: the time of one unit of each kernel on this machine.
 
-The kernels are those of the planners, as they are compiled here. So a platform with these costs predicts this package
+The kernels are the planners' kernels, as they are compiled here. So a platform with these costs predicts this package
 on this machine. Costs of other hosts are in ``platforms/``, with their sources. ``relaxation_node_update`` is a unit of
 the vectorised sweeps; a direct solution is counted in another unit (``codesign.planners.relaxation.styles.costs``).
 ``occupancy_cell`` and ``way_following`` are the work of a drive. They are measured on compiled twins (``kernels``),

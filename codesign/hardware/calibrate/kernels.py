@@ -124,7 +124,7 @@ def _stamp(covers: NDArray[np.int32], row: int, column: int, footprint: NDArray[
 def authority_ahead(
     points: NDArray[np.float64], risks: NDArray[np.int32], y: float, x: float, lookahead: float
 ) -> float:
-    """How far a robot at (y, x) on a path may drive along it: cells, at most ``lookahead``.
+    """The distance that a robot at (y, x) on a path may drive along it: cells, at most ``lookahead``.
 
     The nearest point is searched on all segments of the path. From there, ``STANDING_ROOM`` is left before the first
     cell, other than the robot's own, that is not known to be free. At a corner both cells beside it must be free too.

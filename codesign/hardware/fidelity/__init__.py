@@ -1,4 +1,4 @@
-"""How far the model carries: laws against circuits that were simulated, synthesised and placed, and against papers.
+"""The reach of the model: laws against circuits that were simulated, synthesised and placed, and against papers.
 
 ``measure`` runs the circuits and reads the rows. Nothing is left out because it does not fit: what does not match has a
 reason and an experiment in ``reasons``.

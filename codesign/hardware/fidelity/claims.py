@@ -1,6 +1,6 @@
-"""What the papers published, beside the laws and the Verilog of this package, figure by figure.
+"""The figures that the papers published, beside the laws and the Verilog of this package, one by one.
 
-Only rows of the papers that the Verilog has too stand here: those of a ``rows.yaml`` with a ``circuit``. It names a
+Only rows of the papers that the Verilog has too stand here: rows of a ``rows.yaml`` with a ``circuit``. It names a
 measure of this module. ``hwsw reproduce`` compares all rows with the model.
 """
 
@@ -53,7 +53,7 @@ class Claim:
 
 @dataclass(frozen=True)
 class Counted:
-    """What laws and circuits have of a row, and from what. ``published``: where the figure is not printed as such."""
+    """The figures of laws and circuits for a row, and their source. ``published``: if it is not printed as such."""
 
     law: float | None
     circuit: float | None

@@ -1,4 +1,4 @@
-"""What does not match: the errors of the laws by term, and the terms beyond their tolerance."""
+"""The mismatches: the errors of the laws by term, and the terms beyond their tolerance."""
 
 from __future__ import annotations
 

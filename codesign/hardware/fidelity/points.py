@@ -114,7 +114,7 @@ def known_designs(room: str) -> tuple[Known, ...]:
 
 
 def known_of(room: str, row: ResourceRow | ClockRow) -> Known | None:
-    """The design of a row: that of its Verilog, or else the first that has its variables, and maybe later ones too."""
+    """The design of a row: of its Verilog, or else the first that has its variables, and maybe later ones too."""
     alike = [
         known
         for known in known_designs(room)

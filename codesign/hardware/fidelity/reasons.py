@@ -1,4 +1,4 @@
-"""Why something does not match, and the experiment that would settle it: one table, by what it explains.
+"""The reasons of mismatches, and the experiments that would settle them: one table, by what a reason explains.
 
 A cause that nothing here shows is only a likely one, until its experiment is made.
 """
@@ -18,10 +18,10 @@ ISE = "ISE 9 on the Verilog of hwsw rtl for an XC2V6000, through hwsw calibrate 
 
 @dataclass(frozen=True)
 class Reason:
-    """Why something does not match.
+    """The reason of a mismatch.
 
     - ``what``: a pattern of the keys of mismatches. ``why``, and the ``experiment``: sentences.
-    - ``shown``: what shows ``why``: a file, a command, or how the law is made. "" where nothing does.
+    - ``shown``: what shows ``why``: a file, a command, or how the law is made. "" if nothing does.
     """
 
     what: str

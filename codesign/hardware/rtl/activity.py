@@ -1,6 +1,6 @@
-"""How often the nets of a circuit toggle, counted in a simulation: what dynamic power is proportional to.
+"""The rate at which the nets of a circuit toggle, counted in a simulation: dynamic power is proportional to it.
 
-The nets are those of the circuit as LUT and flip-flops. In the Verilog of its source one net may have several names,
+The nets join the LUT and flip-flops of the circuit. In the Verilog of its source one net may have several names,
 and a name may have nets that no gate drives.
 """
 

@@ -93,7 +93,7 @@ def verilator(circuit: Circuit, expected: Expected, waves: Waves | None = None, 
 
 
 def _levels(circuit: Circuit, expected: Expected) -> str:
-    """What the parts of a program are compiled with. -O1 takes twice the time of -O0, and runs twice as fast."""
+    """The options that parts of a program are compiled with. -O1 takes twice as long as -O0, and runs twice as fast."""
     level = "-O1" if work_of(circuit, expected) > LONG else "-O0"
     return f"OPT_FAST={level} OPT_SLOW=-O0 OPT_GLOBAL={level}"
 

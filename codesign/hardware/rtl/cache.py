@@ -1,4 +1,4 @@
-"""What tools made is kept in the user's cache folder, each under the digest of all that it depends on."""
+"""The cache of what tools made, in the user's folder, each under the digest of all that it depends on."""
 
 from __future__ import annotations
 

@@ -35,9 +35,9 @@ class Counts:
 
 @dataclass(frozen=True)
 class Family:
-    """How designs for a family of parts are synthesised.
+    """The synthesis of designs for a family of parts.
 
-    ``command``: of Yosys, for the hierarchy without flattening. ``true_two_ports``: whether a block RAM has two ports
+    ``command``: of Yosys, for the hierarchy without flattening. ``true_two_ports``: True if a block RAM has two ports
     that both read and write.
     """
 
@@ -95,7 +95,7 @@ COUNTED = tuple(
 
 
 def counts_of(cell: str) -> Counts:
-    """What a cell of any family counts as.
+    """The resources that a cell of any family counts as.
 
     Raises:
         RunError: the cell stands in no pattern.

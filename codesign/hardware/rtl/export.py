@@ -31,7 +31,7 @@ MANIFEST = "manifest.json"
 
 @dataclass(frozen=True)
 class Origin:
-    """What a design point was made of, as the user named it: specs, and the raw value of each axis that was set."""
+    """The origin of a design point, as the user named it: specs, and the raw value of each axis that was set."""
 
     platform: str
     workload: str
@@ -76,7 +76,7 @@ def _open_flow(design: Placed, circuit: Circuit) -> tuple[dict[str, str], str]:
 
 
 def _words(design: Placed, origin: Origin, circuit: Circuit, expected: Expected, built: Building) -> dict[str, Any]:
-    """What the templates name."""
+    """The words that the templates name."""
     top, part = top_name(circuit), design.part
     phases = circuit.phases
     return {
@@ -202,7 +202,7 @@ GOWIN = frozenset({"GW1N", "GW2A"})
 
 @dataclass(frozen=True)
 class Building:
-    """How a design is built: ``tools`` of its family, constraints by file name, and what nextpnr calls the part."""
+    """The build of a design: ``tools`` of its family, constraints by file name, and what nextpnr calls the part."""
 
     tools: str
     files: Mapping[str, str]
@@ -211,7 +211,7 @@ class Building:
 
 
 def building(part: Part, hertz: int, top: str) -> Building:
-    """What the tools of the part's family take for a clock in Hz."""
+    """The build with the tools of the part's family, for a clock in Hz."""
     # Rounded down to whole picoseconds: a tool that meets the constraint meets the clock.
     period = f"{PICOSECONDS_PER_SECOND // hertz / 1000:.3f}"
     sdc = f"create_clock -name clk -period {period} [get_ports {{clk}}]\n"

@@ -24,7 +24,7 @@ def verilog_name(module: str) -> str:
 
 @dataclass(frozen=True, eq=False)
 class Netlist:
-    """A hierarchy of mapped modules. ``modules``: of the JSON, without those of the cell library; ``top``: one name."""
+    """A hierarchy of mapped modules. ``modules``: of the JSON, without the cell library; ``top``: one name."""
 
     modules: Mapping[str, dict[str, Any]]
     top: str
@@ -40,13 +40,13 @@ class Netlist:
         return cls(modules, next(name for name, module in modules.items() if _is_set(module, "top")))
 
     def cells(self, module: str) -> Cells:
-        """The cells of a module by name: those of the library, and the modules in it."""
+        """The cells of a module by name: cells of the library, and the modules in it."""
         cells: Cells = self.modules[module]["cells"]
         return cells
 
     @cached_property
     def own(self) -> dict[str, Counts]:
-        """What each module counts as by itself, without the modules in it."""
+        """The resources of each module by itself, without the modules in it."""
         return {
             name: sum(
                 (
@@ -68,7 +68,7 @@ class Netlist:
         }
 
     def instances(self) -> Counter[str]:
-        """How often each module stands in the whole design."""
+        """The number of instances of each module in the whole design."""
         often: Counter[str] = Counter()
 
         def add(module: str, times: int) -> None:

@@ -3,7 +3,7 @@
 Parts of the 7 series have counts from Yosys, and no clock: their open router gave 12.5 MHz where the vendor's tool gave
 40. An iCE40 has no memory with two ports that write. nextpnr-nexus fails on carry chains.
 
-The clock is that of the worst path between two edges of ``clk``. Ports have pins of their own on an ECP5; on a Gowin
+The clock is set by the worst path between two edges of ``clk``. Ports have pins of their own on an ECP5; on a Gowin
 part they meet in three (``few_pins``). No path from or to a pin counts.
 """
 
@@ -112,7 +112,7 @@ def _is_memory(kind: str) -> bool:
 
 
 def module_of(cell: str, modules: Mapping[str, str]) -> str:
-    """The module of the source that a cell of the flat netlist belongs to: that of the longest path it begins with.
+    """The module of the source that a cell of the flat netlist belongs to: the one with the longest path in its name.
 
     >>> module_of("circuit.nodes[3].node.sum_LUT4_Z", {"circuit": "top", "circuit.nodes[3].node": "node"})
     'node'
@@ -137,9 +137,9 @@ _LAYOUT = "1"
 
 @dataclass(frozen=True)
 class Device:
-    """How nextpnr names a part. ``tool``: of ``tools.TOOLS``; ``run``: the function of its package that runs it.
+    """The names of a part for nextpnr. ``tool``: of ``tools.TOOLS``; ``run``: the function of its package that runs it.
 
-    ``grades``: the options of each speed grade. ``constraints``: a file of pins, where the ports need them.
+    ``grades``: the options of each speed grade. ``constraints``: a file of pins, if the ports need them.
     """
 
     family: str
@@ -179,7 +179,7 @@ DEVICES = {
 class Placement:
     """A placed and routed circuit.
 
-    ``clock``: Hz. ``used``: cells of the part by type, those of ``pins`` among them. ``pins``: what the pins took
+    ``clock``: Hz. ``used``: cells of the part by type, with the cells of ``pins``. ``pins``: what the pins took
     that are no part of the circuit. ``seconds``: how long nextpnr took, when it ran.
     """
 

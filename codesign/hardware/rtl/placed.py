@@ -36,7 +36,7 @@ class Placed:
 
 
 def placed(platform: Platform, workload: Workload) -> Placed:
-    """The circuit of a design point: that of its planning task, or else that of the first task on an FPGA.
+    """The circuit of a design point: of its planning task, or else of the first task on an FPGA.
 
     Raises:
         SpecError: platform and workload do not belong together, or no task is on an FPGA with a style that has a
@@ -74,7 +74,7 @@ def on_fpgas(system: System) -> list[tuple[str, str, str]]:
 
 
 def job_of(system: System, task: str, spec: FpgaComponent) -> Job[Any, Any]:
-    """What a task on an FPGA is asked about: one that is placed by itself has the plan."""
+    """The job of a task on an FPGA: if it is placed by itself, with the plan."""
     if not task:
         return system.job
     return replace(system.job, part=spec.chip, plan=system.planner.plan(system.job))

@@ -60,7 +60,7 @@ def cxxrtl(circuit: Circuit, expected: Expected, waves: Waves | None = None, pro
 
 @cache
 def _compiler() -> tuple[str, ...]:
-    """The words that start a compiler of C++: that of the system, or the one of ziglang."""
+    """The words that start a compiler of C++: the system's, or the one of ziglang."""
     return tools.command_of("c++") or (*tools.require("ziglang"), "c++")
 
 

@@ -1,9 +1,9 @@
-"""Synthesis of a circuit by Yosys (pyosys) for a family: what each of its modules and each line of its demand takes.
+"""Synthesis of a circuit by Yosys (pyosys) for a family: the resources of its modules and of the lines of its demand.
 
 Modules are synthesised one by one, each once for all its instances: an array of hundreds of equal nodes takes as long
 as one node. The boundaries of modules remain, so that a count belongs to a module and so to a line. Block RAMs then
 take over the flip-flops behind their outputs (``output_registers``). For placement the result is flattened. The steps
-are those of ``flow``, which ``hwsw rtl`` puts into every folder.
+are in ``flow``, which ``hwsw rtl`` puts into every folder.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ class ModuleCounts:
 
 @dataclass(frozen=True, eq=False)
 class Synthesis:
-    """What a circuit takes in a family.
+    """The resources of a circuit in a family.
 
     - ``modules``: by module of the source. ``pieces``: by line of the demand; "" for what no line counts.
     - ``total``: of the whole circuit. ``registers``: flip-flops that block RAMs took over.
@@ -146,7 +146,7 @@ def _synthesise(circuit: Circuit, family: Family, folder: Path) -> None:
 
 
 def _modules(netlist: Netlist) -> tuple[ModuleCounts, ...]:
-    """The modules of the source, those of one name with all their parameters together, the largest first."""
+    """The modules of the source, all parameters of one name together, the largest first."""
     instances: dict[str, int] = {}
     sums: dict[str, Counts] = {}
     for name, often in netlist.instances().items():

@@ -109,7 +109,7 @@ class Finished:
 
     @property
     def complaints(self) -> str:
-        """What the tool says is wrong: the lines of errors, or else its last lines."""
+        """The complaints of the tool: the lines of errors, or else its last lines."""
         lines = f"{self.output}\n{self.stderr.decode(errors='replace')}".strip().splitlines()
         errors = [line for line in lines if "error" in line.lower()]
         return "\n".join((errors or lines[-5:])[:5])

@@ -1,4 +1,4 @@
-"""What a circuit reports is compared with what the model expects, clock edge by clock edge."""
+"""The reports of a circuit are compared with what the model expects, clock edge by clock edge."""
 
 from __future__ import annotations
 
@@ -101,8 +101,8 @@ class Verified:
 
     - ``events``, ``cycles``: how many the model expects; all of them are compared.
     - ``differences``: events, phases and counts that differ. ``first``: the first one, by its cycle.
-    - ``shown``: cycles in which the further outputs, such as those of a display, were compared.
-    - ``deviation``: by what share the cycles of all phases differ, where contention excuses it; otherwise 0.
+    - ``shown``: cycles in which the further outputs, such as a display's, were compared.
+    - ``deviation``: by what share the cycles of all phases differ, if contention excuses it; otherwise 0.
     """
 
     events: int

@@ -47,7 +47,7 @@ SOFTWARE: dict[tuple[int, float], int] = {
 
 
 class BreadthFirstSettings(Settings):
-    """Settings of the runs. Without a value, a run has that of the published rows."""
+    """Settings of the runs. Without a value, a run has the setting of the published rows."""
 
     maps: Annotated[int, Field(ge=2, le=10_000)] | None = Field(
         default=None, description="maps of each family, size and share of obstacles; published rows: 100"

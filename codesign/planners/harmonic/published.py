@@ -59,7 +59,7 @@ Seed = Annotated[int, Field(ge=0, lt=2**31)]
 
 
 class HarmonicSettings(Settings):
-    """Settings of the runs. Without a value, a run has that of the published rows."""
+    """Settings of the runs. Without a value, a run has the setting of the published rows."""
 
     labyrinth_seeds: tuple[Seed, ...] | None = Field(
         default=None,

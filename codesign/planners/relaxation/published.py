@@ -35,7 +35,7 @@ MISPRINT = MAM_FINE[-1]
 
 
 class RelaxationSettings(Settings):
-    """Settings of the runs. Without a value, a run has that of the published rows."""
+    """Settings of the runs. Without a value, a run has the setting of the published rows."""
 
     sor_omegas: tuple[Annotated[float, Field(gt=1, lt=2)], ...] | None = Field(
         default=None,

@@ -45,7 +45,7 @@ TABLE_II, TABLE_III = _by_robots("Table II", "cycles"), _by_robots("Table III", 
 
 
 class VelocityObstacleSettings(Settings):
-    """Settings of the runs. Without a value, a run has that of the published rows."""
+    """Settings of the runs. Without a value, a run has the setting of the published rows."""
 
     seeds: Annotated[int, Field(ge=1, le=1_000)] | None = Field(
         default=None, description="seeds of each arrangement and number of robots; published rows: 20"

@@ -19,7 +19,7 @@ SampleName = Literal["rooms of 24", "rooms of 40", "corridors of 16", "corridors
 
 
 class WavefrontSettings(Settings):
-    """Settings of the runs. Without a value, a run has that of the published rows."""
+    """Settings of the runs. Without a value, a run has the setting of the published rows."""
 
     maps: tuple[SampleName, ...] | None = Field(
         default=None, min_length=2, max_length=5, description="maps, two or more; published rows: all five"

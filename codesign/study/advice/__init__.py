@@ -106,7 +106,7 @@ def advise(
 
 
 def _confirmed(laboratory: Laboratory, candidate: Candidate, design: Design | None) -> Certainty:
-    """How sure the recommendation is, by a run of its design, which has to come to the figures of its trial.
+    """The certainty of the recommendation, by a run of its design, which has to come to the figures of its trial.
 
     Raises:
         RunError: it comes to others.
@@ -125,7 +125,7 @@ def _confirmed(laboratory: Laboratory, candidate: Candidate, design: Design | No
 
 
 def _of_next(laboratory: Laboratory, best: Mapping[str, Candidate], cheaper: Sequence[BoardAdvice]) -> Certainty | None:
-    """How sure it is that the next cheaper board does not suffice; None where that is no matter of its figures."""
+    """The certainty that the next cheaper board does not suffice; None if that is no matter of its figures."""
     if not cheaper or {short.need for short in cheaper[0].shortfalls} != {"rate"}:
         return None
     candidate = best[cheaper[0].board]
@@ -133,7 +133,7 @@ def _of_next(laboratory: Laboratory, best: Mapping[str, Candidate], cheaper: Seq
 
 
 def _left(findings: Findings) -> tuple[str, ...]:
-    """What the budget did not reach: planner, style and precision, with the boards."""
+    """The chains that the budget did not reach: planner, style and precision, with the boards."""
     groups: dict[str, list[str]] = {}
     for candidate in findings.left:
         bits = f" at {candidate.bits} bits and more" if candidate.bits else ""

@@ -95,7 +95,7 @@ def advice_schema() -> dict[str, Any]:
 
 
 def judged(boards: Sequence[Board], findings: Findings, needs: Needs) -> tuple[list[BoardAdvice], dict[str, Candidate]]:
-    """What every board comes to, best first, and the candidate of its best design by its name."""
+    """The advice on every board, best first, and the candidate of its best design by its name."""
     advice, best = [], {}
     left = {candidate.board.name for candidate in findings.left}
     for board in boards:

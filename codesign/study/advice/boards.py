@@ -27,7 +27,7 @@ class Board:
 
     @property
     def price_usd(self) -> float | None:
-        """Its price, with that of the computer beside it; None where the platforms do not declare both."""
+        """Its price, with the price of the computer beside it; None if the platforms do not declare both."""
         prices = self._prices
         return None if prices is None else sum(float(price.value) for price in prices)
 
@@ -41,7 +41,7 @@ class Board:
 
     @property
     def _prices(self) -> list[Figure] | None:
-        """Its own price, and that of the computer beside it."""
+        """Its own price, and the price of the computer beside it."""
         prices = [board.price for board in self._sold]
         known = [price for price in prices if price is not None]
         return known if prices and len(known) == len(prices) else None
@@ -56,9 +56,9 @@ class Board:
 
     @cached_property
     def input_idle_w(self) -> tuple[float, float, float] | None:
-        """The power at its input while it waits, with that of the computer beside it: value, least and greatest, W.
+        """The power at its input while it waits, with the computer beside it: value, least and greatest, W.
 
-        The greatest is that of the work that was measured too. None where it is not declared for both.
+        The greatest is of the work that was measured too. None if it is not declared for both.
         """
         powers = [board.power for board in self._sold]
         known = [power for power in powers if power is not None]

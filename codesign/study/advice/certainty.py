@@ -1,4 +1,4 @@
-"""How sure an answer is: whether a design meets the needs at every value inside the intervals of its figures."""
+"""The certainty of an answer: if a design meets the needs at every value inside the intervals of its figures."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from codesign.system.verdicts.fits import ends_text
 
 
 class Certainty(ResultModel):
-    """How sure it is that a design meets the needs, or that it does not."""
+    """The certainty that a design meets the needs, or that it does not."""
 
     time_low_s: float | None = Field(description="least time of a plan inside all intervals, s")
     time_high_s: float | None = Field(description="greatest, s")
@@ -32,7 +32,7 @@ class Certainty(ResultModel):
 
 
 def certainty_of(result: Result, board: Board, needs: Needs) -> Certainty:
-    """How sure it is that the design of a result meets the needs on a board. Mean power: see ``power_interval``."""
+    """The certainty that the design of a result meets the needs on a board. Mean power: see ``power_interval``."""
     trial = trial_of(result)
     power = power_interval(trial, board, needs)
     rate, fit = need_verdict(result, WORST_TIME, needs.period_s), fit_verdict(result)

@@ -36,7 +36,7 @@ _OPTIONS = {
 
 
 class Needs(ResultModel):
-    """What is asked of a board. A limit that is None is not asked for."""
+    """The needs that a board has to meet. A limit that is None is not asked for."""
 
     rate_hz: float = Field(description="plans a second, Hz")
     power_w: float | None = Field(default=None, description="most mean power at that rate, W")

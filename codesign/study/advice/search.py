@@ -36,10 +36,10 @@ Tried = tuple[Candidate, Trial]
 
 @dataclass
 class Findings:
-    """What a search found.
+    """The findings of a search.
 
     ``tried``: the designs of each board by its name. ``left``: the first design of each chain that the budget did not
-    reach. ``simulated``, ``kept``: how many trials were computed, and how many came from the cache.
+    reach. ``simulated``, ``kept``: the number of trials that were computed, and of those that came from the cache.
     """
 
     tried: dict[str, list[Tried]]

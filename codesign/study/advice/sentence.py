@@ -24,9 +24,9 @@ def verdict(
     *,
     complete: bool = True,
 ) -> str:
-    """The answer. ``boards``: best first. ``alone``: see ``met_alone``. The certainties are those of ``Advice``.
+    """The answer. ``boards``: best first. ``alone``: see ``met_alone``. The certainties are as in ``Advice``.
 
-    ``complete``: whether every design was searched. If not, "no board suffices" would say more than is known.
+    ``complete``: True if every design was searched. If not, "no board suffices" would say more than is known.
     """
     best = boards[0]
     if certainty is None or best.design is None:
@@ -73,7 +73,7 @@ def design_text(design: Design) -> str:
 
 
 def margin_text(board: BoardAdvice) -> str:
-    """How many times faster than asked, in words that end before the rate: ``8 times faster than``."""
+    """The factor by which it is faster than asked, in words that end before the rate: ``8 times faster than``."""
     assert board.margin is not None, "a design that suffices was run"
     return f"{board.margin:.3g} times faster than" if board.margin >= 1.05 else "just as fast as"
 
@@ -84,7 +84,7 @@ def rate_text(needs: Needs) -> str:
 
 
 def shortfall_text(short: Shortfall, needs: Needs) -> str:
-    """What keeps a design from sufficing, and by how much."""
+    """The fault that keeps a design from sufficing, and its size."""
     if short.demand is None:
         return short.name if short.need == "refused" else f"its {short.name} is not known"
     demand, limit = amount(short.demand, short.unit), amount(short.limit, short.unit)

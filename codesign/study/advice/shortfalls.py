@@ -29,7 +29,7 @@ def mean_power(trial: Trial, board: Board, needs: Needs) -> float | None:
 
 
 def input_power(trial: Trial, board: Board, needs: Needs) -> float | None:
-    """Mean power at the input of a board, W: measured while it waits, and what a plan adds to that of components."""
+    """Mean power at the input of a board, W: measured while it waits, and what a plan adds to its components' power."""
     power, idle = mean_power(trial, board, needs), board.input_idle_w
     if idle is None:
         return None
@@ -37,10 +37,10 @@ def input_power(trial: Trial, board: Board, needs: Needs) -> float | None:
 
 
 def power_interval(trial: Trial, board: Board, needs: Needs) -> tuple[float, float] | None:
-    """Bounds of the mean power at the input inside all intervals, W; without such a figure those of the components.
+    """Bounds of the mean power at the input inside all intervals, W; without such a figure, of the components' power.
 
     A component draws no less while it works than while it waits: so the least belongs to the quickest plan, the most
-    to the slowest one. Of components alone the upper bound is infinite, as they are a part of a board. None where
+    to the slowest one. Of components alone the upper bound is infinite, as they are a part of a board. None if
     energy or time has no interval.
     """
     ends = trial.time_low_s, trial.time_high_s, trial.energy_low_j, trial.energy_high_j
@@ -75,13 +75,13 @@ def shortfalls_of(trial: Trial, board: Board, needs: Needs) -> tuple[Shortfall, 
 
 
 def may_suffice(trial: Trial, board: Board, needs: Needs) -> str:
-    """Why a design that falls short may suffice inside the intervals; "" where it falls short at every value."""
+    """The reason why a design that falls short may suffice inside the intervals; "" if it falls short everywhere."""
     whys = [_may(short, trial, board, needs) for short in shortfalls_of(trial, board, needs)]
     return "; ".join(dict.fromkeys(whys)) if all(whys) else ""
 
 
 def _may(short: Shortfall, trial: Trial, board: Board, needs: Needs) -> str:
-    """Why a need may be met inside the intervals; "" where it is not."""
+    """The reason for which a need may be met inside the intervals; "" if it is not."""
     if short.need == "fit":
         return f"whether it fits depends on {trial.may_fit}" if trial.may_fit else ""
     if short.need in {"arrive", "refused"}:

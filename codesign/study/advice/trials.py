@@ -43,7 +43,7 @@ _NEED_OF: dict[str, Need] = {"quality": "arrive"}
 
 
 class Shortfall(ResultModel):
-    """What keeps a design from sufficing: ``demand`` passes ``limit``."""
+    """The fault that keeps a design from sufficing: ``demand`` passes ``limit``."""
 
     need: Need = Field(
         description="the need that excludes it: the rate, the power, the price; starts that do not arrive; a resource,"
@@ -61,7 +61,7 @@ class Shortfall(ResultModel):
 
     @property
     def ratio(self) -> float:
-        """How many times the limit the demand is; infinite where there is no limit to speak of."""
+        """The demand over the limit; infinite if there is no limit to speak of."""
         if self.demand is None:
             return math.inf
         large, small = (self.limit, self.demand) if self.need == "arrive" else (self.demand, self.limit)
@@ -82,7 +82,7 @@ class Use(ResultModel):
 
 
 class Trial(ResultModel):
-    """What a design comes to, whatever is asked of it. Figures that only a run gives are None where it was not run."""
+    """The figures of a design, whatever is asked of it. Figures that only a run gives are None if it was not run."""
 
     clock_hz: int | None = Field(
         default=None, description="the clock that the fabric was lowered to, as the design is too slow for its own"
@@ -199,7 +199,7 @@ def clock_of(candidate: Candidate) -> int:
 
 
 def trial_of(result: Result) -> Trial:
-    """What a result comes to."""
+    """The trial of a result: its figures, whatever is asked of it."""
     uses = [Use(resource=use.resource, demand=use.demand, budget=use.budget) for use in result.resources]
     quality = result.quality
     starts, arrived = (quality.starts, quality.starts_arrived) if isinstance(quality, Quality) else (0, 0)

@@ -3,7 +3,7 @@
 The tool is recognised by the content of a file, never by its name.
 
 The parsers of edalize (0.6.8: Vivado, ISE, Quartus) give tables without the head of a report, without lines and without
-power, and need pandas and pyparsing. So these readers are our own; a test holds them against those of edalize.
+power, and need pandas and pyparsing. So these readers are our own; a test holds them against the ones of edalize.
 """
 
 from __future__ import annotations
@@ -65,6 +65,6 @@ def _unknown(text: Text) -> SpecError:
 
 
 def _is_foreign(line: str) -> bool:
-    """True if most letters of a line are not those of English."""
+    """True if most letters of a line are not English ones."""
     letters = [mark for mark in line if mark.isalpha()]
     return sum(mark > "\x7f" for mark in letters) * 2 > len(letters)

@@ -139,7 +139,7 @@ def _used(text: Text) -> dict[str, Reading]:
 
 
 def _clocks(text: Text) -> tuple[ClockReading, ...]:
-    """Of each constraint on a period: 1 / the minimum period; without any, that of the design statistics."""
+    """Of each constraint on a period: 1 / the minimum period; without any, the clock of the design statistics."""
     clocks, name, constraint = [], "", None
     for line, match in text.all(
         r'^Timing constraint:.*PERIOD TIMEGRP\s*(".*)?$|^"(\S+)"|^ *Minimum period is *([\d.]+)ns'

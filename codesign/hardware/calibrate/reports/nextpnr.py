@@ -1,4 +1,4 @@
-"""What nextpnr writes: its ``--report`` as JSON, and its log.
+"""The output of nextpnr: its ``--report`` as JSON, and its log.
 
 Neither names the part, the version or the top: the design is named beside it, by its manifest or by the user.
 """
@@ -106,7 +106,7 @@ def _number(text: Text, name: str, entry: Any, key: str) -> float:
 
 
 def _of_log(text: Text) -> tuple[dict[str, Reading], tuple[ClockReading, ...]]:
-    """The sites, and of each clock the last frequency, which is that of the routed design."""
+    """The sites, and of each clock the last frequency, which the routed design has."""
     if not text.has("Program finished normally"):
         raise text.cut_off("'Program finished normally'")
     begin = text.find(r"^(?:Info: )?Device utilisation:")

@@ -1,7 +1,7 @@
 """Reports of Quartus.
 
 The fitter writes ``.fit.rpt`` and ``.fit.summary``, the timing analyzer ``.sta.rpt``, the power analyzer ``.pow.rpt``
-and ``.pow.summary``. Block RAMs are those of the part: M9K, M10K or M20K. A part of today has no LUT of four inputs:
+and ``.pow.summary``. Block RAMs are as on the part: M9K, M10K or M20K. A part of today has no LUT of four inputs:
 its ALUT count as LUT.
 """
 
@@ -102,7 +102,7 @@ def _check_contents(text: Text) -> None:
 
 
 def _named(text: Text) -> dict[str, tuple[str, int]]:
-    """What stands beside each name, in tables of two columns and in summaries; the first of a name."""
+    """The text beside each name, in tables of two columns and in summaries; the first of a name."""
     named: dict[str, tuple[str, int]] = {}
     for line, match in text.all(r"^(?:;\s*(\S[^;]*?)\s*;\s*([^;]*?)\s*;|([A-Z][^:;]*?)\s*:\s*(.*?))\s*$"):
         name = match.group(1) or match.group(3)

@@ -1,7 +1,7 @@
-"""What a report of a synthesis or place-and-route tool says, in the terms of the laws.
+"""The contents of a report of a synthesis or place-and-route tool, in the terms of the laws.
 
 Resources are counted as the laws count them: LUT (``lut4``; a LUT of six inputs counts as one), flip-flops, block RAMs
-of 18 kbit (one of 36 counts as two), multipliers of about 18 × 18 bits. ``slices`` are those of the tool. The part file
+of 18 kbit (one of 36 counts as two), multipliers of about 18 × 18 bits. ``slices``: as the tool counts. The part file
 says how many of them the laws count in one (``PartFile.resources.counted_a_slice``).
 """
 
@@ -13,7 +13,7 @@ from enum import IntEnum
 
 
 class Stage(IntEnum):
-    """How far the design had come, earliest first. A later stage takes the place of an earlier one."""
+    """The state that the design had come to, earliest first. A later stage takes the place of an earlier one."""
 
     SYNTHESISED = 0
     PLACED = 1
@@ -52,9 +52,10 @@ class ClockReading:
 
 @dataclass(frozen=True)
 class Inside:
-    """What one place of the hierarchy has by itself, without what is deeper inside.
+    """The resources of one place of the hierarchy by itself, without what is deeper inside.
 
-    ``modules``: those around it and its own, from the one below the top on; () is the top. Equal places are summed.
+    ``modules``: the path of modules to it, with its own, from the one below the top on; () is the top. Equal places are
+    summed.
     """
 
     modules: tuple[str, ...]

@@ -93,7 +93,7 @@ def read(text: Text) -> Report:
 
 
 def _stage(text: Text) -> Stage:
-    """How far the design had come.
+    """The stage that the design had come to.
 
     A report says it itself, or by the delays of the nets on its paths, or by the name of the file that it was written
     to. A timing summary that says nothing is of no routed design.
@@ -179,7 +179,7 @@ def _hierarchy(text: Text) -> tuple[dict[str, Reading], tuple[Inside, ...]]:
 
 
 def _indent(line: str) -> int:
-    """How far the first cell of a row is indented: deeper instances are indented further."""
+    """The indent of the first cell of a row: deeper instances are indented further."""
     cell = line.strip().removeprefix("|")
     return len(cell) - len(cell.lstrip())
 

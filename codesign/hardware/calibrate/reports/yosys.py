@@ -1,4 +1,4 @@
-"""What Yosys counts: the output of ``stat``, as text and as JSON, of one module or of a hierarchy.
+"""The counts of Yosys: the output of ``stat``, as text and as JSON, of one module or of a hierarchy.
 
 Cells are counted as ``rtl.cells`` counts them for ``hwsw synth``.
 """
@@ -90,9 +90,9 @@ def _of_text(text: Text) -> Modules:
 
 
 def _cells(text: Text, begin: int, end: int) -> tuple[dict[str, tuple[int, int]], set[str]]:
-    """The cells of a section, and those of them that are modules of the design.
+    """The cells of a section, and the types among them that are modules of the design.
 
-    A line is ``4  CCU2C``, in older versions ``CCU2C  4``. The sum is that of ``cells``.
+    A line is ``4  CCU2C``, in older versions ``CCU2C  4``. The sum is the line ``cells``.
     """
     cells: dict[str, tuple[int, int]] = {}
     modules: set[str] = set()
@@ -175,7 +175,7 @@ def _line_of(text: Text, name: str) -> int:
 
 
 def _places(text: Text, modules: Modules, top: str) -> tuple[Inside, ...]:
-    """What each place of the design has by itself: its cells, times its instances."""
+    """The resources of each place of the design by itself: its cells, times its instances."""
     own = {name: _own(cells, modules) for name, cells in modules.items()}
     places: dict[tuple[str, ...], dict[str, Reading]] = {}
     stack: list[tuple[str, int, tuple[str, ...]]] = [(top, 1, ())]

@@ -1,7 +1,7 @@
 """The designs that are synthesised and placed, so that laws are fitted to them and held against them.
 
-``python -m benchmarks.measure`` writes their rows. ``designs/ROOM.py`` has those of a room: ``RESOURCES``, a sequence
-of ``Design``, ``CLOCKS``, a sequence of ``Placed``, and ``ACTIVITIES``, of ``Design``. Any may be missing.
+``python -m benchmarks.measure`` writes their rows. ``designs/ROOM.py`` has the designs of a room: ``RESOURCES``, some
+``Design``, ``CLOCKS``, some ``Placed``, and ``ACTIVITIES``, some ``Design``. Any may be missing.
 """
 
 from __future__ import annotations
@@ -97,7 +97,7 @@ def circuit_of(room: str, design: Design) -> CircuitStyle:
 
 
 def job_of(room: str, design: Design, part: Part | None = None) -> Job[Any, Any]:
-    """What circuit and laws of a design are asked about, on a part."""
+    """The job that circuit and laws of a design are asked about, on a part."""
     planner = catalog.planners()[room]
     parameters = planner.tasks[planner.planning_task].model_validate(design.parameters)
     if not design.task:

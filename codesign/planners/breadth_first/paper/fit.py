@@ -1,6 +1,6 @@
 """Fits to the tables of Vacariu et al. (2008): the maps and the circuit, then the cost of the program.
 
-The circuit: a family of maps for the rows of 25 %, another for those of 50 %, the micro-architecture, and the states
+The circuit: a family of maps for the rows of 25 %, another for the rows of 50 %, the micro-architecture, and the states
 that were timed. They are chosen together for the smallest mean relative error on three rows of Table 2. Two rows of
 Table 2 are held out, and so are the same rows of Table 3. There are hundreds of candidates for three numbers. So this
 is a calibration: it shows what the rows may have been, not that they were.

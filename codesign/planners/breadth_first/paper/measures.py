@@ -1,4 +1,4 @@
-"""What rows.yaml asks for, of Vacariu et al. (2008): times on the maps that explain them best, and memory."""
+"""The measures of rows.yaml, of Vacariu et al. (2008): times on the maps that explain them best, and memory."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class MapRuns(Runs[BreadthFirstSettings]):
         return fit(self.quick, self.progress, self.settings.maps)
 
     def of(self, place: str, use: Use | None = None) -> list[Row]:
-        """The rows of a table, or those of them with this use."""
+        """The rows of a table, or the rows of it with this use."""
         return [row for row in self.rows if row.table == place and use in {None, row.use}]
 
 
@@ -196,7 +196,7 @@ def explanation(runs: MapRuns, _case: Case) -> Words:
 
 @measure
 def scatter(runs: MapRuns, _case: Case) -> Words:
-    """How far the popped cells of one map lie from their mean."""
+    """The deviation of the popped cells of one map from their mean."""
     popped = runs.chosen.sample(30, 0.25).popped
     deviation, mean = float(popped.std()), float(popped.mean())
     return {"deviation": float(popped.std() / popped.mean()), "holds": deviation > 0.3 * mean}
@@ -260,7 +260,7 @@ def refreshes(runs: MapRuns, _case: Case) -> Words:
 
 @measure
 def java_against_circuit(runs: MapRuns, _case: Case) -> Words:
-    """The rows of 25 % over those of 50 % at 100×100: Java times, and popped cells."""
+    """The rows of 25 % over the rows of 50 % at 100×100: Java times, and popped cells."""
     ratio = published.SOFTWARE[100, 0.25] / published.SOFTWARE[100, 0.5]
     sparse, dense = (runs.chosen.sample(100, share).popped.mean() for share in (0.25, 0.5))
     return {"ratio": ratio, "popped": sparse / dense, "holds": sparse / dense < 0.5 * ratio}

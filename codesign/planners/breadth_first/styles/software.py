@@ -89,7 +89,7 @@ class Software(HostStyle):
         return (({},),)
 
     def kernels(self, _job: Job[Problem, SearchParameters]) -> tuple[str, ...]:
-        """Those of popped cells and of the map; of the compiled search also that of the cells beside walls."""
+        """The kernels of popped cells and of the map; of the compiled search also for the cells beside walls."""
         return (self.kernel, MAP_KERNEL) if self._java else (self.kernel, MAP_KERNEL, WALL_KERNEL)
 
     def demand(self, job: Job[Problem, SearchParameters]) -> Demand:

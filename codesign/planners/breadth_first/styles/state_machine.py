@@ -136,7 +136,7 @@ class StateMachine(Architecture):
         """Phases ``init``, ``bf`` and ``path``; with ``detail`` a unit of ``bf`` is a popped cell.
 
         State Path is the task ``track``; a search for a field ends with the empty queue. Every search begins anew:
-        ``start`` changes nothing. The addresses are those of the search alone. A display that reads the same memory is
+        ``start`` changes nothing. The addresses are those that a search makes. A display that reads the same memory is
         a component of its own.
         """
         problem, parameters, external = job.problem, job.parameters, job.external

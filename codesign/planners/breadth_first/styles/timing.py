@@ -102,7 +102,7 @@ def total_cycles(shape: tuple[int, int], popped: int, path_steps: int, parameter
 def registers(
     shape: tuple[int, int], address: Address, *, shown: bool = False, short: bool = False, external: bool = False
 ) -> Registers:
-    """What the clock of an engine depends on: its address and its cells. All micro-architectures are as fast.
+    """The variables of the clock of an engine: its address and its cells. All micro-architectures are as fast.
 
     A linear address is added up; one side by side is put together. Options: a display, a queue of fewer words than
     the map has cells, memories outside.

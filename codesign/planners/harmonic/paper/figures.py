@@ -143,7 +143,7 @@ class StillBlocks:
 def still_blocks(
     sides: Sequence[int], consecutive: Sequence[int], seeds: Sequence[int], progress: Progress
 ) -> StillBlocks:
-    """Figure 5: iterations of the synchronous run over those of the block-synchronous one, mean over labyrinths."""
+    """Figure 5: iterations of the synchronous run over block-synchronous iterations, mean over labyrinths."""
     places = [labyrinth(seed) for seed in seeds]
     references = [_relaxed(place, LABYRINTH_PRECISION, 1, WHOLE_MAP_ITERATIONS, "sound") for place in places]
     series = []

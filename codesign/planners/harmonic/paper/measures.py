@@ -1,4 +1,4 @@
-"""What rows.yaml asks for, of Girau et al. (2008): laws of the circuit, speed, estimates, Figures 3 to 6."""
+"""The measures of rows.yaml, of Girau et al. (2008): laws of the circuit, speed, estimates, Figures 3 to 6."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ SOON = 0.2
 MET = 0.2
 """The largest error with which the model meets a row."""
 LAWS = {"Table 1", "Table 2", "Table 3", "Section 1", "Section 4.5.2", "Section 5.4"}
-"""Where the rows stand that laws answer, not counts of runs."""
+"""The places of the rows that laws answer, not counts of runs."""
 DEPTH = 1024
 """Words of a block RAM of 18 bits."""
 
@@ -51,7 +51,7 @@ class HarmonicRuns(Runs[HarmonicSettings]):
 
     @property
     def magnifications(self) -> tuple[int, ...]:
-        """How much the environments are magnified."""
+        """The factors by which the environments are magnified."""
         return (1, 2, 4) if self.quick else (1, 2, 3, 4, 6, 8)
 
     @property
@@ -159,7 +159,7 @@ def depth(_runs: HarmonicRuns, case: Case) -> Words:
 
 @measure
 def block_rams(_runs: HarmonicRuns, case: Case) -> Words:
-    """Block RAMs of a large block, against those of a part."""
+    """Block RAMs of a large block, against the block RAMs of a part."""
     need = resources.totals(resources.Machine(case.rows, case.columns, 63), "Virtex-4")["block_rams"]
     fits = need <= case.budget
     return {"value": need, "missing": need - case.budget, "verdict": "fits" if fits else "does not fit"}
@@ -255,7 +255,7 @@ def gain_below_2(runs: HarmonicRuns, case: Case) -> Words:
 
 @measure
 def shorter_iterations(runs: HarmonicRuns, _case: Case) -> Words:
-    """Iterations in blocks over those of the synchronous run."""
+    """Iterations in blocks over the iterations of the synchronous run."""
     ratios = [run.iteration_ratio for run in runs.speed]
     holds = fmean(1 / ratio for ratio in ratios) < fmean(run.gain for run in runs.speed)
     return {"least": min(ratios), "most": max(ratios), "holds": holds}
@@ -455,14 +455,14 @@ def spread_of_curve(_runs: HarmonicRuns, case: Case) -> Words:
 
 @measure
 def level_soon(runs: HarmonicRuns, _case: Case) -> Words:
-    """Where Î/I comes to its level."""
+    """The shares at which Î/I comes to its level."""
     begins = [plateau(series)[0] for series in runs.shares]
     return {"earliest": min(begins), "latest": max(begins), "holds": max(begins) <= SOON}
 
 
 @measure
 def level_left(runs: HarmonicRuns, _case: Case) -> Words:
-    """Where Î/I leaves its level."""
+    """The shares at which Î/I leaves its level."""
     ends = [plateau(series)[1] for series in runs.shares]
     return {"earliest": min(ends), "latest": max(ends), "holds": min(ends) < 1}
 

@@ -48,7 +48,7 @@ class Measurement:
     """One maze under one schedule and termination.
 
     ``speed_up``: flat software time over circuit time. ``gain``: the circuit with synchronous iterations
-    at full precision over the circuit as published. ``iteration_ratio``: block iterations over those of
+    at full precision over the circuit as published. ``iteration_ratio``: block iterations over the iterations of
     the synchronous run, both per block.
     """
 

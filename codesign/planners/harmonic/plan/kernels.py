@@ -53,7 +53,7 @@ from codesign.planners.harmonic.plan.layout import LANES
 from codesign.planners.harmonic.plan.visits import trim, visit_block
 
 CALLED = ("borders", "lanes", "layout", "planes", "visits")
-CALLED_DIGEST = "3eaddb90b9f76595"
+CALLED_DIGEST = "38af34f02e3233e5"
 
 RUNNING, CONVERGED, GROW, CYCLE = range(4)
 POSITION, DONE_ITERATIONS, UNSETTLED, SWEEPS, POWER, SINCE = range(6)

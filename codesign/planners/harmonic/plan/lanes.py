@@ -107,7 +107,7 @@ def zeros(typing_context):
 
 @intrinsic
 def any_bit(typing_context, lanes):
-    """Whether any bit is set."""
+    """True if any bit is set."""
 
     def generate(context, builder, signature, arguments):
         # Eight comparisons become one byte with a bit a lane, and that is compared with 0: a mask register, no loop.

@@ -180,12 +180,12 @@ def segment_words(layout: Layout) -> tuple[np.ndarray, np.ndarray]:
 
 @lru_cache(maxsize=64)
 def _fixed(layout: Layout) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """What every state of a layout shares, whatever its planes: ``sides``, ``begin`` and ``end``."""
+    """The arrays that every state of a layout shares, whatever its planes: ``sides``, ``begin`` and ``end``."""
     return _side_planes(layout), *segment_words(layout)
 
 
 def _side_planes(layout: Layout) -> np.ndarray:
-    """The nodes that gains go to: those of the west to the last column, of the north to the last row."""
+    """The nodes that gains go to: gains of the west to the last column, of the north to the last row."""
     planes = _aligned(4 * layout.plane)
     rows, columns = layout.block_rows, layout.block_columns
     bits = planes.view(np.uint8).reshape(4, -1)
@@ -203,7 +203,7 @@ def _side_planes(layout: Layout) -> np.ndarray:
 
 
 def better_transposed(block: tuple[int, int]) -> bool:
-    """Whether a block takes fewer vectors with its rows along the words.
+    """True if a block takes fewer vectors with its rows along the words.
 
     >>> better_transposed((36, 66)), better_transposed((96, 48))
     (True, False)

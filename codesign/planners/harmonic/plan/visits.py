@@ -180,7 +180,7 @@ def trim(layout, state, block, signed):
 
 @njit(nogil=True)
 def _steps_made(layout, state, count):
-    """How many iterations of a turn of ``count``, after which the block is settled, changed something."""
+    """The number of iterations that changed something in a turn of ``count``, after which the block is settled."""
     for made in range(1, count):
         slot, stepped = state.ring + (made - 1) * layout.planes * layout.plane * WORD_BYTES, False
         for segment in range(layout.segments):

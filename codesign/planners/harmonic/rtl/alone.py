@@ -39,7 +39,7 @@ class DecisionCircuit(CircuitStyle):
     laws = ALONE
 
     def circuit(self, job: RelaxJob) -> Circuit:
-        """The circuit for a map and the last precision. The field is that of ``job.plan``, or is planned here."""
+        """The circuit for a map and the last precision. The field is ``job.plan``'s, or is planned here."""
         rows, columns = job.problem.shape
         last = job.parameters.precisions[-1]
         bits = stream_bits(rows, columns, last)
@@ -90,7 +90,7 @@ def stream_words(job: RelaxJob) -> Iterator[int]:
 
 
 def field_words(field: Field) -> Iterator[int]:
-    """A word for each five columns of a row: bit k is that of memory k; plane by plane, the lowest bit first."""
+    """A word for each five columns of a row: bit k is for memory k; plane by plane, the lowest bit first."""
     rows, columns = field.shape
     groups = field_groups(columns)
     limbs = np.zeros((rows, 5 * groups, field.limbs.shape[2]), np.uint64)

@@ -1,4 +1,4 @@
-"""What the model says of a run of the circuit: values from the plan, cycles from ``timing``."""
+"""The run of the circuit that the model expects: values from the plan, cycles from ``timing``."""
 
 from __future__ import annotations
 

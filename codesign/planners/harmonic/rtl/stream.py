@@ -37,7 +37,7 @@ def stream_bits(job: Job[Problem, RelaxParameters]) -> int:
 
 
 def stream_words(job: Job[Problem, RelaxParameters]) -> Iterator[int]:
-    """The words of the load stream: those of each block, then the position of the robot."""
+    """The words of the load stream: the words of each block, then the position of the robot."""
     problem, parameters = job.problem, job.parameters
     height, width = parameters.block_shape(*problem.shape)
     down, across = parameters.block_grid(*problem.shape)

@@ -130,7 +130,7 @@ def _demand(shape: tuple[int, int], machine: resources.Machine, precisions: tupl
 
 
 def machine_of(job: Job[Problem, RelaxParameters]) -> resources.Machine:
-    """What the resources of a design depend on."""
+    """The variables that the resources of a design depend on."""
     parameters, shape = job.parameters, job.problem.shape
     return resources.Machine(
         *parameters.block_shape(*shape),

@@ -20,7 +20,7 @@ WORD = 63
 
 SIDES = (8, 12, 16, 24, 32, 48, 64, 96, 128)
 MOST_BLOCKS = 3
-"""How many blocks are tried, the largest that fit. All parts share the sides, so that they share the stages too."""
+"""The number of blocks that are tried, the largest that fit. All parts share the sides, so also the stages."""
 
 VISITS = (8, 32)
 """Most iterations of a visit."""

@@ -1,4 +1,4 @@
-"""What a block is built of: clusters, borders, OR trees, and the words of their memories."""
+"""The parts of a block: clusters, borders, OR trees, and the words of their memories."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def memories(rows: int, columns: int, down: int, across: int) -> int:
 
 
 def tree_widths(rows: int, columns: int, pipeline: int = 0) -> list[int]:
-    """Registers of each stage of an OR tree over a block, but those of its last stage and of the clusters.
+    """Registers of each stage of an OR tree over a block, without the registers of its last stage and of the clusters.
 
     >>> tree_widths(6, 12), tree_widths(48, 96), tree_widths(48, 96, 1)
     ([], [16], [16])

@@ -33,9 +33,9 @@ def _short(machine: Machine, part: Part) -> list[str]:
 
 
 def largest_block(machine: Machine, part: Part) -> Shape | None:
-    """The largest block of about the same proportions, up to that of ``machine``, that fits the part with borders.
+    """The largest block of about the same proportions, up to the block of ``machine``, that fits the part with borders.
 
-    None: not even one node. Demand never falls as a block grows.
+    None if not even one node fits. Demand never falls as a block grows.
     """
     blocks = [_scaled(machine.block, rows) for rows in range(1, machine.rows + 1)]
     return largest(blocks, lambda block: fits(_with_block(machine, block), part))
@@ -78,7 +78,7 @@ def resource_levers(
 
 
 def _last_within(machine: Machine, part: Part, slices: float) -> int | None:
-    """The last precision below that of the machine that so many slices hold."""
+    """The last precision below the machine's that so many slices hold."""
 
     def fits(last: int) -> bool:
         return totals(replace(machine, last=last), part.family)["slices"] <= slices

@@ -2,7 +2,7 @@
 
 The design of the paper, without a pipeline on a Virtex-II or Virtex-4, has what the paper published of it. N nodes and
 their array are exact on Tables 1 and 3: the constants of the array control are Table 3 less N times Table 1. Table 2
-has 2 LUT and 1 slice more than 18 nodes and is held out. The slices of control, decision and border logic are those of
+has 2 LUT and 1 slice more than 18 nodes and is held out. The slices of control, decision and border logic are from
 section 5.4. All else is what synthesis counts of the RTL of this package: ``planners/harmonic/measured/laws.yaml``.
 The OR trees take no slice of their own: a node leaves 4 of the 26 LUT of its 13 slices free, and the trees need less
 than one.
@@ -52,7 +52,7 @@ itself."""
 
 @dataclass(frozen=True)
 class Machine:
-    """What the resources of the circuit depend on.
+    """The variables that the resources of the circuit depend on.
 
     A block of ``rows`` × ``columns`` nodes; ``down`` × ``across`` blocks, where the borders of one block alone have no
     memories; ``last``: the precision of the last of ``stages`` stages; whether it has its decision module;

@@ -57,7 +57,7 @@ class Software(HostStyle):
         return limbs_needed(precision) if self._limbs else 1
 
     def designs(self, _job: Job[Problem, Any]) -> Designs:
-        """The whole map as one block, at rising precisions. At one unit an update, they end at those of a word."""
+        """The whole map as one block, at rising precisions, which end with a word at one unit an update."""
         return host_designs(LAST[-1] if self._limbs else WORD)
 
     def bytes_a_cell(self, job: Job[Problem, RelaxParameters]) -> Figure:

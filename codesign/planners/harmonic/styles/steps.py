@@ -95,7 +95,7 @@ class StageRuns:
         return "harmonic stage", *self._partition(), termination, digest, self.below, precision, promoted
 
     def _shared(self, precision: int, start: Field | None, standing: _Standing) -> StageSums:
-        """A stage that the memo does not hold. It may put that of the other termination there."""
+        """A stage that the memo does not hold. It may put the stage of the other termination there."""
         promoted = self.parameters.promote_after.get(precision) is not None
         both = standing.published and self.below and not promoted
         sound = self.parameters.termination is Termination.SOUND
@@ -116,7 +116,7 @@ class StageRuns:
         return sums
 
     def _both(self, engine: Engine, precision: int, start: Field | None, published: StageSums) -> StageSums:
-        """The stage of the termination that is asked about; that of the other one is put into the memo.
+        """The stage of the termination that is asked about; the other one's is put into the memo.
 
         ``published``: the published stage, at the end of which the engine stands.
         """
@@ -260,7 +260,7 @@ class _Run:
         return remaining_precisions(self.parameters.precisions, self.start)
 
     def track(self) -> Track:
-        """How far the relaxation is: a stage takes about as long as it has bits."""
+        """The progress of the relaxation: a stage takes about as long as it has bits."""
         return plan_track("bits of all stages", sum(self.precisions))
 
 

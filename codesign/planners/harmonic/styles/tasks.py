@@ -67,7 +67,7 @@ class DecisionModule(TaskStyle):
         return Demand(items=(slices, *logic, field))
 
     def clock_limit(self, job: Job[Problem, RelaxParameters]) -> Figure:
-        """The fastest published clock of a design with the module, that of the largest block, Hz. Assumed."""
+        """The fastest published clock of a design with the module, the clock of the largest block, Hz. Assumed."""
         shown = published.BLOCK.clock
         ram = job.chip.block_ram_clock
         source = f"{published.PAPER}, Table 3: the design that the module is a part of; by itself it may be faster"
@@ -106,7 +106,7 @@ class SparseSolve(HostTask):
     """A unit for each free cell: factors, refinement and certificate together. The growth of factors is left out.
 
     The bound is at the last precision of the schedule, where relaxing from it is fastest: docs/replanning.md. So one
-    stage is run. Its bits are those of a restart that runs its schedule to the end. With
+    stage is run. Its bits are the bits of a restart that runs its schedule to the end. With
     ``stop: first_without_local_maxima`` a restart may end at fewer bits.
     """
 

@@ -149,7 +149,7 @@ def field_load_cycles(shape: tuple[int, int], precision: int) -> int:
 
 
 def read_cycles(rows: int, columns: int, blocks: int, precision: int, pipeline: int = 0, digit_bits: int = 1) -> int:
-    """Cycles to read the field out: those of an iteration for each row of a block, or for 64 bits of it."""
+    """Cycles to read the field out: the cycles of an iteration for each row of a block, or for 64 bits of it."""
     passes = read_passes(rows, columns, blocks, digit_bits)
     reads = passes * iteration_cycles(precision, digit_bits)
     return PREPARATION_CYCLES + reads + stream_delay(pipeline) + 1
@@ -223,12 +223,12 @@ def clock_miss() -> float:
 def registers(
     rows: int, columns: int, pipeline: int, digit_bits: int = 1, options: frozenset[str] = frozenset()
 ) -> Registers:
-    """What the clock of a block depends on: its pipeline, its nodes, the bits of its digits, and its ``options``."""
+    """The variables of the clock of a block: its pipeline, its nodes, the bits of its digits, and its ``options``."""
     return Registers(f"relax.pipeline {pipeline}", rows * columns, math.log2(digit_bits), options)
 
 
 def options(blocks: int, *, decides: bool, sound: bool) -> frozenset[str]:
-    """What else the circuit of a block has: borders, no decision module, the published termination."""
+    """The options of the circuit of a block: borders, no decision module, the published termination."""
     words = {"several blocks": blocks > 1, "no decision module": not decides, "published termination": not sound}
     return frozenset(word for word, present in words.items() if present)
 

@@ -1,4 +1,4 @@
-"""What rows.yaml asks for, of Saudi and Sulaiman (2016): runs on an own floor plan, times by the law of cost."""
+"""The measures of rows.yaml, of Saudi and Sulaiman (2016): runs on an own floor plan, times by the law of cost."""
 
 from __future__ import annotations
 

@@ -41,8 +41,8 @@ DEFAULT_METHOD = Method.AM
 class Boundary(StrEnum):
     """The fixed values on obstacles and on goals.
 
-    The potential of ``deep_goal`` is that of ``low_goal`` times 2^1000. It has 600 decades before a value becomes 0,
-    where ``low_goal`` has 300.
+    The potential of ``deep_goal`` is the potential of ``low_goal`` times 2^1000. It has 600 decades before a value
+    becomes 0, where ``low_goal`` has 300.
     """
 
     DEEP_GOAL = "deep_goal"

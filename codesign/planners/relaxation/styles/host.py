@@ -91,7 +91,7 @@ class Host(HostStyle):
         return {} if method is Method.DIRECT else {"sweep": sweep}
 
     def kernels(self, job: Job[Problem, RelaxParameters]) -> tuple[str, ...]:
-        """The kernel of the sweeps and the search; those beside the sweeps, or that of the direct solution."""
+        """The kernel of the sweeps and the search; the kernels beside the sweeps, or of the direct solution."""
         direct = job.parameters.method is Method.DIRECT
         return self.kernel, MAP_KERNEL, *((DIRECT_KERNEL,) if direct else (DIAGONAL_KERNEL, CHECK_KERNEL))
 
@@ -160,7 +160,7 @@ def _step(phase: str, units: int, kernel: str = "") -> Step:
 
 @dataclass
 class _StageClock:
-    """The begin of the relaxation, ps: that of its first step; None until then."""
+    """The begin of the relaxation, ps, which is the begin of its first step; None until then."""
 
     begin: int | None = None
 

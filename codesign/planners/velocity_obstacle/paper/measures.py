@@ -1,4 +1,4 @@
-"""What rows.yaml asks for, of Dubey et al. (2013): tables without a simulation, and runs on the 300 × 300 map."""
+"""The measures of rows.yaml, of Dubey et al. (2013): tables without a simulation, and runs on the 300 × 300 map."""
 
 from __future__ import annotations
 
@@ -259,7 +259,7 @@ def paths(runs: RobotsRuns, _case: Case) -> Iterator[Series]:
 
 @measure
 def power_miss(_runs: RobotsRuns, _case: Case) -> Words:
-    """How the power law meets the rows that it has not seen."""
+    """The miss of the power law at the rows that it has not seen."""
     fit, miss = power.power_fit(), power.power_miss()
     return {"form": fit.form, "base": fit.base, "miss": miss, "holds": miss < 0.05}
 
@@ -308,7 +308,7 @@ def fewer_units(_runs: RobotsRuns, _case: Case) -> Words:
 
 @measure
 def six_products(_runs: RobotsRuns, case: Case) -> Words:
-    """Detection by cross product against that of Figure 6."""
+    """Detection by cross product against the detection of Figure 6."""
     crossed = module_cycles(DETECT, Unit.SERIAL, Detector.CROSS_PRODUCT)
     return {"cycles": crossed, "holds": crossed < case.detect_cycles}
 
@@ -342,13 +342,13 @@ def candidates(runs: RobotsRuns, _case: Case) -> Words:
 
 @measure
 def serial_port(runs: RobotsRuns, _case: Case) -> Words:
-    """Time to send the coordinates of eight robots, against that of an update."""
+    """Time to send the coordinates of eight robots, against the time of an update."""
     sent, computed = 8 * 4 / SERIAL_BYTES_A_SECOND, float(_cycles_of_8(runs).each.mean()) / CLOCK
     return {"sent": sent * 1e3, "update": computed * 1e6, "holds": sent > computed}
 
 
 @measure
 def reconfiguration(runs: RobotsRuns, _case: Case) -> Words:
-    """Time to configure the part, against that of an update."""
+    """Time to configure the part, against the time of an update."""
     reload, computed = CONFIGURATION_BITS / CONFIGURATION_RATE, float(_cycles_of_8(runs).each.mean()) / CLOCK
     return {"whole": reload * 1e3, "updates": reload / computed, "holds": reload > 100 * computed}

@@ -40,7 +40,7 @@ class Responsibility(StrEnum):
 
 
 class Detector(StrEnum):
-    """Which products the collision detector forms; the answer is the same."""
+    """The products that the collision detector forms; the answer is the same."""
 
     PUBLISHED = "published"
     CROSS_PRODUCT = "cross_product"

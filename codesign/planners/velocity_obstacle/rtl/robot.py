@@ -1,7 +1,7 @@
 """The circuit of one robot, the first of the workload, and what a run of it has to report.
 
 Values follow from the plan: the states of all robots before each update are the load stream, the choices and the PID
-control are those of ``plan.reference``. Cycles follow from ``styles.timing``.
+control are as in ``plan.reference``. Cycles follow from ``styles.timing``.
 """
 
 from __future__ import annotations
@@ -306,7 +306,7 @@ def _stream(job: AvoidJob, plan: Avoidance) -> Iterator[int]:
 
 @dataclass(frozen=True)
 class Decision:
-    """What robot 0 reports of an update: its ``verdicts`` on candidates, (kind, candidate) each, and two vectors."""
+    """The report of robot 0 on an update: its ``verdicts`` on candidates, (kind, candidate) each, and two vectors."""
 
     verdicts: list[tuple[int, int]]
     velocity: tuple[int, int]

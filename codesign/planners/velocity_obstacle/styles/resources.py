@@ -1,7 +1,7 @@
 """The demand of the circuits: lines by unit, as functions of style, number of robots, width and options.
 
 Units, states and rest
-    Multipliers, LUTs and flip-flops are those of the RTL of this package: ``multipliers``, and
+    Multipliers, LUTs and flip-flops follow from the RTL of this package: ``multipliers``, and
     ``planners/velocity_obstacle/measured/laws.yaml``.
 
 Table I
@@ -294,7 +294,7 @@ def structure(style: Style, robots: int, parameters: AvoidParameters) -> dict[st
 
 
 def halvings(parameters: AvoidParameters) -> int:
-    """How often the selector halves an octant: its directions // 8 bounds part it into as many directions and one."""
+    """The number of times that the selector halves an octant: directions // 8 bounds part it into as many and one."""
     return math.ceil(math.log2(parameters.directions // 8 + 1))
 
 
@@ -303,7 +303,7 @@ def items(
 ) -> tuple[Line, ...]:
     """All lines of the demand.
 
-    ``constants``: the constant factors, as ``multipliers`` has them; without them a line is that of the largest.
+    ``constants``: the constant factors, as ``multipliers`` has them; without them a line is for the largest.
     """
     circuit = {**structure(style, robots, parameters), **(constants or {})}
     rest = rest_style(style, units_of(style, robots, parameters))

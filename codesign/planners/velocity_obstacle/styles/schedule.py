@@ -30,7 +30,7 @@ class Task:
 
 @dataclass(frozen=True)
 class Slot:
-    """The begin of a task, in cycles from 0, and its unit among those of its kind, from 0."""
+    """The begin of a task, in cycles from 0, and its unit among the units of its kind, from 0."""
 
     task: Task
     begin: int

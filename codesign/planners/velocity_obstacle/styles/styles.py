@@ -74,7 +74,7 @@ class Circuit(Architecture):
         return Memory(min(parameters.width, resources.ram_width(words)), {"velocities": words})
 
     def work(self, job: Job[RobotsProblem, AvoidParameters]) -> Generator[Step, None, Avoidance]:
-        """Phases of ``timing.PHASES``: with ``detail`` those of each update, without each phase of the run at once.
+        """Phases of ``timing.PHASES``: with ``detail`` once for each update, without it each phase of the run at once.
 
         No task of it is placed by itself, and every run begins at the starts: ``start`` and ``inside`` change nothing.
         An update takes as long as its slowest robot. A unit of ``verify`` is a trial.

@@ -1,9 +1,9 @@
 """Cycles of all modules, and the clock.
 
 The cycles of pos_vel_update and coll_detect are published, and follow from their products (``schedule``). The paper
-says of the other modules only that their cycles do not depend on the number of robots. Theirs are those of the RTL of
-this package (``rtl``), which ``hwsw verify`` holds against these laws cycle for cycle. One multiplier serves them in
-turn, one product a cycle:
+says of the other modules only that their cycles do not depend on the number of robots. Here they take as many as in the
+RTL of this package (``rtl``), which ``hwsw verify`` holds against these laws, cycle for cycle. One multiplier serves
+them in turn, one product a cycle:
 
 - load: the target, then position and velocity of each robot, a word a cycle;
 - target check: two squares of the distance to the target, and a cycle to compare;
@@ -146,7 +146,7 @@ def addresses(phase: str) -> int:
 
 
 def registers(circuit: Mapping[str, int]) -> Registers:
-    """What the clock of a robot's circuit depends on: its words. A unit more or less is not on the critical path.
+    """The variables of the clock of a robot's circuit: its words. A unit more or less is not on the critical path.
 
     ``circuit``: the parameters of its Verilog, as ``resources.structure`` has them.
     """

@@ -46,7 +46,7 @@ class Updates(FleetUpdates):
 
     @property
     def done(self) -> int:
-        """How many updates are done."""
+        """The number of updates that are done."""
         return self.loop.updates
 
     @property
@@ -75,7 +75,7 @@ class Updates(FleetUpdates):
         self.loop.act()
 
     def touches(self) -> NDArray[np.float64]:
-        """When the bodies of each pair first touch in the latest ``hold`` or ``act``, as a share of it."""
+        """The times at which the bodies of each pair first touch in the latest ``hold`` or ``act``, as shares of it."""
         (cells, speeds, steps), now = self._before, self._state()
         seconds = (now[2] - steps) * self._step
         return first_touches(cells, now[0], speeds * seconds, 2.0 * self._radius)
@@ -101,11 +101,11 @@ class Updates(FleetUpdates):
         return arrival_updates(plan)
 
     def collisions(self, plan: Avoidance) -> int:
-        """How many pairs of robots touched in the run, at an update or between two."""
+        """The number of pairs of robots that touched in the run, at an update or between two."""
         return int((run_gaps(plan) < 2.0 * self._radius).sum())
 
     def time_steps(self, plan: Avoidance) -> int:
-        """How many time steps the run took."""
+        """The number of time steps that the run took."""
         return int(plan.times[-1])
 
     def _state(self) -> tuple[NDArray[np.float64], NDArray[np.float64], int]:

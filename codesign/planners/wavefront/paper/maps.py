@@ -49,7 +49,7 @@ class Sample:
 
     @property
     def free(self) -> NDArray[np.bool_]:
-        """Which cells are free."""
+        """The cells that are free: bool, rows × columns."""
         return self.wave_map.free
 
     @property

@@ -1,4 +1,4 @@
-"""What rows.yaml asks for, of Möller and Paschke (1998): the circuit, its wave on own maps, and safe paths."""
+"""The measures of rows.yaml, of Möller and Paschke (1998): the circuit, its wave on own maps, and safe paths."""
 
 from __future__ import annotations
 
@@ -83,7 +83,7 @@ measure = PAPER.measure
 
 @measure
 def node(_runs: WavefrontRuns, _case: Case) -> Words:
-    """The node of the paper, and that of Hassoun and Sanghvi over it: without a chain, and with one."""
+    """The node of the paper, and the node of Hassoun and Sanghvi over it: without a chain, and with one."""
     family = resources.LAWS.table["similar"]
     bare, chained = (
         resources.lut4(resources.NODES, replace(ADDERS, chain=chain), family)
@@ -235,7 +235,7 @@ def pentium(runs: WavefrontRuns, case: Case) -> Words:
 
 @measure
 def loading(_runs: WavefrontRuns, case: Case) -> Words:
-    """What the loading of the map leaves of the speed-up."""
+    """The speed-up that remains with the loading of the map."""
     load, slow_load = timing.load_cycles(SHAPE) / case.clock, case.side**2 / case.clock
     speed_up = case.software_seconds / (WAVE_SECONDS + slow_load)
     plan_seconds = PAPER.sheet.published("Shortest Paths")["time at 20 MHz"]
@@ -282,7 +282,7 @@ def obstacles(runs: WavefrontRuns, case: Case) -> Words:
 
 @measure
 def register(_runs: WavefrontRuns, case: Case) -> Words:
-    """What safe paths need beside the register of a node."""
+    """The needs of safe paths beside the register of a node."""
     return {"bits": register_bits(longest_distance(SHAPE)), "words": case.side**2}
 
 

@@ -12,14 +12,14 @@ from codesign.planners.wavefront.plan.grid import DELAYS, MAX_DELAY, MAX_EXTRA_D
 
 
 class WaveEnd(StrEnum):
-    """When the wave ends."""
+    """The end of the wave."""
 
     STARTS = "starts"
     WHOLE_MAP = "whole_map"
 
 
 class Paths(StrEnum):
-    """Which paths are tracked."""
+    """The paths that are tracked."""
 
     SHORTEST = "shortest"
     SAFE = "safe"
@@ -33,7 +33,7 @@ class Course(StrEnum):
 
 
 class ReadOut(StrEnum):
-    """How the potentials leave the array."""
+    """The way in which the potentials leave the array."""
 
     ADDRESSED = "addressed"
     CHAIN = "chain"

@@ -3,8 +3,8 @@
 A visit runs the wave in one tile from its own sources and from the cells around the tile. These cells emit at the
 times of their potentials. The result of a visit is the shortest distance for the present potentials outside. If a
 border cell changes, the tiles beside it are visited (again); the tile with the earliest change is first. Potentials
-only fall and are lengths of real paths, so the visits end. Then equation 1 holds everywhere: the potentials are those
-of the whole map at once. With stops the visits end as soon as no pending change is early enough to change a stop.
+only fall and are lengths of real paths, so the visits end. Then equation 1 holds everywhere: the potentials are as on
+the whole map at once. With stops the visits end as soon as no pending change is early enough to change a stop.
 """
 
 from __future__ import annotations

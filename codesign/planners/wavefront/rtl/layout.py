@@ -1,4 +1,4 @@
-"""What a circuit is built for: the sizes of its words, and the load stream."""
+"""The sizes that a circuit is built for: its words, and the load stream."""
 
 from __future__ import annotations
 
@@ -131,5 +131,5 @@ def _packed_words(flags: NDArray[np.uint8], words: Words) -> list[int]:
 
 
 def packed_flags(flags: NDArray[np.uint8], bits: int) -> int:
-    """A word of the load stream: ``bits`` a cell, those of the first cell lowest."""
+    """A word of the load stream: ``bits`` a cell, the bits of the first cell lowest."""
     return sum(int(flag) << bits * place for place, flag in enumerate(flags))

@@ -52,7 +52,7 @@ class ArrayStyle(Architecture):
         return DESIGNS
 
     def array_shape(self, job: Job[Problem, PropagateParameters]) -> tuple[int, int]:
-        """Rows and columns of the array: those of the map."""
+        """Rows and columns of the array, which are the map's."""
         return job.problem.shape
 
     def load_cycles(self, job: Job[Problem, PropagateParameters]) -> int:

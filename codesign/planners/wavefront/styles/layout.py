@@ -30,7 +30,7 @@ class ArrayLayout:
     """The sizes that decide the demand of an array.
 
     - ``shape``: rows and columns of cells. ``bits``: of a register. ``obstacle_bits``: of a second register for p^d, 0:
-      none. ``line``: flip-flops of the delay line. ``extra``: those of the longer line of penalised nodes.
+      none. ``line``: flip-flops of the delay line. ``extra``: flip-flops of the longer line of penalised nodes.
     - ``adders``: nodes of adders and comparators. ``element_cells``: cells that share one node.
     - ``safe``: a wave from the obstacles comes first. ``chain``: registers are read out by a chain.
     - ``waits``: the wave ends at a start. ``tracked``: the path is tracked beside the array; ``local``: some steps of
@@ -53,7 +53,7 @@ class ArrayLayout:
 
     @classmethod
     def of_row(cls, variables: Mapping[str, int]) -> ArrayLayout:
-        """The layout of a circuit, by the parameters of its top module; of an array of one tile, that of the map."""
+        """The layout of a circuit, by the parameters of its top module; of an array of one tile, of the map."""
         return cls(
             shape=(variables["ROWS"], variables["COLUMNS"]),
             bits=variables["BITS"],
@@ -112,7 +112,7 @@ class ArrayLayout:
 
     @property
     def memories(self) -> tuple[int, tuple[tuple[int, int], ...]]:
-        """How many equal sets of memories there are, and (words, bits a word) of each memory of a set.
+        """The number of equal sets of memories, and (words, bits a word) of each memory of a set.
 
         An element keeps line, registers and flags of its cells in a memory. A chain fills a memory for the tracker, and
         one more with p^d.

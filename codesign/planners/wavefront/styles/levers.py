@@ -16,7 +16,7 @@ ItemsOf = Callable[[Shape], tuple[Line, ...]]
 def largest_tile(items_of: ItemsOf, map_shape: Shape, part: Part) -> Shape | None:
     """The largest square, cut to the map, with an array that fits the part; None: not even one node fits.
 
-    The nodes' demand grows with the side, but that of the memories falls by steps, so every side is tried from the
+    The nodes' demand grows with the side, but the memories' demand falls by steps, so every side is tried from the
     largest down, in steps of an eighth above 128.
     """
     side = max(map_shape)

@@ -1,7 +1,7 @@
 """The demand of an array of one tile: its nodes and the cells around it, the memories of its columns, a scheduler.
 
 Flip-flops and memories follow from the sizes exactly, register by register of the RTL of this package. LUT are fitted
-to its syntheses by family, as those of the other arrays are (``resources``).
+to its syntheses by family, as the LUT of the other arrays are (``resources``).
 """
 
 from __future__ import annotations
@@ -110,7 +110,7 @@ class TileLayout:
 
     @property
     def memories(self) -> Mapping[str, tuple[int, int, int]]:
-        """How many memories there are, and words and bits a word of each: columns, scheduler.
+        """The number of memories, and words and bits a word of each: columns, scheduler.
 
         Safe paths have p^d in memories of their own, and need a bit more of each tile.
         """
@@ -178,7 +178,7 @@ LAWS = CountedLaws("wavefront", "tiled", layout=TileLayout.of_row)
 
 
 def lut4(layout: TileLayout, family: tuple[str, bool]) -> dict[str, Line]:
-    """The LUT of each piece in a family of rows; and whether it is that of the part."""
+    """The LUT of each piece in a family of rows. ``family`` says too if it is the part's own."""
     lines = {**LAWS.lines(layout, family), **resources.LAWS.lines(layout.whole, family, TRACKER)}
     return {piece: lines[piece][0] for piece in PIECES}
 

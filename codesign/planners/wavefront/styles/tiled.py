@@ -63,7 +63,7 @@ class Tiled(ArrayStyle):
     def designs(self, job: Job[Problem, Any]) -> Designs:
         """The largest squares that fit the part, cut to the map; the smallest of all where none fits.
 
-        The register is that of the plan: visits may need a bit more, which a run shows.
+        The register is as wide as the plan needs: visits may need a bit more, which a run shows.
         """
         rows, columns = job.problem.shape
         sized = sizing_plan(job.problem, PropagateParameters(corner_cutting=False))

@@ -144,7 +144,7 @@ def visit_cycles(span: NDArray[np.int64]) -> NDArray[np.int64]:
 
 
 def registers(layout: ArrayLayout, *, tiled: bool = False) -> Registers:
-    """What the clock of an array, or of that of a tile, depends on: the kind of its nodes, and how many there are.
+    """The variables of the clock of an array, or of a tile's: the kind of its nodes, and their number.
 
     Behind a chain the tracker reads a memory, which delay lines wait for. Adders are slower than both read-outs. The
     tracker of a tile reads the memories of its columns.
@@ -189,7 +189,7 @@ def clock_limit(layout: ArrayLayout, part: Part, *, tiled: bool = False) -> Figu
     """The fastest clock of an array on a part, Hz.
 
     Args:
-        layout: of the array, or of that of a tile; of its registers only the width of adders counts.
+        layout: of the array, or of a tile's array; of its registers only the width of adders counts.
         part: the part.
         tiled: the array visits the tiles of a larger map.
     """
