@@ -1,4 +1,4 @@
-"""How the values of a figure in all conditions make one figure of a design, and how sure that is.
+"""The rules that make one figure of a design of its values in all conditions, and how sure that figure is.
 
 Values are float64 arrays with the conditions as last axis. Where seeds were drawn, ``draws`` is the number of the drawn
 seed of each condition, from 0; each seed then has equally many conditions. An interval is one of confidence, at
@@ -94,7 +94,7 @@ def interval(rule: Rule, values: Floats, maximise: bool, draws: Draws) -> tuple[
 
 
 def told_apart(one: Floats, others: Floats, draws: Draws | None) -> NDArray[np.bool_]:
-    """Which of the others differ from one design in a figure, compared condition by condition.
+    """The others that differ from one design in a figure, compared condition by condition.
 
     Without seeds: one of the two is better in some condition and worse in none. With seeds: the interval of the mean
     difference does not hold 0, or at least ``FEWEST_SIGNS`` seeds all have a difference of one sign.

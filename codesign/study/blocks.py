@@ -34,7 +34,7 @@ def compressed(data: bytes) -> bytes:
 
 
 def expanded(data: bytes) -> bytes:
-    """What was compressed, of bounded size.
+    """The bytes that were compressed, of bounded size.
 
     Raises:
         ValueError: the bytes are damaged, or too many come of them.
@@ -116,7 +116,7 @@ def read_block(data: bytes, parts: Parts) -> Priced:
 
 
 def plan_of(works: Iterable[Work], *, alone: bool = False, earlier: Plan = ()) -> bytes:
-    """Which points compute the same: the key of each block, and its points.
+    """The points that compute the same: the key of each block, and its points.
 
     ``alone``: the points that are simulated by themselves too, under an empty key. ``earlier``: another plan of the
     same study; what stands in it is kept.
@@ -163,7 +163,7 @@ def _planes(array: NDArray[Any]) -> bytes:
 
 
 def _texts(counts: Mapping[str, int], data: bytes) -> tuple[dict[str, list[str]], bytes]:
-    """As many texts as each field has, a line each, and what stands behind them."""
+    """The texts of each field, as many as counted, a line each; and the bytes behind them."""
     *lines, rest = data.split(b"\n", sum(counts.values()))
     if len(lines) != sum(counts.values()) or min(counts.values(), default=0) < 0:
         raise ValueError("a block lacks texts")

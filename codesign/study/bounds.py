@@ -47,7 +47,7 @@ _ROUNDING = 1e-9
 
 @dataclass(frozen=True, eq=False)
 class Best:
-    """What boxes may come to in one condition: ``lows``, bounds below figures.
+    """The best that boxes may come to in one condition: ``lows``, bounds below figures.
 
     ``pilot``: figures of the slowest design. ``template``: has the figures that no price moves. ``count``: of boxes.
     """
@@ -136,7 +136,7 @@ class Bounds:
     """Bounds for the designs of an exploration.
 
     Args:
-        points: the space of the points. decisions: that of the designs.
+        points: the space of the points. decisions: the space of the designs.
         section: objectives, constraints and conditions.
         pricer: prices the points; what it computed is known.
     """
@@ -255,12 +255,12 @@ class Member:
 
     @cached_property
     def template(self) -> Result:
-        """What the results of all designs of the family have in common in this condition."""
+        """The part of a result that all designs of the family share in this condition."""
         return self.priced.templates[int(self.priced.which[0])]
 
     @property
     def out(self) -> str:
-        """Why no design of the family is feasible in this condition; "": one may be."""
+        """The reason for which no design of the family is feasible in this condition; "": one may be."""
         if self.priced.reason[0] >= 0:
             return "clock"
         return "fit" if self.template.reasons else ""
@@ -284,7 +284,7 @@ class OpenFamily:
 
     @property
     def task(self) -> str:
-        """What the designs were asked in the first condition."""
+        """The task of the designs in the first condition."""
         task = self.members[0].template.task
         return "" if task is None else task.task
 

@@ -1,4 +1,4 @@
-"""How much of a space is computed: so many points, or for so long."""
+"""The part of a space that is computed: so many points, or for so long."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ Batch = TypeVar("Batch", bound=Sized)
 
 @dataclass
 class Budget:
-    """What a run may compute; None: all.
+    """The points that a run may compute; None: all.
 
     - ``points``: so many, without those that were found in a store. ``seconds``: nothing is begun after them.
-    - ``used``: how many points were begun. ``ended``: why the run ended before all points; "" where it did not.
+    - ``used``: how many points were begun. ``ended``: why the run ended before all points; "" if it did not.
 
     A point that is begun is finished. So a budget of time may be passed by one batch.
     """
@@ -47,7 +47,7 @@ class Budget:
 
     @property
     def left(self) -> int | None:
-        """How many points may still be begun; None: any number."""
+        """The number of points that may still be begun; None: any number."""
         return None if self.points is None else self.points - self.used
 
     def bounded(self, left_s: float) -> float:

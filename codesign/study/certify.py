@@ -83,7 +83,7 @@ class Reasons:
 
     @property
     def names(self) -> list[ReasonName]:
-        """What passes its limit, by number."""
+        """The names of what passes its limit, by number."""
         return [
             ReasonName.model_validate(dict(zip(ReasonName.model_fields, name, strict=True))) for name in self._names
         ]
@@ -254,7 +254,7 @@ class Claims:
 
     @property
     def _broken(self) -> list[NDArray[np.bool_]]:
-        """Which designs do not keep each limit."""
+        """The designs that do not keep each limit."""
         judged = self._table.judged
         return [
             ~_keeps(limit, judged.figure(limit.figure), judged.budgets(limit.of_part) if limit.of_part else 1.0)
@@ -306,7 +306,7 @@ def _task(template: Result) -> str:
 
 
 def _keeps(limit: Limit, values: Floats, budgets: Floats | float = 1.0) -> NDArray[np.bool_]:
-    """Which values keep a limit; none that is missing."""
+    """The values that keep a limit, as flags; a value that is missing keeps none."""
     scale = np.where(np.isnan(budgets) | (np.asarray(budgets) == 0), 1.0, budgets)
     compare = {"at_least": np.greater_equal, "at_most": np.less_equal, "above": np.greater, "below": np.less}
     return np.asarray(compare[limit.bound](values / scale, limit.value), np.bool_)
@@ -315,7 +315,7 @@ def _keeps(limit: Limit, values: Floats, budgets: Floats | float = 1.0) -> NDArr
 def certify(table: Table, path: Path | str, excluded: Sequence[Box] | None = None) -> Verdict:
     """Write the certificate of the front of a study to a file, once the checker has accepted it.
 
-    ``excluded``: boxes of designs that were not computed; by default those of the study.
+    ``excluded``: boxes of designs that were not computed; by default the study's own.
 
     Raises:
         CertificateError: the study has no objectives, or more designs than a certificate holds; or nothing excludes a
@@ -357,7 +357,7 @@ def certificate_of(table: Table, excluded: Sequence[Box] | None = None) -> Certi
 
 
 def differences(certificate: Certificate, table: Table, excluded: Sequence[Box] | None = None) -> list[str]:
-    """In what a certificate is not that of a study; nothing where they are equal."""
+    """The parts in which a certificate is not the study's own; nothing if they are equal."""
     own, its = certificate_of(table, excluded), certificate
     heads = [json.loads(each.texts[0]) | json.loads(each.texts[1]) for each in (own, its)]
     texts = [name for name, value in heads[0].items() if value != heads[1][name]]
@@ -370,7 +370,7 @@ def differences(certificate: Certificate, table: Table, excluded: Sequence[Box] 
 
 
 def _definition(table: Table, claims: Claims) -> Definition:
-    """What the study is of, and what for."""
+    """The definition of the study: what it is of, and what for."""
     space, figures = table.decisions, claims.figures
     numbers = {axis: [*map(value_text, values)] for axis, values in space.axes.items()}
     document: dict[str, Any] = {

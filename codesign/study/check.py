@@ -19,14 +19,14 @@ from codesign.study.study import Study
 
 @dataclass(frozen=True)
 class Check:
-    """How many points were run alone, and where they differ from the study: one line each."""
+    """The number of points that were run alone, and their differences from the study: one line each."""
 
     points: int
     differences: tuple[str, ...]
 
     @property
     def sentence(self) -> str:
-        """What the check came to.
+        """The outcome of the check.
 
         >>> Check(1000, ()).sentence
         '1,000 points were run alone: all figures equal'

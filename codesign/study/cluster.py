@@ -85,7 +85,7 @@ class _CancelledError(Exception):
 
 
 class _Computing:
-    """What a worker computes with: an evaluator, and the packing of what it sends back."""
+    """The tools that a worker computes with: an evaluator, and the packing of what it sends back."""
 
     def __init__(self, evaluate: Evaluator) -> None:
         self._packing = Packing(evaluate)
@@ -107,7 +107,7 @@ def _differing(held: node.Held) -> list[str]:
 
 
 def workers_of(client: distributed.Client) -> dict[str, Any] | None:
-    """What the scheduler says of each of its workers, by address; None where it does not answer."""
+    """The facts that the scheduler has of each of its workers, by address; None if it does not answer."""
     # Not client.scheduler_info(): releases up to 2026.3 at least name five workers, and a timer refreshes these five.
     try:
         identity = client.sync(client.scheduler.identity, n_workers=-1) if client.scheduler else None
@@ -160,7 +160,7 @@ class Crew:
             self._begun(self._fetch(future), partial(self._came, seat, future))
 
     def next(self, seconds: float) -> Came | Left | None:
-        """What happens next; None after so many seconds, or where nothing has to be done about it.
+        """The next event; None after so many seconds, or if nothing has to be done about it.
 
         Raises:
             RunError: the scheduler is gone; or a worker that was there at the beginning cannot compute.
@@ -212,7 +212,7 @@ class Crew:
         future.add_done_callback(lambda future: self._events.put(partial(end, future)))
 
     async def _fetch(self, future: distributed.Future) -> Any:
-        """What a task gives. Not to be cancelled: dask gathers the results of several tasks in one request."""
+        """The value that a task gives. Not to be cancelled: dask gathers results of several tasks in one request."""
         loop, ended = asyncio.get_running_loop(), asyncio.Event()
         future.add_done_callback(lambda _: loop.call_soon_threadsafe(ended.set))
         await ended.wait()
@@ -222,7 +222,7 @@ class Crew:
         return await self.client.gather(future, asynchronous=True)
 
     async def _join(self, address: str) -> tuple[distributed.Future | None, str]:
-        """What computes, held by a worker; or why the worker cannot compute."""
+        """The evaluator that a worker holds; or the reason for which the worker cannot compute."""
         async with asyncio.timeout(_SECONDS_TO_JOIN):
             here, digest = node.versions(), code_digest()
             there = await self._fetch(self._submit(address, node.introduced, digest))
@@ -361,7 +361,7 @@ class ClusterExecutor:
 
     @property
     def workers(self) -> int:
-        """How many workers there are now."""
+        """The number of workers now."""
         return len(self._infos())
 
     @property
@@ -378,7 +378,7 @@ class ClusterExecutor:
         return share_of_memory(max(1, self.workers), memory)
 
     def run(self, works: Iterable[Work], evaluate: Evaluator) -> Generator[Done, None, None]:
-        """What came of each work, as it comes in.
+        """The outcome of each piece of work, as it comes in.
 
         Raises:
             RunError: a worker cannot compute what this process does, no worker is left, or the scheduler went away.

@@ -215,7 +215,7 @@ def _reason_column(table: Table) -> Column:
 
 
 def _metadata(table: Table) -> dict[str, str]:
-    """Where the points come from."""
+    """The origin of the points: platform, workload and provenance."""
     provenance = table.provenance
     texts = {} if provenance is None else provenance.stamped().constants
     named = {"platform": table.platform, "workload": table.workload, **texts}

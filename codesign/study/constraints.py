@@ -55,7 +55,7 @@ def with_constraints(result: Result, constraints: tuple[Constraint, ...]) -> Res
 
 
 def budget_of(result: Result, constraint: Constraint) -> int | None:
-    """How many the part has of a resource that a constraint bounds by a share; None where it bounds none so."""
+    """The budget of the part of a resource that a constraint bounds by a share; None if it bounds none so."""
     if not constraint.of_part:
         return None
     return next((use.budget for use in result.resources if use.resource == constraint.figure.name), None)
@@ -100,7 +100,7 @@ def bound_names(constraint: Constraint) -> dict[Bound, str]:
 
 
 def whys_of(figure: ResultFigure, columns: Callable[[str], Floats]) -> list[Why]:
-    """Why a figure has no value, and for which entries of the columns of declared ones: ``DerivedFigure.whys``."""
+    """The reasons for no value of a figure, with the entries that lack it: see ``DerivedFigure.whys``."""
     return figure.whys(columns) if isinstance(figure, DerivedFigure) else []
 
 

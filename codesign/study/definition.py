@@ -75,7 +75,7 @@ class StudyDefinition:
 
 
 def platform_text(names: Collection[str]) -> str:
-    """What a study is on: the name of its platform, or how many platforms its axis has.
+    """The platform of a study in words: its name, or how many platforms its axis has.
 
     >>> platform_text(["zynq"]), platform_text(["zynq", "arty-a7"])
     ('zynq', '2 platforms')

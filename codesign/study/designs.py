@@ -57,12 +57,12 @@ class StudyPoint:
 
     @property
     def state(self) -> Word:
-        """What became of it: computed, failed (``failure`` says why), or not yet computed."""
+        """Its state: computed, failed (``failure`` says why), or not yet computed."""
         return STATES[int(self.study.outcomes.state[self.index])]
 
     @property
     def failure(self) -> str | None:
-        """Why it could not be computed."""
+        """The reason for which it could not be computed."""
         return self.study.outcomes.failures.get(self.index)
 
     @property
@@ -72,22 +72,22 @@ class StudyPoint:
 
     @property
     def unreached(self) -> str | None:
-        """Why the mission of a feasible point ended before its goals; None where it reached them, or had none."""
+        """The reason why the mission of a feasible point ended before its goals; None if it did not, or had none."""
         judged = self.study.judged
         return judged.ends[judged.ended_points[self.index]] if judged.unreached_points[self.index] else None
 
     @property
     def template(self) -> Result | None:
-        """What its result has in common with those of other points; None where it has no result.
+        """The part of its result that other points share; None if it has no result.
 
-        Where many points compute the same, this lacks what prices move: times, energy, power, clock. Ask the point
+        If many points compute the same, this lacks what prices move: times, energy, power, clock. Ask the point
         for these, and for ``feasible`` and ``reasons``.
         """
         return self.study.outcomes.template(self.index)
 
     @property
     def reasons(self) -> tuple[Reason, ...]:
-        """Why it is not feasible."""
+        """The reasons for which it is not feasible."""
         return point_reasons(self.study, self.index)
 
     @property
@@ -139,7 +139,7 @@ class StudyPoint:
         return result if self.study.conditions else with_constraints(result, self.study.constraints)
 
     def explain(self) -> Explanation:
-        """Why the point is as it is, among the points in the same conditions; see ``Study.explain``."""
+        """Explain why the point is as it is, among the points in the same conditions; see ``Study.explain``."""
         axes = self.axes
         there = self.study.at({name: axes[name] for name in self.study.conditions})
         return Design(there, self.index // self.study.judged.conditions).explain()
@@ -158,7 +158,7 @@ class Design:
         return f"Design({self.index}: {clip(axes)}; {fate})"
 
     def explain(self, show: Show = silent) -> Explanation:
-        """Why the design is as it is: time, energy, what keeps it out, its neighbours, and how sure that is.
+        """Explain why the design is as it is: time, energy, what keeps it out, its neighbours, and how sure that is.
 
         ``show`` is told what is run.
 
@@ -198,7 +198,7 @@ class Design:
 
     @property
     def ended(self) -> tuple[str, int] | None:
-        """Why a mission of a feasible design ended before its goals, and the number of that condition."""
+        """The reason why a mission of a feasible design ended before its goals, and the number of its condition."""
         judged = self.study.judged
         if not judged.unreached[self.index]:
             return None
@@ -207,18 +207,18 @@ class Design:
 
     @property
     def unreached(self) -> str | None:
-        """Why a mission of a feasible design ended before its goals; None where all that count reached them."""
+        """The reason why a mission of a feasible design ended before its goals; None if all that count reached them."""
         ended = self.ended
         return ended[0] if ended else None
 
     @property
     def failure(self) -> str | None:
-        """Why the first of its points that failed did."""
+        """The reason for which the first of its points that failed did."""
         return next((point.failure for point in self.points if point.failure is not None), None)
 
     @cached_property
     def out(self) -> tuple[Out, ...]:
-        """Why it is not feasible; empty where it is, or was not computed."""
+        """The reasons for which it is not feasible; empty if it is, or was not computed."""
         return design_outs(self.study, self.index)
 
     def figure(self, figure: ResultFigure | str) -> float | None:
@@ -344,7 +344,7 @@ def _condition_text(table: Table, design: Design, point: StudyPoint) -> str:
 
 
 def _bench(table: Table, point: StudyPoint, result: Result, show: Show) -> tuple[Bench | None, tuple[str, ...]]:
-    """What runs the point with something moved; None, and why, where its specs are not at hand."""
+    """The bench that runs the point with something moved; None, and why, if its specs are not at hand."""
     limits = () if table.conditions else table.constraints
     if result.feasible and not result.reasons:
         return None, ()
@@ -415,7 +415,7 @@ def _neighbour(
 
 
 def _question(design: Design) -> str | None:
-    """What was asked of a design; None where it was not run."""
+    """The question that was asked of a design; None if it was not run."""
     template = design.points[0].template
     return None if template is None or template.task is None else template.task.question
 

@@ -45,7 +45,7 @@ class ConstraintBounds(ResultModel):
 
 
 class Counts(ResultModel):
-    """How many designs there are; how many are feasible, failed, were not computed, are on the front.
+    """The number of designs; of those that are feasible, failed, were not computed, are on the front.
 
     Designs that are the same as an earlier one count as one. ``unreached`` counts the feasible designs with a mission
     that ended before its goals.
@@ -96,7 +96,7 @@ class FigureSpread(ResultModel):
 
 
 class DesignReason(ResultModel):
-    """Why a design is out."""
+    """The reason for which a design is out."""
 
     condition: int | None = Field(
         description="the number of the combination of conditions, from 0, the last one moving fastest; null: of all"
@@ -156,7 +156,7 @@ class StudyDocument(ResultModel):
 
 
 def study_document(table: Table) -> StudyDocument:
-    """The document of a study. It has all full results: those of priced points are simulated for it."""
+    """The document of a study. It has all full results: priced points are simulated for it."""
     first_of, count = table.first_of_same, table.judged.conditions
     return StudyDocument(
         platform=table.platform,

@@ -23,10 +23,10 @@ _NOTHING = "its boxes prove nothing: explore without --search bound"
 
 @dataclass(frozen=True, eq=False)
 class Entries:
-    """What a certificate states of a study.
+    """The entries of a certificate of a study.
 
     - ``study``: with its designs in the order of the space. ``places``: their numbers in the whole space.
-    - ``boxes``: of designs that were not evaluated; the last ones are of those that no box of a search has.
+    - ``boxes``: of designs that were not evaluated; the last ones hold the designs that are in no box of a search.
     - ``holder``: for each design of the study the number of the box that stands for it; -1: it is a row.
     """
 
@@ -36,7 +36,7 @@ class Entries:
 
     @classmethod
     def of(cls, study: Table, excluded: Sequence[Box]) -> Entries:
-        """The entries of a study with these boxes, without those of which each design was evaluated.
+        """The entries of a study with these boxes, without the boxes of which each design was evaluated.
 
         Raises:
             CertificateError: a design that was evaluated is better than its box allows.

@@ -1,4 +1,4 @@
-"""What a worker makes of work: it prices points that compute the same side by side, and simulates all others."""
+"""The evaluation of work: points that compute the same are priced side by side, and all others are simulated."""
 
 from __future__ import annotations
 
@@ -37,15 +37,15 @@ EvaluatePoint = Callable[[DesignPoint], Result]
 
 @dataclass(frozen=True, eq=False)
 class Done:
-    """What came of work.
+    """The outcome of work.
 
     - ``work``: it. ``priced``: the outcomes of points that compute the same, in their order; or None. ``block``: the
       same as bytes, where a worker sent them (``Packing``).
     - ``entries``: of points that were simulated by themselves, in their order.
-    - ``computations``: those that were computed anew, as JSON by their digest. ``simulated``: how many simulations it
+    - ``computations``: the ones computed anew, as JSON by their digest. ``simulated``: how many simulations it
       took. ``ran``: a plan was computed, so that kernels are compiled.
     - ``why_apart``: why nothing came of it, so that its points have to be simulated each by itself
-      (``apart``); "" where something came of it.
+      (``apart``); "" if something came of it.
     - ``interrupt``: what struck meanwhile; ``work`` is then what was done before.
     - ``took_s``: seconds that it took where it was computed; ``simulating_s`` of them were simulations of ``priced``
       points. None where this process loaded or compiled kernels meanwhile.
@@ -103,7 +103,7 @@ class Evaluator(ABC):
 
     @abstractmethod
     def __call__(self, work: Work) -> Done:
-        """What came of work; a point that raises becomes a failed one."""
+        """The outcome of work; a point that raises becomes a failed one."""
 
     def files(self) -> dict[Path, str]:
         """The files that each worker reads, by a digest of what they hold now; not those that ship."""
@@ -148,7 +148,7 @@ class Pricer(Evaluator):
 
     @timed
     def __call__(self, work: Work) -> Done:
-        """What came of work."""
+        """The outcome of work."""
         if isinstance(work, Together):
             return self._together(work)
         return _one_by_one(work, work.points_of(self.space), self._simulator)
@@ -191,11 +191,11 @@ class Pricer(Evaluator):
         return bind(platform, workload, grid=grid_for(workload, self.explored.workload, self.grid))
 
     def _why_apart(self, system: System) -> str:
-        """Why each point has to be simulated, or refused, by itself; "" where they are priced together."""
+        """The reason why each point has to be simulated, or refused, by itself; "" if they are priced together."""
         return why_alone(system) or " ".join(refusal(system, self.memory) or ())
 
     def computation(self, system: System, computed: dict[str, str]) -> Computation:
-        """What a system computes, as it was stored or computed now; what was computed now is put into ``computed``."""
+        """The computation of a system, as it was stored or made now; one that was made now is put into ``computed``."""
         if self._memo is None:
             self._memo = Memo()
         digest = computation_digest(system)
@@ -252,7 +252,7 @@ def _one_by_one(work: Work, points: Iterable[DesignPoint], evaluate: EvaluatePoi
 
 
 def _entry_of(evaluate: EvaluatePoint, point: DesignPoint) -> tuple[Entry, bool]:
-    """What came of a point, and whether a plan was computed."""
+    """The entry of a point, and True if a plan was computed."""
     try:
         result = evaluate(point)
         return Entry(point.key, EntryState.DONE, result.model_dump_json()), result.time is not None

@@ -62,10 +62,10 @@ class Executor(Protocol):
 
     @property
     def workers(self) -> int:
-        """How many works may be under way at a time."""
+        """The number of pieces of work that may be under way at a time."""
 
     def run(self, works: Iterable[Work], evaluate: Evaluator) -> Generator[Done, None, None]:
-        """What came of each work, as it comes in. Works are not empty. Closing the generator ends all work."""
+        """The outcome of each piece of work, as it comes in. None is empty. Closing the generator ends all work."""
 
     def share(self, memory: int | None) -> int:
         """The bytes that one worker may take, of a bound for all of them; None: of what there is."""
@@ -81,7 +81,7 @@ class SerialExecutor:
         return share_of_memory(1, memory)
 
     def run(self, works: Iterable[Work], evaluate: Evaluator) -> Generator[Done, None, None]:
-        """What came of each work, in order."""
+        """The outcome of each piece of work, in order."""
         queue = WorkQueue(works, evaluate.space, 1)
         while (work := queue.next(())) is not None:
             done = evaluate(work)
@@ -113,7 +113,7 @@ class ProcessExecutor:
         return share_of_memory(self.workers, memory)
 
     def run(self, works: Iterable[Work], evaluate: Evaluator) -> Generator[Done, None, None]:
-        """What came of each work, as it comes in.
+        """The outcome of each piece of work, as it comes in.
 
         Raises:
             RunError: workers die as they start, or were terminated.
@@ -153,7 +153,7 @@ class _Processes:
         self._events: SimpleQueue[tuple[_Seat, Future[Any]]] = SimpleQueue()
 
     def run(self, queue: WorkQueue) -> Generator[Done, None, None]:
-        """What comes in.
+        """The outcomes that come in.
 
         Raises:
             RunError: workers die as they start, or were terminated.
@@ -214,7 +214,7 @@ class _Processes:
             self._heed(seat, future)
 
     def _after_death(self, seat: _Seat, future: Future[Any], queue: WorkQueue) -> Iterator[Done]:
-        """What has failed as a worker died; another one takes its seat.
+        """The outcomes that failed as a worker died; another worker takes its place.
 
         Raises:
             RunError: it died as it started, or it was terminated, as this process will be.
@@ -275,7 +275,7 @@ def _batch(works: list[Work], seconds: float) -> tuple[list[Done], float]:
 
 
 def _cause(seat: _Seat) -> str:
-    """How the worker of a broken pool ended, in words; "" where it is not known. The pool is shut down.
+    """The end of the worker of a broken pool, in words; "" if it is not known. The pool is shut down.
 
     Raises:
         RunError: it was terminated, as this process will be.
@@ -296,7 +296,7 @@ def _cause(seat: _Seat) -> str:
 
 
 def _end(processes: list[BaseProcess]) -> None:
-    """End these processes now; those of a pool that was shut down in order have ended."""
+    """End these processes now; the processes of a pool that was shut down in order have ended."""
     for process in processes:
         process.terminate()
     for process in processes:

@@ -1,4 +1,4 @@
-"""Why a run is as it is."""
+"""The explanation of a run: why it is as it is."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def explain_run(
     axes: Mapping[str, Any] | None = None,
     show: Show = silent,
 ) -> Explanation:
-    """Why a run is as it is: it is simulated, and so is each of its levers and steps.
+    """Explain why a run is as it is: it is simulated, and so is each of its levers and steps.
 
     Args:
         platform, workload: the design point.
@@ -86,7 +86,7 @@ def is_priced(result: Result, figure: ResultFigure) -> bool:
 def sure_of(
     result: Result, figure: ResultFigure, verdict: Verdict | None, best: int | None = None, rival: int | None = None
 ) -> Sure:
-    """How sure a figure of a result is. ``best``, ``rival``: the points that a verdict of a study names."""
+    """The certainty of a figure of a result. ``best``, ``rival``: the points that a verdict of a study names."""
     value, interval = result.figure(figure), result.interval(figure)
     assert value is not None, "the caller looks"
     least, most = (None, None) if interval is None else interval

@@ -1,4 +1,4 @@
-"""What is explored: a workload, and the platform or platforms that its points are on."""
+"""The subject of an exploration: a workload, and the platform or platforms that its points are on."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from codesign.inputs.roles import ROLES
 
 @dataclass(frozen=True)
 class Explored:
-    """What the points of an exploration are made of.
+    """The specs that the points of an exploration are made of.
 
     - ``workload``: with the section ``explore``; its document has the same axes.
     - ``platforms``: by value of the axis ``platform``; without that axis the only one, under an empty name.
@@ -29,11 +29,11 @@ class Explored:
 
     @classmethod
     def of(cls, platform: Platform | Sequence[Platform] | None, workload: Workload) -> Explored:
-        """What is explored.
+        """The subject of an exploration.
 
         Args:
-            platform: one platform, which settles the axis ``platform``; several, which become the values of that axis,
-                by name; or None, where the workload has that axis.
+            platform: one platform, which settles the axis ``platform``; several, which become the values of the axis,
+                by name; or None, if the workload has that axis.
             workload: with a section ``explore``, unless there are several platforms.
 
         Raises:
@@ -170,7 +170,7 @@ def _on(platform: Platform, section: Exploration) -> Exploration:
 
 
 def _with_section(workload: Workload, section: Exploration) -> Workload:
-    """The workload with this exploration in its document too: where none is written, faults are those of the file.
+    """The workload with this exploration in its document too: if none is written, faults are faults of the file.
 
     Without its search: no point depends on it.
     """

@@ -22,7 +22,7 @@ _WORTHWHILE = 0.05
 
 
 def non_dominated(values: ArrayLike, maximise: ArrayLike) -> NDArray[np.bool_]:
-    """Which points are on the front.
+    """The points on the front.
 
     A point is on the front if no other is at least as good in every objective and better in one; points
     with equal figures stand or fall together. A point with a missing figure (NaN) cannot be compared: it is
@@ -84,7 +84,7 @@ def _places(rows: NDArray[np.float64]) -> NDArray[np.int64]:
 
 
 def _dominated(rows: NDArray[np.float64], left: NDArray[np.intp], pivot: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Which of the rows that are left the pivot dominates."""
+    """The rows among those left that the pivot dominates."""
     above = np.arange(len(left))
     for column, value in zip(rows.T, pivot, strict=True):
         above = above[column[left[above]] >= value]
@@ -94,7 +94,7 @@ def _dominated(rows: NDArray[np.float64], left: NDArray[np.intp], pivot: NDArray
 
 
 def _distinct_front(rows: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Which of distinct rows, in lexicographic order, no other dominates.
+    """The rows that no other dominates, among distinct rows in lexicographic order.
 
     Only an earlier row can dominate one, and does where it is at most as great in all objectives but the first. The
     sets of rows that are at most as great are bits, so 64 rows are compared at once.
@@ -173,7 +173,7 @@ class _Below:
 
 
 def _all(sets: list[NDArray[np.uint64]]) -> NDArray[np.uint64]:
-    """What all sets hold; the first one is overwritten."""
+    """The members of all sets; the first one is overwritten."""
     common = sets[0]
     for each in sets[1:]:
         common &= each

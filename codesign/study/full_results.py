@@ -1,4 +1,4 @@
-"""The full results of points: kept ones as they are, those of priced points simulated when they are asked for."""
+"""The full results of points: kept ones as they are, and priced points simulated when they are asked for."""
 
 from __future__ import annotations
 

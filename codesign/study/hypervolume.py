@@ -1,4 +1,4 @@
-"""How much of the objectives' space the designs of a search dominate, over the evaluations.
+"""The part of the objectives' space that the designs of a search dominate, over the evaluations.
 
 The hypervolume is exact, by moocore (extra ``search``). Each objective is normalised: 0 is the best value of any
 feasible design that was evaluated, 1 the worst. The reference point is at 1.1 in each, so that the extremes of a front

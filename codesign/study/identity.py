@@ -1,4 +1,4 @@
-"""What a result depends on besides the axis values, as one digest.
+"""The digest of all that a result depends on besides the axis values.
 
 A finished point is taken from a store only where computing it again would give the same result: the same
 platform and parts, the same workload and map, the same code and the same measured rows. So every file that
@@ -106,7 +106,7 @@ def _library_digest(folder: Path, _statuses: tuple[_Status, ...]) -> str:
 
 
 def contents_of(explored: Explored) -> dict[str, dict[str, str]]:
-    """What the values of axes stand for: platforms, variants but ``base``, which is the workload, and maps in files."""
+    """The meaning of the values of axes: platforms, variants but ``base``, which is the workload, and maps in files."""
     from codesign.inputs.edit import PLATFORM_AXIS, VARIANT_AXIS, choose_variant
     from codesign.inputs.workload import BASE
 

@@ -1,4 +1,4 @@
-"""Which points and designs of a study fit, keep the constraints and reach their goals, in arrays.
+"""The points and designs of a study that fit, keep the constraints and reach their goals, in arrays.
 
 ``Design.out`` has the reasons of one design; what follows for all designs from the same rules stands here.
 """
@@ -49,7 +49,7 @@ class Judged:
 
     @cached_property
     def fits_points(self) -> Flags:
-        """Which points fit, whatever the constraints."""
+        """The points that fit, whatever the constraints."""
         fits = self._outcomes.each(lambda template: template.feasible, False)
         return np.asarray(fits & (self._outcomes.state == State.DONE) & (self._outcomes.reason < 0))
 
@@ -61,7 +61,7 @@ class Judged:
 
     @cached_property
     def ends(self) -> tuple[str, ...]:
-        """Why missions ended before their goals, each once."""
+        """The reasons for which missions ended before their goals, each once."""
         return tuple(dict.fromkeys(filter(None, map(_ended, self._outcomes.templates))))
 
     @cached_property
@@ -83,7 +83,7 @@ class Judged:
 
     @cached_property
     def feasible_points(self) -> Flags:
-        """Which points fit and, in a study without conditions, keep every constraint."""
+        """The points that fit and, in a study without conditions, keep every constraint."""
         feasible = self.fits_points.copy()
         for broken in self.broken_points:
             feasible[broken.which] = False
@@ -91,7 +91,7 @@ class Judged:
 
     @cached_property
     def unreached_points(self) -> Flags:
-        """Which feasible points have a mission that ended before its goals."""
+        """The feasible points with a mission that ended before its goals."""
         return np.asarray(self.feasible_points & (self.ended_points >= 0))
 
     def _budgets(self, limit: Constraint) -> Floats:
@@ -126,7 +126,7 @@ class Judged:
 
     @cached_property
     def counts_points(self) -> Flags:
-        """Which points have reasons that keep their designs out."""
+        """The points with reasons that keep their designs out."""
         done, blocked = self.state == State.DONE, self.blocked
         out = done & (blocked == self.conditions) if self.tolerant else done & (blocked > 0)
         return np.asarray(np.repeat(out, self.conditions) & ~self.feasible_points)
@@ -166,7 +166,7 @@ class Judged:
 
     @cached_property
     def out(self) -> Flags:
-        """Which designs have a reason that keeps them out."""
+        """The designs with a reason that keeps them out."""
         reasoned = self._outcomes.each(lambda template: bool(template.reasons), False) | (self._outcomes.reason >= 0)
         for broken in self.broken_points:
             reasoned[broken.which] = True
@@ -177,12 +177,12 @@ class Judged:
 
     @cached_property
     def feasible(self) -> Flags:
-        """Which designs fit in every condition that counts, and satisfy every constraint."""
+        """The designs that fit in every condition that counts, and satisfy every constraint."""
         return np.asarray((self.state == State.DONE) & ~self.out)
 
     @cached_property
     def unreached(self) -> Flags:
-        """Which feasible designs have a mission that ended before its goals, and counts."""
+        """The feasible designs with a mission that ended before its goals, and counts."""
         ended = self.by_design(self.unreached_points).sum(axis=1)
         counts = (ended > 0) & self.feasible
         return np.asarray(counts & (ended + self.blocked == self.conditions) if self.tolerant else counts)
@@ -194,7 +194,7 @@ class Judged:
         return condition, np.asarray(self.by_design(self.ended_points)[np.arange(self.count), condition], np.int64)
 
     def budgets(self, limit: Constraint) -> Floats:
-        """How many the part of each design has of a resource that a constraint bounds by a share; NaN: it has none."""
+        """The budget of the part of each design of a resource that a constraint bounds by a share; NaN: it has none."""
         table = self.by_design(np.broadcast_to(self._budgets(limit), len(self._outcomes)))
         return np.asarray(table[np.arange(self.count), (~np.isnan(table)).argmax(axis=1)], np.float64)
 
@@ -214,12 +214,12 @@ class Judged:
         return self._figures[figure]
 
     def whys(self, figure: ResultFigure) -> list[Why]:
-        """Why a figure has no value in some condition, and for which designs; see ``Outcomes.whys``."""
+        """The reasons for no value of a figure in some condition, with their designs; see ``Outcomes.whys``."""
         whys = self._outcomes.whys(figure)
         return [(why, np.asarray(self.by_design(where).any(axis=1))) for why, where in whys]
 
     def values(self, figure: ResultFigure) -> Floats:
-        """What is aggregated, designs × conditions: the figure; by share, 1 where the limit is met, else 0."""
+        """The values that are aggregated, designs × conditions: the figure; by share, 1 if the limit is met, else 0."""
         rule = self._world.rule(figure)
         return self.values_by_share(rule) if isinstance(rule, Share) else self.plain(figure)
 

@@ -1,4 +1,4 @@
-"""What a store has of the works of an exploration, and how what comes in is kept there."""
+"""The works of an exploration that a store has, and how new outcomes are kept there."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class Kept:
     lasting: bool = True
 
     def everything(self, plan: Plan) -> Iterator[Done]:
-        """What the store has of a study: its blocks by their keys, and all other points one by one.
+        """The contents of the store for a study: its blocks by their keys, and all other points one by one.
 
         Raises:
             StoreError: see ``parted``.
@@ -49,7 +49,7 @@ class Kept:
         yield from self._entries(np.flatnonzero(alone))
 
     def planned(self, plan: Plan) -> Iterator[Done]:
-        """What the store has of the points of a plan alone; the space may be too large to go through.
+        """The contents of the store for the points of a plan alone; the space may be too large to go through.
 
         Raises:
             StoreError: see ``parted``.
@@ -67,7 +67,7 @@ class Kept:
         return list(dict.fromkeys(np.concatenate(numbers).tolist())) if numbers else []
 
     def blocks(self, plan: Iterable[tuple[str, Indices]]) -> Iterator[Done]:
-        """What the store has of the blocks of a plan.
+        """The contents of the store for the blocks of a plan.
 
         Raises:
             StoreError: see ``parted``.
@@ -79,7 +79,7 @@ class Kept:
                 yield Done(work, self._read(block[1], len(work.numbers)))
 
     def _entries(self, points: Indices) -> Iterator[Done]:
-        """What the store has of points that were simulated by themselves."""
+        """The contents of the store for points that were simulated by themselves."""
         if not len(points) or not self.store.has_entries():
             return
         for begin in range(0, len(points), _KEYS_AT_ONCE):

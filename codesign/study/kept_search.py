@@ -1,4 +1,4 @@
-"""What searches left of a study, in its store: the boxes that they excluded, and what the last search did.
+"""The traces of searches in the store of a study: the boxes that they excluded, and what the last search did.
 
 Bounds hold for a study whatever was evaluated since, so the boxes outlive the search. A search is reported later as
 when it ended.
@@ -24,7 +24,7 @@ _BOXES, _SEARCHED = "excluded", "searched"
 
 
 def keep_boxes(kept: Kept, study: str, excluded: Sequence[Box], decisions: Space) -> None:
-    """Keep the boxes of a search, unless those of an earlier one hold as many designs.
+    """Keep the boxes of a search, unless the boxes of an earlier one hold as many designs.
 
     ``study``: its key in the store.
     """
@@ -65,9 +65,9 @@ def forget_search(kept: Kept, study: str) -> None:
 
 
 def search_of_study(kept: Kept, study: str, decisions: Space, chosen: Sequence[int] | None) -> Searched | None:
-    """What the last search did; None where all points were asked for.
+    """The last search of a study; None if all points were asked for.
 
-    ``decisions``: all designs. ``chosen``: those that the study holds; None: all.
+    ``decisions``: all designs. ``chosen``: the designs that the study holds; None: all.
 
     Raises:
         StoreError: it is none of this space.
@@ -118,7 +118,7 @@ def _put(kept: Kept, key: str, record: Any) -> None:
 
 
 def _read(kept: Kept, key: str, what: str, make: Callable[[Any], T]) -> T | None:
-    """What ``make`` makes of the record under a key; None where there is none."""
+    """The object that ``make`` makes of the record under a key; None if there is none."""
     for _, data in kept.store.blocks([key]):
         try:
             return make(read_json(expanded(data).decode()))

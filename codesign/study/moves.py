@@ -58,7 +58,7 @@ class Bench:
 
     @property
     def cheap(self) -> str:
-        """Why no run is made; "" where runs are cheap."""
+        """The reason for which no run is made; "" if runs are cheap."""
         problem = self.system.problem
         if self.own.mission is not None or self.workload.scenario.type != "plan_once":
             return "a drive or a fleet takes too long to be run for each lever"
@@ -108,7 +108,7 @@ def _same(reason: Reason, other: Reason) -> bool:
 
 
 def compared(own: Result, other: Result, objectives: Sequence[ResultFigure]) -> Moved:
-    """Another result against that of the design, by the objectives."""
+    """Another result against the result of the design, by the objectives."""
     figures = {figure: figure_of(other, figure) for figure in objectives}
     both = own.feasible and other.feasible
     gains, losses = gains_of({figure: figure_of(own, figure) for figure in objectives if both}, figures)
@@ -290,7 +290,7 @@ def _steps(bench: Bench) -> Iterator[tuple[str, Any, Any, Any]]:
 
 
 def _other_values(value: Any, annotation: Any, parameters: TaskParameters) -> list[Any]:
-    """The values one step beside that of a parameter: half and double of a number or a shape, the other words."""
+    """The values one step beside a parameter's value: half and double of a number or a shape, the other words."""
     if isinstance(value, bool):
         return [not value]
     if isinstance(value, int):

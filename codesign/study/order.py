@@ -79,7 +79,7 @@ class Lattice:
         return (turns * self.step + self.shift) % self.size
 
     def before(self, turn: int, end: int) -> int:
-        """How many of the turns before ``turn`` take a point before ``end``."""
+        """The number of the turns before ``turn`` that take a point before ``end``."""
         full = _sum_of_floors(turn, self.size, self.step, self.shift)
         return full + turn - _sum_of_floors(turn, self.size, self.step, self.shift - end + self.size)
 

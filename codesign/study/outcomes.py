@@ -1,4 +1,4 @@
-"""What came of every point of a study, in columns.
+"""The outcomes of every point of a study, in columns.
 
 Points that compute the same differ in what prices move: times, energy, power, and whether the clock is too fast. These
 stand in columns, one entry a point. Everything else is the same of many points, and stands once, in a template.
@@ -30,7 +30,7 @@ ALL = slice(None)
 
 
 class State(IntEnum):
-    """What became of a point."""
+    """The state of a point."""
 
     MISSING = 0
     DONE = 1
@@ -139,7 +139,7 @@ class Outcomes:
         self.failures[index] = message
 
     def join(self, indices: NDArray[np.intp], batch: Outcomes) -> None:
-        """Take the outcomes of the points with these indices: the first is that of the first index."""
+        """Take the outcomes of the points with these indices: the first outcome belongs to the first index."""
         self.state[indices] = batch.state
         self.which[indices] = np.where(batch.which < 0, -1, batch.which + len(self.templates))
         self.reason[indices] = np.where(batch.reason < 0, -1, batch.reason + len(self.reasons))
@@ -177,7 +177,7 @@ class Outcomes:
         return np.flatnonzero(self.state != State.MISSING)
 
     def template(self, index: int) -> Result | None:
-        """What the result of a point has in common with those of others; None where it has no result."""
+        """The part of the result of a point that other points share; None if it has no result."""
         number = int(self.which[index])
         return None if number < 0 else self.templates[number]
 
@@ -207,7 +207,7 @@ class Outcomes:
         return None if math.isnan(held) else float(held)
 
     def whys(self, figure: ResultFigure) -> list[Why]:
-        """Why a figure has no value, and for which points (bool), the first that holds a point being its reason.
+        """The reasons for no value of a figure, each with its points (bool); the first of a point is its reason.
 
         None are named of a declared figure.
         """

@@ -107,7 +107,7 @@ class Turns:
     """The turns of points: an order that shows the whole space early, and does a design before the next one.
 
     Args:
-        decisions: the space of the designs, whose turns are those of ``Order``.
+        decisions: the space of the designs, whose turns are the turns of ``Order``.
         conditions: how many each design meets.
     """
 
@@ -273,7 +273,7 @@ def key_of(space: Space, levels: Mapping[str, NDArray[np.int32]]) -> str:
 
 
 def _shapes(models: Sequence[Hardware | None]) -> NDArray[np.int32]:
-    """A number for each kind of model: those of one kind differ in prices alone."""
+    """A number for each kind of model: models of one kind differ in prices alone."""
     kinds: dict[str, int] = {}
     return np.array([kinds.setdefault(_shape(model), len(kinds)) for model in models], np.int32)
 

@@ -1,4 +1,4 @@
-"""Why designs were left out, counted over a whole study, and the designs that miss feasibility by least."""
+"""The reasons for which designs were left out, counted over a study, and the designs that miss feasibility by least."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Out:
-    """Why a design is not feasible: a reason of its point in one condition, or of all of them together (None)."""
+    """The reason for which a design is not feasible: in one condition, or in all of them together (None)."""
 
     reason: Reason
     condition: int | None = None
@@ -32,10 +32,10 @@ class Out:
 
 @dataclass(frozen=True)
 class ReasonCount:
-    """How often one reason kept designs out: ``designs`` of them.
+    """The count of one reason that kept designs out: ``designs`` of them.
 
     ``nearest`` is the index of the design with the least gap, the first of equals; ``least_gap`` (in ``unit``) and
-    ``levers`` are those of this design, in its worst condition. A reason without a limit has a gap of 0 and no levers:
+    ``levers`` belong to this design, in its worst condition. A reason without a limit has a gap of 0 and no levers:
     a ``failure``, with its message's first line as name; ``unreached``, with what ended the mission; ``no figure``,
     with the objective that a feasible design does not have, and why where it is derived.
     """
@@ -50,7 +50,7 @@ class ReasonCount:
 
 
 def point_reasons(table: Table, index: int) -> tuple[Reason, ...]:
-    """Why a point is not feasible."""
+    """The reasons for which a point is not feasible."""
     outcomes, template = table.outcomes, table.outcomes.template(index)
     if template is None:
         return ()
@@ -72,7 +72,7 @@ def point_reasons(table: Table, index: int) -> tuple[Reason, ...]:
 
 
 def design_outs(table: Table, index: int) -> tuple[Out, ...]:
-    """Why a design is not feasible; empty where it is, or was not computed."""
+    """The reasons for which a design is not feasible; empty if it is, or was not computed."""
     judged = table.judged
     if not judged.out[index]:
         return ()

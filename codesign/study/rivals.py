@@ -81,7 +81,7 @@ class StudyRivals:
         return result
 
     def shared(self, position: int) -> Result:
-        """What the result of one has in common with those of other points."""
+        """The part of the result of one that other points share."""
         template = self._outcomes.template(int(self.points[position]))
         assert template is not None, "a feasible point"
         return template

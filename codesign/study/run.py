@@ -80,7 +80,7 @@ def explore(
             would take more than a worker's share, by an estimate, is not begun: it counts as failed.
         budget: how many points to compute, or for how long; by default all. The rest is missing. ``budget.ended`` then
             says why.
-        search, seed: which search says which points to compute; by default that of the workload (``explore.search``),
+        search, seed: the search that says which points to compute; by default the workload's own (``explore.search``),
             or else all points. ``all``: all of them. What ``budget`` leaves open, the workload's search settles.
 
     Raises:
@@ -137,7 +137,7 @@ class _Run:
 
     @property
     def section(self) -> Exploration:
-        """What is explored."""
+        """The exploration: axes, conditions, objectives and constraints."""
         return self.definition.section
 
     @property
@@ -157,7 +157,7 @@ class _Run:
 
     @cached_property
     def earlier(self) -> Plan:
-        """What was planned of this study before."""
+        """The plan of this study that was made before."""
         plan = self.kept.store.plan(self.key)
         return read_plan(plan, len(self.space)) if plan else ()
 
@@ -257,7 +257,7 @@ class _Run:
 
 
 def _given(executor: Executor | Client | None, workers: int | None) -> Executor | None:
-    """The executor that was handed in; that of a client of dask.distributed computes with its cluster."""
+    """The executor that was handed in; the executor of a client of dask.distributed computes with its cluster."""
     if executor is not None and workers is not None:
         what = f"{workers} local workers and an executor are asked for at once"
         raise InputError(what, "workers", "leave one of the two out: workers are processes of this machine")
@@ -268,7 +268,7 @@ def _given(executor: Executor | Client | None, workers: int | None) -> Executor 
 
 
 def _evaluator(specs: Specs, space: Space, memory: int, evaluate: EvaluatePoint | None, store: Store) -> Evaluator:
-    """What computes the points: the caller's own ``evaluate``, or pricing and simulation."""
+    """The evaluator of the points: the caller's own ``evaluate``, or pricing and simulation."""
     if evaluate is not None:
         return PointByPoint(evaluate, space)
     check_some_point(specs.explored, space, specs.grid, memory)
@@ -276,7 +276,7 @@ def _evaluator(specs: Specs, space: Space, memory: int, evaluate: EvaluatePoint 
 
 
 def _pending(kept: Kept, tally: Tally, works: Iterable[Work]) -> list[Work]:
-    """What is left to compute, after what the store has was taken."""
+    """The work that is left to compute, after what the store has was taken."""
     pending: list[Work] = []
     for each in kept.parted(works):
         if isinstance(each, Done):

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Problem:
-    """What is searched.
+    """The problem of a search.
 
     - ``decisions``: the space of the designs. ``objectives``: their names; ``maximise``: of each, whether more is
       better. ``limits``: the names of the amounts by which a design may break a limit.
@@ -57,17 +57,17 @@ class Search(Protocol):
 
     @property
     def batch(self) -> int:
-        """How many designs the search asks for at once, where it may choose."""
+        """The number of designs that the search asks for at once, where it may choose."""
 
     @property
     def repeated(self) -> int:
-        """How often a design was suggested that had been asked for before."""
+        """The number of times that a design was suggested that had been asked for before."""
 
     def ask(self, count: int) -> list[int]:
         """At most so many designs, none of which was asked for before. Empty: the search is at its end."""
 
     def tell(self, designs: Sequence[int], objectives: Floats, excess: Floats) -> None:
-        """What came of the designs that were asked for.
+        """Take the outcome of the designs that were asked for.
 
         Args:
             designs: as they were asked for.
@@ -79,9 +79,9 @@ class Search(Protocol):
 
 @dataclass(eq=False)
 class Trace:
-    """What a search did.
+    """The course of a search.
 
-    - ``name``, ``seed``: of the search. ``designs``: those that it evaluated, each once, in their order.
+    - ``name``, ``seed``: of the search. ``designs``: the ones that it evaluated, each once, in their order.
     - ``repeated``: see ``Search.repeated``. ``excluded``: see ``Search.excluded``.
     - ``ended``: why it ended; ``proved``: no other design is on the front.
     - ``enumerated``: why all points were computed in its place, which has no ``designs`` of its own then; "": it ran.
@@ -99,7 +99,7 @@ class Trace:
 
 @dataclass(frozen=True, eq=False)
 class Searched:
-    """What searches made of a space: the chosen one first, then random search beside it.
+    """The result of searches of a space: the chosen one first, then random search beside it.
 
     ``simulated``: how many simulations they took together. ``kept``: points that were found in the store.
     """
@@ -120,7 +120,7 @@ class Searched:
 
 
 def comparable(objectives: Floats, excess: Floats) -> Flags:
-    """Which designs keep every limit and have every objective."""
+    """The designs that keep every limit and have every objective."""
     return np.asarray((excess <= 0).all(axis=1) & ~np.isnan(objectives).any(axis=1))
 
 

@@ -197,7 +197,7 @@ class BoundSearch:
         self._put(box.family, low, last, box.costs)
 
     def _put(self, family: OpenFamily, low: Places, last: Places, above: Floats | None = None) -> None:
-        """Put in boxes, with bounds no less than those of the boxes that they are parts of."""
+        """Put in boxes, with bounds no less than the bounds of the boxes that they are parts of."""
         costs = family.costs(low, last)
         costs = costs if above is None else np.maximum(costs, above)
         left = np.ones(len(low), np.bool_)

@@ -111,7 +111,7 @@ class Rounds(Tally):
         return number >= 0 and self._held[number][1].state[row] == State.DONE
 
     def gather(self, designs: Sequence[int], conditions: int) -> None:
-        """Put the rounds together: all points of the space where a study may hold them, else those of the designs."""
+        """Put the rounds together: all points of the space if a study may hold them, else the points of the designs."""
         if len(self.space) <= MAX_STUDY_POINTS:
             self.outcomes = Outcomes.empty(len(self.space))
             for points, outcomes in self._held:
@@ -183,7 +183,7 @@ class SearchRun:
                 tally.take_kept(done)
 
     def problem(self, decisions: Space, bounds: Bounds | None) -> Problem:
-        """What is searched."""
+        """The problem of the search."""
         figures = self._section.objectives
         maximise = tuple(self.world.maximise(figure) for figure in figures)
         return Problem(decisions, tuple(figure.name for figure in figures), maximise, self.limits, bounds)
@@ -233,11 +233,11 @@ class SearchRun:
 
     @property
     def searched(self) -> Searched:
-        """What the searches did so far."""
+        """The searches so far."""
         return Searched(self._traces, self._tally.simulated, self._tally.cached)
 
     def _room(self, search: Search, budget: Budget) -> int:
-        """How many designs may be asked for; 0 where the budget is used up."""
+        """The number of designs that may be asked for; 0 if the budget is used up."""
         if budget.left is None:
             return search.batch
         if budget.left < self.conditions:
@@ -298,7 +298,7 @@ class SearchRun:
 
 
 def enumerated(searching: Searching, explored: Explored, space: Space, budget: Budget | None) -> str:
-    """Why all points are computed in the place of a search; "": they are not.
+    """The reason for which all points are computed in the place of a search; "": they are not.
 
     It may not take more simulations: branch and bound simulates as much as all points do, the others at most what their
     budget of points allows, or a generation where they have none.
@@ -332,7 +332,7 @@ def searched_before(kept: Kept, section: Exploration, plan: Plan) -> Rounds:
 def verdicts(
     outcomes: Outcomes, world: Conditions, section: Exploration, limits: Sequence[str]
 ) -> tuple[Floats, Floats]:
-    """What searches are told of designs: their objectives, and by how much they break each limit.
+    """The verdicts on designs that searches are told: their objectives, and by how much they break each limit.
 
     Returns:
         float64, designs × objectives (NaN: not comparable), and designs × limits (NaN: the design failed).

@@ -1,4 +1,4 @@
-"""Which axis moves which figure, and how much of its spread: shares of the variance over the feasible designs.
+"""The share of the spread of a figure that each axis moves: shares of the variance over the feasible designs.
 
 On a full grid, where every combination of the axes has the figure, the shares are the indices of Sobol, exactly:
 
@@ -70,7 +70,7 @@ def axis_effects(table: Table, figures: Sequence[ResultFigure]) -> tuple[AxisEff
 
 
 def _last_of_equals(table: Table, name: str) -> Levels:
-    """For each value of an axis the number of the last one that is equal as JSON; behind them that of having none."""
+    """For each value of an axis the number of the last one that is equal as JSON; behind them, of no value."""
     texts = {json.dumps(value): place for place, value in enumerate(table.axes[name])}
     return np.array([*(texts[json.dumps(value)] for value in table.axes[name]), len(table.axes[name])], np.intp)
 

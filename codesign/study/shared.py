@@ -153,7 +153,7 @@ _ALL_SET = set(_FIELDS)
 
 @cache
 def _field(name: str) -> TypeAdapter[Any]:
-    """What validates a field of a result."""
+    """The validator of a field of a result."""
     info = Result.model_fields[name]
     annotation: Any = Annotated[info.annotation, info]
     return TypeAdapter(annotation)

@@ -55,7 +55,7 @@ def check_some_point(explored: Explored, space: Space, grid: OccupancyGrid | Non
     """Refuse an exploration with no point that can be bound in so much memory, before each of its points fails.
 
     Raises:
-        SpecError, InputError: those of the first point.
+        SpecError, InputError: the fault of the first point.
     """
     first: CodesignError | None = None
     for point in islice(space.points(), _TRIED_AT_FIRST):
@@ -99,7 +99,7 @@ def _reason(name: str, hint: str | None) -> Reason:
 
 
 def _sentence(fault: Fault) -> str:
-    """What is wrong; of the value of an axis, with the axis."""
+    """The fault in words; of the value of an axis, with the axis."""
     axis = fault.file.removeprefix("point: ")
     return fault.what if axis == fault.file else f"{axis}: {fault.what}"
 

@@ -144,7 +144,7 @@ def canonical(value: Any) -> str:
 
 
 def group_limit(points: int, workers: int) -> int:
-    """How large groups may be: about eight for each worker, so that all end at about the same time.
+    """The greatest size of groups: about eight for each worker, so that all end at about the same time.
 
     >>> group_limit(24, 2), group_limit(1000, 2), group_limit(3, 8)
     (2, 16, 1)
@@ -176,7 +176,7 @@ class Box:
 
     @property
     def designs(self) -> int:
-        """How many designs are in the box."""
+        """The number of designs in the box."""
         return math.prod(high - low for low, high in zip(self.low, self.high, strict=True))
 
     def axes(self, decisions: Space) -> dict[str, tuple[Any, ...]]:

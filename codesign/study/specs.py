@@ -1,4 +1,4 @@
-"""What the points of a study are made of, so that any of them can be made and run again."""
+"""The specs that the points of a study are made of, so that any of them can be made and run again."""
 
 from __future__ import annotations
 
@@ -145,7 +145,7 @@ class Specs:
         return contents_of(self.explored)
 
     def _changed(self, axes: Mapping[str, Any], now: Mapping[str, str]) -> list[str]:
-        """What a point depends on and differs from what it was, but for the code."""
+        """The inputs of a point that differ from what they were, but for the code."""
         changed = [_WHAT[name] for name, digest in self.identity.items() if name in _WHAT and now[name] != digest]
         for axis, digests in self.contents.items():
             value = canonical(axes.get(axis))

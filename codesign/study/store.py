@@ -1,4 +1,4 @@
-"""What is kept of an exploration: entries, blocks and computations by key, and the definitions of studies.
+"""The store of an exploration: entries, blocks and computations by key, and the definitions of studies.
 
 A store lasts as long as the process, or is one SQLite file that holds the results of any number of studies. An
 exploration goes on there where it stopped. A result stands under the key of its point: a digest over platform,
@@ -39,7 +39,7 @@ MOST_COMPUTATIONS = 2**26
 
 
 class EntryState(StrEnum):
-    """How the computation of a point ended."""
+    """The way in which the computation of a point ended."""
 
     DONE = "done"
     FAILED = "failed"
@@ -62,7 +62,7 @@ class Entry:
 
 @dataclass(frozen=True)
 class Batch:
-    """What is kept together, all of it or nothing.
+    """The outcomes that are kept together, all of them or none.
 
     - ``entries``: of points that were simulated by themselves.
     - ``blocks``: outcomes of points that compute the same, by key (``blocks.block_of``).
@@ -75,7 +75,7 @@ class Batch:
 
 
 class Store(Protocol):
-    """What was computed, by key, and the definitions of the studies that it was computed for."""
+    """The outcomes that were computed, by key, and the definitions of the studies that they were computed for."""
 
     def find(self, keys: Sequence[str]) -> dict[str, Entry]:
         """The entries there are under ``keys``."""
@@ -175,7 +175,7 @@ class UnsteadyError(OSError):
 
 @contextmanager
 def written_here(path: Path) -> Iterator[None]:
-    """While this process writes the database at ``path``, which exists, copying it leaves its locks alone."""
+    """Leave the locks of the database at ``path`` alone when it is copied, while this process writes it. It exists."""
     place = _place(os.stat(path))
     descriptors = _written.setdefault(place, [])
     try:
@@ -219,7 +219,7 @@ def _copy_steady(source: Path, copy: Path) -> None:
 
 
 def _marks(source: Path) -> tuple[object, ...]:
-    """What stays as it is between two looks unless a copy made between them may hold half of a change."""
+    """The marks that stay as they are between two looks unless a copy made between them may hold half of a change."""
     log = _head(Path(f"{source}-wal"), _LOG_HEADER)
     journal = _head(Path(f"{source}-journal"), _DATABASE_HEADER)
     status = os.stat(source)

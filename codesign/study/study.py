@@ -61,11 +61,11 @@ class Study(Table, InNotebooks):
         return self.points[checked_index("point", index, len(self.points))]
 
     def sensitivity(self, *figures: ResultFigure) -> tuple[AxisEffect, ...]:
-        """How much of the spread of each figure each axis moves; by default of each objective. See ``axis_effects``."""
+        """The share of the spread of each figure (by default, objective) that each axis moves: ``axis_effects``."""
         return axis_effects(self, figures or self.objectives)
 
     def explain(self, index: int, show: Show = silent) -> Explanation:
-        """Why a design is as it is: time, energy, what keeps it out, its neighbours, and how sure that is.
+        """Explain why a design is as it is: time, energy, what keeps it out, its neighbours, and how sure that is.
 
         ``index``: of a design; without conditions a design is a point. ``show`` is told what is run.
 

@@ -53,7 +53,7 @@ class Table:
 
     Attributes:
         specs: what the points are made of; None of a study that was put together by hand.
-        axes: the values of each decision. conditions: those of each condition; without any, a design is one point.
+        axes: the values of each decision. conditions: the values of each; without any, a design is one point.
         objectives: span the front of the designs. constraints: what a feasible design keeps.
         outcomes: what came of each point. Conditions move fastest: design ``d`` has the points from ``d`` times the
             number of conditions on.
@@ -94,7 +94,7 @@ class Table:
 
     @property
     def every_axis(self) -> dict[str, tuple[Any, ...]]:
-        """The values of each decision, then those of each condition."""
+        """The values of each decision, then the values of each condition."""
         return {**self.axes, **self.conditions}
 
     @cached_property
@@ -116,7 +116,7 @@ class Table:
 
     @cached_property
     def judged(self) -> Judged:
-        """Which points and designs are feasible, and their figures, in arrays."""
+        """The points and designs that are feasible, and their figures, in arrays."""
         return Judged(self.outcomes, self.world, self.constraints, self.objectives)
 
     @cached_property
@@ -126,7 +126,7 @@ class Table:
 
     @cached_property
     def distinct_designs(self) -> Flags:
-        """Which designs are not the same as an earlier one."""
+        """The designs that are not the same as an earlier one."""
         return np.asarray(self.first_of_same == np.arange(self.judged.count))
 
     @cached_property
@@ -147,7 +147,7 @@ class Table:
 
     @cached_property
     def on_front(self) -> Flags:
-        """Which designs are on the front, or the same as one that is."""
+        """The designs on the front, and those that are the same as one on it."""
         chosen = np.zeros(self.judged.count, np.bool_)
         chosen[list(self.front)] = True
         return np.asarray(chosen[self.first_of_same])
@@ -240,7 +240,7 @@ class Table:
         return tuple(feasible[~apart].tolist())
 
     def _values(self, figure: ResultFigure) -> Floats:
-        """What is aggregated of a figure: feasible designs × conditions."""
+        """The values of a figure that are aggregated: feasible designs × conditions."""
         if figure not in self._of_figures:
             self._of_figures[figure] = self.judged.values(figure)[self.judged.feasible & self.distinct_designs]
         return self._of_figures[figure]
@@ -252,8 +252,8 @@ class Table:
     def at(self, condition: Mapping[str, Any]) -> Self:
         """The study in some of its conditions: of each named condition one value, the others as they are.
 
-        ``condition``: the value by condition, or its number in the list, from 0. Where every condition is named, the
-        study has none left, and its figures are those of single points.
+        ``condition``: the value by condition, or its number in the list, from 0. If every condition is named, the
+        study has none left, and its figures are figures of single points.
 
         Raises:
             InputError: no such condition, or no such value of it.
@@ -293,7 +293,7 @@ class Table:
 
     @property
     def templates(self) -> list[Result]:
-        """What results of points have in common, in the order of their first points."""
+        """The parts of results that points share, in the order of their first points."""
         return [self.outcomes.templates[number] for number in self.outcomes.used()]
 
     @cached_property
@@ -395,7 +395,7 @@ def _figure_columns(table: Table) -> list[NDArray[Any]]:
 
 
 def _idle_axes(table: Table) -> NDArray[np.bool_]:
-    """Which axes move nothing that a design uses: designs × axes; none of a design that was not run."""
+    """The axes that move nothing that a design uses: designs × axes; none of a design that was not run."""
     outcomes, judged, names = table.outcomes, table.judged, tuple(table.axes)
     tasks = {task for number in outcomes.used() for task in outcomes.templates[number].places}
     rows = [

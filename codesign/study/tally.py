@@ -57,7 +57,7 @@ class _Mean:
 
 
 class ExplorationPace:
-    """How long the works that are left will take.
+    """The time that the works that are left will take.
 
     The means of recent works are S for a simulation, P for a priced point, and A for a point that is simulated by
     itself. O is what this process does itself with each of them:
@@ -94,7 +94,7 @@ class ExplorationPace:
         self._last: float | None = None
 
     def watched(self, coming: Iterable[Done]) -> Iterator[Done]:
-        """What comes in, while it is timed here and in the caller."""
+        """The outcomes that come in, while they are timed here and in the caller."""
         for done in coming:
             self._take(done)
             begun = self._clock()
@@ -133,7 +133,7 @@ class ExplorationPace:
         return min(max(self._wall / self._taken, least), most)
 
     def _take(self, done: Done) -> None:
-        """What came in is no more left, and says what such works take."""
+        """Count off what came in, and learn from it what such works take."""
         alone = self._count_off(done)
         now = self._clock()
         if done.took_s is not None and done.simulating_s is not None:
@@ -175,7 +175,7 @@ _OBJECTS_UNTIL_COLLECTED = 50_000
 
 @dataclass(frozen=True)
 class Progress:
-    """How far an exploration is.
+    """The progress of an exploration.
 
     Attributes:
         done: points with an outcome, of ``total``; ``cached`` of them were found in the store.
@@ -231,7 +231,7 @@ class Tally:
 
     @property
     def done(self) -> int:
-        """How many points came in; ``cached`` of them were found in the store."""
+        """The number of points that came in; ``cached`` of them were found in the store."""
         return self.cached + self._computed
 
     def sorting(self, works: Iterable[Work]) -> Iterator[Work]:
@@ -253,7 +253,7 @@ class Tally:
     def watched(
         self, coming: Iterable[Done], works: Sequence[Work], workers: int, budget: Budget | None
     ) -> Iterator[Done]:
-        """What comes in of works, timed: ``left_s`` is known from now on."""
+        """The outcomes of works as they come in, timed: ``left_s`` is known from now on."""
         self._pace, self._budget = ExplorationPace(works, len(self.space), workers), budget
         yield from self._pace.watched(coming)
 
@@ -286,7 +286,7 @@ class Tally:
         )
 
     def _begun(self) -> Outcomes:
-        """What the outcomes are taken into: all points of the space."""
+        """The outcomes to be filled: all points of the space."""
         return Outcomes.empty(self.total)
 
     def _take(self, done: Done) -> None:

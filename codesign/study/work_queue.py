@@ -39,7 +39,7 @@ _GROWTH = 4
 
 
 class BatchSize:
-    """How many works take so many ``seconds``, by those that came in."""
+    """The number of works that take so many ``seconds``, by those that came in."""
 
     def __init__(self, seconds: float) -> None:
         self.seconds = seconds
@@ -55,7 +55,7 @@ class BatchSize:
 
     @property
     def works(self) -> int:
-        """How many works a batch has."""
+        """The number of works that a batch has."""
         if self._a_work is None:
             return 1
         return max(1, min(self._most, round(self.seconds / max(self._a_work, 1e-6))))
@@ -210,7 +210,7 @@ class WorkQueue:
                     send(seat, batch)
 
     def came(self, seat: Seat, works: Sequence[Work], done: Sequence[Done], seconds: float) -> list[Done]:
-        """What came of the first works of a batch, with these works again; the others are next. For ``take``."""
+        """The outcomes of the first works of a batch, with these works again; the others are next. For ``take``."""
         self.size.take(seconds, len(done))
         self.put_back(works[len(done) :], seat.name)
         return [replace(each, work=work) for work, each in zip(works, done, strict=False)]
@@ -238,7 +238,7 @@ class WorkQueue:
         self._dealer.put_back([work for work in works if not any(work is each for each in tried)], seat)
 
     def after_death(self, works: Iterable[Work], cause: str) -> Iterator[Done]:
-        """What has failed of the works on a seat that died; the others are under suspicion.
+        """The outcomes of works on a seat that died and so failed; the others are under suspicion.
 
         ``cause``: how it died, such as `` by SIGKILL``; "" where it is not known.
         """
@@ -269,7 +269,7 @@ class Packing:
         self._parts = Parts()
 
     def __call__(self, work: Work) -> Done:
-        """What came of a work, packed."""
+        """The outcome of a work, packed."""
         done = replace(self._evaluate(work), work=Alone(()))
         if done.priced is None:
             return done

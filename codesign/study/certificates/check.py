@@ -22,7 +22,7 @@ _ENDS = {"at_least": np.greater_equal, "at_most": np.less_equal, "above": np.gre
 
 @dataclass(frozen=True)
 class Trust:
-    """What an accepted certificate says that nothing else in it shows.
+    """A part of an accepted certificate that nothing else in it shows.
 
     - ``what``: in words. ``designs``: of how many.
     - ``eligible``: how many of these are off the front for no other reason than that or a design that dominates them:
@@ -37,7 +37,7 @@ class Trust:
 
 @dataclass(frozen=True)
 class Verdict:
-    """What an accepted certificate says: how many designs each claim stands for, and the designs of the front.
+    """The contents of an accepted certificate: how many designs each claim stands for, and the designs of the front.
 
     ``trusted``: what of it the checker could not recompute.
     """
@@ -48,7 +48,7 @@ class Verdict:
 
     @property
     def missing(self) -> int:
-        """How many designs were not computed."""
+        """The number of designs that were not computed."""
         return self.designs[Claim.MISSING]
 
 
@@ -149,7 +149,7 @@ class _Entries:
         self._refuse(entries[~holds], "is not dominated by the design that it names")
 
     def check_others(self) -> None:
-        """What breaks a constraint, lacks an objective, or has no figures."""
+        """Check the entries that break a constraint, lack an objective, or have no figures."""
         definition, figures = self._held.definition, self._figures
         broken = self.of(Claim.CONSTRAINT)
         for number, bound in enumerate(definition.constraints):
@@ -203,7 +203,7 @@ class _Entries:
         return rows[kinds[self._held.columns["name"][self._by[rows]]]]
 
     def trusted(self, sizes: NDArray[np.int64]) -> Iterator[Trust]:
-        """What nothing else in the certificate shows, of so many designs each entry."""
+        """The parts that nothing else in the certificate shows, of so many designs each entry."""
         claim, head, definition = self._claim, self._held.head, self._held.definition
         rows, computed = np.arange(len(claim)) < head.rows, ~np.isin(claim, (Claim.FAILED, Claim.MISSING))
         bounded = np.isin(claim, (Claim.DOMINATED, Claim.CONSTRAINT))
@@ -235,7 +235,7 @@ class _Entries:
                 yield Trust(f"{WORDS[kind]}{text}", designs, open_)
 
     def _keeps(self, bound: Bound, entries: NDArray[np.intp]) -> Flags:
-        """Which entries keep a bound. A figure that is missing keeps none."""
+        """The entries that keep a bound, as flags. A figure that is missing keeps none."""
         values = self._figures[bound.figure, entries]
         if bound.budget is not None:
             budget = self._held.columns["budgets"][bound.budget, entries]

@@ -1,4 +1,4 @@
-"""Whether the entries of a certificate are every design of its space, each once."""
+"""The cover of a certificate: its entries are every design of its space, each once."""
 
 from __future__ import annotations
 

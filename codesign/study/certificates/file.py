@@ -180,7 +180,7 @@ def _column(members: _Members, name: str, kind: str, shape: tuple[int, ...]) -> 
 
 
 def _npy_header(kind: str, shape: tuple[int, ...]) -> bytes:
-    """What stands before the values in a ``.npy`` file of version 1.0."""
+    """The bytes before the values in a ``.npy`` file of version 1.0."""
     text = f"{{'descr': '{kind}', 'fortran_order': False, 'shape': {shape}, }}"
     padded = text + " " * (-(len(text) + 11) % 64) + "\n"
     return b"\x93NUMPY\x01\x00" + struct.pack("<H", len(padded)) + padded.encode()

@@ -1,4 +1,4 @@
-"""What a certificate holds: its definition, its head, and its columns.
+"""The form of a certificate: its definition, its head, and its columns.
 
 An entry is a row (one design with its exact figures) or a box (many designs, with the best figures that any of them
 may have). The rows come first. docs/certificates.md describes every field.
@@ -32,7 +32,7 @@ _MOST_FIGURES = 256
 
 
 class Claim(IntEnum):
-    """Why an entry is where it is. ``by`` of the entry has the number that the claim names.
+    """The reason for which an entry is where it is. ``by`` of the entry has the number that the claim names.
 
     A box has ``DOMINATED``, ``CONSTRAINT``, ``UNFIT`` or ``MISSING``.
     """
@@ -87,7 +87,7 @@ class Axis(_Model):
 
 
 class Condition(_Model):
-    """What every design meets."""
+    """A condition that every design meets."""
 
     axis: str
     values: list[Any]
@@ -118,7 +118,7 @@ class Stated(_Model):
 
 
 class Definition(_Model):
-    """What was explored, and what for."""
+    """The question of a study: what was explored, and what for."""
 
     platform: str
     workload: str
@@ -135,7 +135,7 @@ class Definition(_Model):
 
 
 class ReasonName(_Model):
-    """What passes its limit, and whether the limit is what it may come to at most or at least."""
+    """The name of what passes its limit, and if the limit is what it may come to at most or at least."""
 
     kind: str
     name: str
@@ -144,7 +144,7 @@ class ReasonName(_Model):
 
 
 class Head(_Model):
-    """What the columns hold."""
+    """The sizes and names of the columns."""
 
     format: Literal["hwsw certificate"]
     version: Literal[1]

@@ -1,4 +1,4 @@
-"""What a design takes of an FPGA, of each part and at each clock that many machines have."""
+"""The demand of a design on an FPGA, of each part and at each clock that many machines have."""
 
 from __future__ import annotations
 

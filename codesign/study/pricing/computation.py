@@ -1,4 +1,4 @@
-"""What a plan makes its components and links do, recorded: everything that no price moves."""
+"""The acts of components and links that a plan causes, recorded: everything that no price moves."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ class Recorded(ResultModel):
 
 
 class Computation(ResultModel):
-    """What a design point computes.
+    """The computation of a design point.
 
     - ``requests``: those that differ. ``of_starts``: the number of the request of each start.
     - ``figures``: the fields of a ``Result`` that the planner gives. ``quality``: of the plan.
@@ -91,7 +91,7 @@ def _typed(figures: Mapping[str, Any]) -> dict[str, Any]:
 
 @cache
 def _adapter(name: str) -> TypeAdapter[Any]:
-    """What validates a field of a result."""
+    """The validator of a field of a result."""
     annotation: Any = Result.model_fields[name].annotation
     return TypeAdapter(annotation)
 
@@ -152,7 +152,7 @@ class _Recorder:
 
     @property
     def now(self) -> int:
-        """How many acts were recorded."""
+        """The number of acts that were recorded."""
         return len(self.acts)
 
     def joules(self, boards: Mapping[str, tuple[float, float]]) -> dict[str, float]:

@@ -74,7 +74,7 @@ class Clocks:
         return np.asarray(cycle + (self.edge(cycle) < time), np.int64)
 
     def _one_by_one(self, of: Callable[[int, int], int], numbers: Times) -> Times:
-        """What is beyond 64 bits on its way is computed in whole numbers of any size."""
+        """Compute what is beyond 64 bits on its way in whole numbers of any size."""
         found = [of(number, hertz) for number, hertz in zip(numbers.tolist(), self.hz.tolist(), strict=True)]
         if max(found, default=0) > _MOST:
             raise RunError("a time beyond 2^62 ps", hint="make the problem smaller")
@@ -125,7 +125,7 @@ class Specs:
 
     @cached_property
     def _used(self) -> dict[str, tuple[list[int], NDArray[np.intp]]]:
-        """By name, the numbers of the models that any machine has, and the place among them of that of each machine."""
+        """By name, the numbers of the models that any machine has, and the place of each machine's model among them."""
         used = {}
         for name, numbers in self.which.items():
             present, which = np.unique(numbers, return_inverse=True)
@@ -194,7 +194,7 @@ class Played:
 
 
 class Machines:
-    """As many machines as ``specs`` has, at time 0, of one bound system but for what their components cost.
+    """The machines of ``specs``, at time 0, of one bound system but for the costs of their components.
 
     ``now``: ps. ``by_name``, ``links``: components and links, each with its ``busy``, ps.
     """
@@ -222,7 +222,7 @@ class Machines:
         return Played(tuple(times), ledger, first, self, since)
 
     def watts(self, name: str) -> tuple[Column, Column]:
-        """What a processor, memory or link draws while it works and while it does not, W."""
+        """The draw of a processor, memory or link, W: while it works, and while it does not."""
         return self.specs.measure(name, "power.busy"), self.specs.measure(name, "power.idle")
 
     def cycles(self) -> dict[str, Any]:

@@ -35,7 +35,7 @@ _MOVED = {"time", "energy", "power", "clock", "processor", "utilisation", "links
 
 
 def why_alone(system: System) -> str:
-    """Why a design point is simulated by itself, though others compute the same; "" where it is priced."""
+    """The reason why a design point is simulated by itself, though others compute the same; "" if it is priced."""
     return next(_reasons_alone(system), "")
 
 
@@ -75,7 +75,7 @@ class Priced:
     """The outcomes of machines side by side, one entry a machine.
 
     - ``templates``: results without what prices move. ``which``: the template of each machine, intp.
-    - ``figures``: those of ``PRICED`` by name, float64. ``lows``, ``highs``: the ends of their intervals. NaN: none.
+    - ``figures``: by name as in ``PRICED``, float64. ``lows``, ``highs``: the ends of their intervals. NaN: none.
     - ``reasons``: why clocks are too fast. ``reason``: of each machine, intp; -1: its clock is not.
     """
 
@@ -91,7 +91,7 @@ class Priced:
 def price(system: System, specs: Specs, computed: Callable[[], Computation]) -> Priced:
     """The outcomes of a bound system on machines that compute the same.
 
-    Equal to those of single runs to the last bit. ``system`` is one that ``why_alone`` lets price. ``computed`` gives
+    Equal to single runs to the last bit. ``system`` is one that ``why_alone`` lets price. ``computed`` gives
     what it computes (``record``); it is called where any of the machines fits.
 
     Raises:
