@@ -95,7 +95,7 @@ class LazyGroup(click.Group):
 
 
 _OF_CLICK = (click.ClickException, click.Abort, click.exceptions.Exit, BrokenPipeError)
-"""What click reports itself."""
+"""The errors that click reports itself."""
 
 _UNEXPECTED = "unexpected error, a fault of hwsw"
 _REPORT = "hwsw --debug COMMAND ... prints the traceback; please report it with the files"

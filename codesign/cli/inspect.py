@@ -44,4 +44,4 @@ _SCHEMAS = {
     "advice": "codesign.study.advice:advice_schema",
     "reproduction": "codesign.hardware.reproduce:reproduction_schema",
 }
-"""The schemas of answers that stand beside them; all others are those of files."""
+"""The schemas of answers that stand beside them; all others are schemas of files."""

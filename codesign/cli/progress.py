@@ -22,7 +22,7 @@ COMPILE_S = 20.0
 """Measured: 16 s for harmonic control on two busy cores."""
 
 COMPILING = f"compiling kernels, once: about {COMPILE_S:.0f} s"
-"""What is shown while kernels are compiled."""
+"""The words that are shown while kernels are compiled."""
 
 
 def compiling(compiled: int = 0) -> Advance:

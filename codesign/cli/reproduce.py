@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from codesign.planners.reproduction import Plot, Reproduction
 
 _WHOLE_S = 120.0
-"""What all papers take, measured on two cores; the time left is shown for all of them alone."""
+"""The seconds that all papers take, measured on two cores; the time left is shown for all of them alone."""
 
 
 def reproduce(asked: Reproduce) -> None:

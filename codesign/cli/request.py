@@ -27,7 +27,7 @@ from typing import Any, Literal, NamedTuple, dataclass_transform, get_args, get_
 import click
 
 SENTENCE, ANSWER, TABLES = "sentence", "answer", "tables"
-"""How much a command prints: one sentence (``-q``), the answer, or the answer and all tables (``-v``)."""
+"""The amount that a command prints: one sentence (``-q``), the answer, or the answer and all tables (``-v``)."""
 
 OUTPUT = click.Path(dir_okay=False, path_type=Path)
 

@@ -60,17 +60,17 @@ LEAST_WIDTH = 0.1
 """The interval of a law is at least this share: two seeds of one design lie as far apart."""
 
 GRADES_APART = 1.15
-"""What a grade that was not placed may differ by from the one that was; grades of one family lie 10 to 20 % apart."""
+"""The share by which a grade that was not placed may differ; grades of one family lie 10 to 20 % apart."""
 
 TRANSFER = 2.7
-"""How many times as fast, or as slow, a circuit may be as the law of another one of its planner says: so it is of all
+"""The factor by which a circuit may be faster, or slower, than the law of another one of its planner says: as of all
 that were placed."""
 
 LEAST_GROWTH = 0.25
 """The uncertainty of a size beyond those that were placed, as a power of how far it is: at least this. Assumed."""
 
 BEYOND = 0.5
-"""What is added to the spread (its logarithm) between the families that are known, for one that is not."""
+"""The sum that is added to the spread (its logarithm) between the known families, for one that is not known."""
 
 SLOW_FAMILIES = {"iCE40 UltraPlus": 3 / 8, "GW1N": 1 / 2}
 """Families made for low power, over the slowest that was placed: their LUT take two to three times as long. Assumed."""
@@ -80,7 +80,7 @@ LEAST_SHARE, MOST_SHARE = 1 / 3, 1.1
 
 
 UNTIMED = {"gowin": "; the placer has no delays from a block RAM of the family, and none of its multipliers"}
-"""What the open timing of a family leaves out: a clock there is an upper bound."""
+"""The delays that the open timing of a family leaves out: a clock there is an upper bound."""
 
 
 @dataclass(frozen=True)

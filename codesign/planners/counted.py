@@ -48,7 +48,7 @@ OPERATIONS: Mapping[str, Any] = {
     "times": _times,
     "apart": _apart,
 }
-"""What every table may call besides the functions of its room: ``width`` is the bits of a whole number, ``up`` a
+"""The functions of every table besides the functions of its room: ``width`` is the bits of a whole number, ``up`` a
 quotient that is rounded up."""
 
 

@@ -25,7 +25,7 @@ Cell = tuple[int, int]
 """(row, column), from 0 at the top left."""
 
 Policy = Literal["restart", "lower_bound", "continue"]
-"""How a planner replans when the map has changed.
+"""The way in which a planner replans when the map has changed.
 
 - ``restart``: from nothing, as for the first plan.
 - ``lower_bound``: from the result of the task ``lower_bound``, which is nowhere above the answer. The answer is the

@@ -177,7 +177,7 @@ def rows_text(rows: Sequence[Row]) -> str:
 
 
 MARGIN = 1.25
-"""How much of the largest error on a row or a placement the interval of a law is."""
+"""The factor from the largest error on a row or a placement to the interval of a law."""
 
 LEAST_OF_LAW = 0.1
 """A count is at most ten times what a law says, however far the law is below a few units."""

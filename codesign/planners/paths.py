@@ -14,7 +14,7 @@ from codesign.maps.reach import clearance, distance_octile, reachable
 from codesign.planners.interface import Cell, Problem
 
 _of_maps = Memo(max_bytes=64 * 2**20)
-"""What all plans on one map share. Larger maps are computed each time."""
+"""The data that all plans on one map share. Larger maps are computed each time."""
 
 
 class PathsQuality(TypedDict):

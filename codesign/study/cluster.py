@@ -47,7 +47,7 @@ if TYPE_CHECKING:
 
 
 SECONDS_A_BATCH = 0.5
-"""What a batch is to take: long beside the milliseconds of the scheduler, short beside a study."""
+"""The seconds that a batch is to take: long beside the milliseconds of the scheduler, short beside a study."""
 
 _SECONDS_BETWEEN_LOOKS = 1.0
 _SECONDS_TO_JOIN = 120.0

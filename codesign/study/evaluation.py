@@ -93,7 +93,7 @@ class Evaluator(ABC):
     """Computes work. For ``ProcessExecutor`` it must pickle; each worker then works on a copy of its own."""
 
     warm = False
-    """Whether a plan was computed here before, so that kernels are loaded."""
+    """True if a plan was computed here before, so that kernels are loaded."""
 
     simulating_s = 0.0
     """Seconds of the current work that were simulations."""

@@ -49,7 +49,7 @@ _SECONDS_A_BATCH = 0.1
 """Long beside the millisecond that a batch costs, short beside a study."""
 
 _LOADED = ["codesign.study.evaluation", "codesign.study.pricing.price", "codesign.system.scenarios.run"]
-"""What every worker needs. To import them begins no kernel and no thread, so a fork of their server is whole."""
+"""The modules of every worker. To import them begins no kernel and no thread, so a fork of their server is whole."""
 
 _KEPT_FROM_SERVER = [signal.Signals[name] for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]
 

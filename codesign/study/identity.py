@@ -168,7 +168,7 @@ def _paths(folder: Path, names: tuple[str, ...]) -> tuple[Path, ...]:
 
 
 _Status = tuple[int, int, int, int, int] | None
-"""What tells that a file was changed; None of one that cannot be read."""
+"""The facts that tell that a file was changed; None of one that cannot be read."""
 
 
 @dataclass

@@ -90,7 +90,7 @@ class Together:
 
 
 Work = Alone | Together
-"""What one worker computes in a row."""
+"""The work that one worker computes in a row."""
 
 
 def apart(space: Space, work: Work, workers: int) -> list[Alone]:

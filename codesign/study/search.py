@@ -45,7 +45,7 @@ class Search(Protocol):
 
     name: str
     endless: bool
-    """Whether a budget has to end it, as it would go on until it has asked for every design."""
+    """True if a budget has to end it, as it would go on until it has asked for every design."""
 
     @property
     def complete(self) -> bool:

@@ -56,7 +56,7 @@ def search_of(searching: Searching, problem: Problem) -> Search:
 
 
 CUT_OFF = "cut off"
-"""How a search ended that was interrupted."""
+"""The end of a search that was interrupted."""
 
 _GROWN = 1.25
 _COMPARABLE, _FIT, _SHARE = "comparable", "fit", "share"

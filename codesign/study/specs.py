@@ -31,7 +31,7 @@ _WHAT = {
     PLATFORM_AXIS: "a platform",
     VARIANT_AXIS: "a variant",
 }
-"""What may have changed, by the name of its digest; an axis that is not listed moves the map."""
+"""The inputs that may have changed, by the name of their digest; an axis that is not listed moves the map."""
 
 CODE_CHANGED = "the study was computed by other code: figures may differ from those of the study"
 

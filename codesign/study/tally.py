@@ -31,7 +31,7 @@ from codesign.system.results.result import Result
 
 _RECENT, _LONG = 64, 512
 _CORRECTION = 0.02, 5.0
-"""How far the time of recent works may be from what the means say: a cluster may have more workers than are known."""
+"""The factor by which the time of recent works may be off the means: a cluster may have more workers than are known."""
 
 
 class _Mean:

@@ -1,1 +1,1 @@
-"""What a reader looks into: traces, reports and plots, files for other programs, ROS 2 bags."""
+"""The views of results: traces, reports and plots, files for other programs, ROS 2 bags."""

@@ -28,7 +28,7 @@ from codesign.system.fit import Laws
 from codesign.system.scenarios import bind
 
 FOLDERS_UP = 4
-"""Tools write their reports into folders of their own, below that of the design."""
+"""Tools write their reports into folders of their own, below the folder of the design."""
 
 MOST_MANIFEST = 2**20
 

@@ -14,12 +14,12 @@ from codesign.hardware.calibrate.reports import Report
 from codesign.hardware.calibrate.reports.record import Reading, added
 
 REST = "all else"
-"""What no line of the demand counts."""
+"""The name of all that no line of the demand counts."""
 
 NOT_COUNTED = Figure(0, "1", Status.CALIBRATED, "no line of the demand counts it")
 
 _COPY = re.compile(r"(__\w+)?(_\d+)?")
-"""What Vivado adds to the name of a module: the number of its parameters, and of its copy."""
+"""The ending that Vivado adds to the name of a module: the number of its parameters, and of its copy."""
 
 
 def alone(report: Report, top: str | None) -> tuple[Report, list[str]]:

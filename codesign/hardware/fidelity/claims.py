@@ -63,7 +63,7 @@ class Counted:
 
 Measure = Callable[[Sequence[Point], Case], Counted | None]
 MEASURES: dict[str, Measure] = {}
-"""What a row of a paper may name as the measure of its ``circuit``, by name."""
+"""The measures that a row of a paper may name for its ``circuit``, by name."""
 
 
 def measure(function: Measure) -> Measure:

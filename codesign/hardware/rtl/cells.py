@@ -91,7 +91,7 @@ COUNTED = tuple(
         (r"MULT36X36\w*", Counts(multipliers=4)),
     )
 )
-"""What a cell counts as: the first pattern that its whole name matches."""
+"""The resources that a cell counts as: the first pattern that its whole name matches."""
 
 
 def counts_of(cell: str) -> Counts:

@@ -68,7 +68,7 @@ WORDS = {
     Claim.FAILED: "failed",
     Claim.MISSING: "not computed",
 }
-"""What is said of the designs of each claim."""
+"""The fact that is said of the designs of each claim."""
 
 
 class _Model(BaseModel):

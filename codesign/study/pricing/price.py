@@ -26,7 +26,7 @@ from codesign.system.scenarios.requests import mean_of_requests
 from codesign.system.terms import TIMES, plan_terms
 
 PRICED = ("plan_time_worst_s", "plan_time_mean_s", "plan_time_95_s", "first_plan_s", "cycles", "power", "energy_j")
-"""The figures that prices move, by name. All others are those of the template."""
+"""The figures that prices move, by name. All others are the template's."""
 
 assert FIGURES.keys() >= set(PRICED)
 

@@ -1,4 +1,4 @@
-"""What a workload needs to know of a recorded run: start, goals, obstacles, sensor, period and speeds."""
+"""The facts that a workload needs of a recorded run: start, goals, obstacles, sensor, period and speeds."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ class Measured:
 
 @dataclass(frozen=True, eq=False)
 class BagFacts:
-    """What a workload is written of. ``begin``: of the mission, s since that of the bag."""
+    """The facts that a workload is written of. ``begin``: of the mission, s since the begin of the bag."""
 
     recording: Recording
     map: RecordedMap
@@ -158,7 +158,7 @@ class _Drawer:
         return whole or bool(path and len(known_times(self._bag.edges, path)))
 
     def _path(self, inner: str) -> tuple[list[Edge] | None, bool]:
-        """The steps to a frame from that of the map; without any, from the outermost frame. Whether it is the map's."""
+        """The steps to a frame from the map's, and True; without any, from the outermost frame, and False."""
         edges = self._bag.edges
         path = chain(edges, self._map.frame_id, inner)
         return (path, True) if path is not None else (chain(edges, root_of(edges, inner), inner), False)
@@ -278,7 +278,7 @@ class _Drawer:
         return int(near[0]), int(near[1])
 
     def _given(self, goals: list[RecordedGoal]) -> Iterator[Given]:
-        """Each goal with what followed it. Times are those of the bag."""
+        """Each goal with what followed it. Times are the bag's."""
         times = self._times()
         track = self._robot(times).places[:, :2] if len(times) else np.zeros((0, 2))
         for index, goal in enumerate(goals):

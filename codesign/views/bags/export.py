@@ -2,7 +2,7 @@
 
 A drive has one robot, with the topics ``/map``, ``/belief``, ``/true_map``, ``/plan``, ``/odom``, ``/tf``,
 ``/tf_static``, ``/scan``, ``/goal_pose`` and ``/rosout``. The robots of a fleet have a namespace each. The traces of
-runs hold no ranges: those of ``/scan`` are computed again from the true map, the sensor and the place of the robot.
+runs hold no ranges: the ranges of ``/scan`` are computed again from the true map, the sensor and the robot's place.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ INFORMATION, WARNING = 20, 30
 
 @dataclass(frozen=True)
 class Floor:
-    """Where cells lie in metres. ``row``, ``column``: the first cell of the map, as records count cells."""
+    """The place of cells in metres. ``row``, ``column``: the first cell of the map, as records count cells."""
 
     frame: Frame
     row: int = 0
@@ -204,7 +204,7 @@ class _Grid:
 
 @dataclass
 class _Robot:
-    """Where a robot was last: time (ps), x, y, yaw; and the prefix of its topics and frames."""
+    """The last place of a robot: time (ps), x, y, yaw; and the prefix of its topics and frames."""
 
     topics: str = ""
     frames: str = ""
@@ -397,7 +397,7 @@ class BagListener:
             self._write("/tf", time, self._make.transforms(time, (*frames, *robot.last[1:])))
 
     def _scan(self, record: PoseRecord, robot: RobotRecord, yaw: float, period: float) -> None:
-        """What the sensor saw. A run counts its rays clockwise from the x axis of the map, ROS the other way."""
+        """Write the scan. A run counts its rays clockwise from the x axis of the map, ROS the other way."""
         world = self._world
         row, column = record.row - world.corner[0], record.column - world.corner[1]
         side = world.floor.frame.resolution

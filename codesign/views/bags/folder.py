@@ -13,7 +13,7 @@ from codesign.ground.files import WholeOrAbsent, landing, part_of, put
 from codesign.views.bags.library import load, typestore
 
 VERSION: Any = 9
-"""Of the format of rosbag2: that of ROS 2 Jazzy."""
+"""Of the format of rosbag2: the version of ROS 2 Jazzy."""
 
 
 def check_new(folder: Path, option: str) -> None:

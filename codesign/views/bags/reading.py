@@ -34,7 +34,7 @@ GAP_S, LONGEST_GAP_S = 5.0, 3600.0
 
 
 def common_clock(pairs: Sequence[tuple[float, float]], begin: int) -> float:
-    """How far the stamps are behind the times of the bag, s: their median, or 0 where both have one clock.
+    """The delay of the stamps behind the times of the bag, s: their median, or 0 if both have one clock.
 
     ``pairs``: (time since ``begin``, stamp), s. Static transforms, and messages without a stamp, do not count.
     """
@@ -146,7 +146,7 @@ def _is_other_mcap(path: Path) -> bool:
 
 @contextmanager
 def _guarded(path: Path, what: Callable[[], str], hint: str | None) -> Iterator[None]:
-    """What a damaged file makes of the library, which raises errors of many kinds, as an error of ours."""
+    """Turn the errors of many kinds that the library raises at a damaged file into an error of ours."""
     try:
         yield
     except CodesignError:

@@ -1,4 +1,4 @@
-"""What a recorded bag holds of a robot's run, as arrays."""
+"""The contents of a recorded bag about a robot's run, as arrays."""
 
 from __future__ import annotations
 

@@ -143,7 +143,7 @@ def _head_lines(facts: BagFacts, name: str) -> list[str]:
 
 
 def _times(facts: BagFacts) -> list[float]:
-    """When each goal of the workload was given, s. Of neighbours that are one cell, the first counts."""
+    """The times at which the goals of the workload were given, s. Of neighbours that are one cell, the first counts."""
     toured = [each for each in facts.goals if each.toured]
     return [each.time for at, each in enumerate(toured) if not at or each.cell != toured[at - 1].cell]
 

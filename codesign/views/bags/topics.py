@@ -2,11 +2,11 @@
 
 The rule, for what is not named:
 
-1. A *namespace* holds a topic with the usual name and type of odometry, a command, a goal or a plan. That of the robot
+1. A *namespace* holds a topic with the usual name and type of odometry, a command, a goal or a plan. The robot's one
    is the one that is asked for, or else the outermost. Namespaces beside each other are two robots, and refused.
 2. A namespace inside of the robot's that has a usual topic of the robot's once more is another robot's.
 3. A topic of the robot lies in its namespace at any depth, or directly in a namespace around it (where one was asked
-   for: only the map and the transforms), and not in that of another robot. It has a type of its role; a goal has
+   for: only the map and the transforms), and not in another robot's namespace. It has a type of its role; a goal has
    ``goal`` in its name, and no plan or map is local or a costmap.
 4. The usual name comes first, the nearest to the robot's namespace; then a topic that ends with it; then any other.
    Several that are alike are refused.
@@ -29,7 +29,7 @@ NOTHING = "none"
 
 @dataclass(frozen=True)
 class Role:
-    """What a topic is read for: its usual name, its types, words that its name needs, words that it must not have."""
+    """The role of a topic: its usual name, its types, words that its name needs, words that it must not have."""
 
     usual: str
     types: tuple[str, ...]
@@ -60,7 +60,7 @@ _TELLING = ("odom", "command", "goal", "plan")
 class Topics:
     """The names of the topics that are read; None: chosen, ``none``: not read.
 
-    ``base``: the frame of the robot; None: the one that the odometry names. ``namespace``: that of the robot; None:
+    ``base``: the frame of the robot; None: the one that the odometry names. ``namespace``: the robot's; None:
     found.
     """
 
@@ -131,7 +131,7 @@ def _named(wanted: Topics, role: str, present: Mapping[str, str], where: str) ->
 
 
 def _robot(wanted: Topics, present: Mapping[str, str], where: str) -> tuple[str, list[str]]:
-    """The namespace of the robot, and those of other robots."""
+    """The namespace of the robot, and the namespaces of other robots."""
     telling: list[tuple[str, str]] = []
     for role in _TELLING:
         for topic, kind in present.items():

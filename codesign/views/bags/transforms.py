@@ -1,4 +1,4 @@
-"""Where frames lie in each other over time, for many times at once."""
+"""The places of frames in each other over time, for many times at once."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class Poses:
 
     @property
     def yaws(self) -> Floats:
-        """How far each is turned around z, radians."""
+        """The angle by which each is turned around z, radians."""
         return np.arctan2(self.turns[:, 1, 0], self.turns[:, 0, 0])
 
     def points(self, local: Floats) -> Floats:

@@ -1,4 +1,4 @@
-"""Where two traces differ first, and by how much in all: ``hwsw trace diff A B``."""
+"""The first difference of two traces, and all differences: ``hwsw trace diff A B``."""
 
 from __future__ import annotations
 
@@ -39,9 +39,9 @@ class Channel:
 
 @dataclass(frozen=True)
 class Difference:
-    """What differs between two traces.
+    """The differences between two traces.
 
-    - ``channels``: those that either trace has, by the time of their first difference; equal ones last.
+    - ``channels``: the channels that either trace has, by the time of their first difference; equal ones last.
     - ``first``: the first records that differ, of each trace, None where that trace has no such record.
     - ``results``: the figures of the results that differ, by name, with both values as text.
     """
@@ -68,7 +68,7 @@ class Difference:
 
 
 def difference(first: Records, second: Records) -> Difference:
-    """Compare two traces record by record: those of one class and one source in their order.
+    """Compare two traces record by record: records of one class and one source in their order.
 
     Each trace is read twice at most. Of each record a digest of 16 bytes is kept.
     """
@@ -125,7 +125,7 @@ def _record(records: Records, channel: Channel) -> Record | None:
 
 
 def _bytes(value: Any) -> bytes:
-    """What tells a value from all others of its field."""
+    """The bytes that tell a value from all others of its field."""
     if isinstance(value, np.ndarray):
         return f"{value.dtype.str}{value.shape}".encode() + value.tobytes()
     return f"{type(value).__name__} {value!r};".encode()

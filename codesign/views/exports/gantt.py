@@ -56,7 +56,7 @@ class Gantt:
 
 
 def _columns(terminal: int, names: Iterable[str]) -> int:
-    """How many characters of a terminal are left for the time."""
+    """The number of characters of a terminal that are left for the time."""
     wide = max((min(len(name), _MOST_NAME) for name in names), default=0)
     return max(_LEAST_WIDTH, terminal - wide - len("  ") - len("  100 %"))
 

@@ -48,7 +48,7 @@ class View:
 
 @dataclass(frozen=True)
 class Shown:
-    """What a trace has to show. ``cells``: rows and columns of its map; None without one."""
+    """The parts of a trace that can be shown. ``cells``: rows and columns of its map; None without one."""
 
     trace: Trace
     floor: Floor
@@ -56,7 +56,7 @@ class Shown:
 
     @classmethod
     def of(cls, trace: Trace) -> Shown:
-        """What a trace has to show.
+        """The parts of a trace that can be shown.
 
         Raises:
             TraceError: it is damaged where its map is.
@@ -77,7 +77,7 @@ class Shown:
 
     @property
     def across(self) -> float:
-        """How far the map reaches, m. Turned by its yaw, its corners reach farther."""
+        """The extent of the map, m. Turned by its yaw, its corners reach farther."""
         rows, columns = self.cells or (10, 10)
         width, height = columns * self.floor.cell_size, rows * self.floor.cell_size
         cos, sin = abs(math.cos(self.floor.yaw)), abs(math.sin(self.floor.yaw))
@@ -106,7 +106,7 @@ class Shown:
 
     @cached_property
     def series(self) -> dict[str, list[tuple[str, str]]]:
-        """What is plotted over time by the title of its plot: paths to numbers, with labels."""
+        """The series that are plotted over time by the title of their plot: paths to numbers, with labels."""
         speeds = [(f"{topic}.speed", topic.split("/")[1]) for topic in self.sources(_POSES)]
         plots = {"speed, m/s": speeds}
         for title, quantity in (("busy, share of the time", "busy"), ("messages that wait", "queue")):

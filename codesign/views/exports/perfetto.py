@@ -99,7 +99,7 @@ def _flows(spans: list[Span]) -> dict[int, list[tuple[int, bool]]]:
 
 
 def _values(spans: list[Span]) -> Iterable[Value]:
-    """How many messages wait for each link, and how busy each component and link is, over time."""
+    """The number of messages that wait for each link, and the share of busy time of components and links, over time."""
     for link, waiting in spans_by_place(spans, "wait").items():
         for time, depth in zip(*(each.tolist() for each in depth_over_time(waiting)), strict=True):
             yield Value(time, f"{link}: messages waiting", depth, "messages")

@@ -1,4 +1,4 @@
-"""How busy each component and link of a run was, and how long things took: ``hwsw trace stats FILE``."""
+"""The busy times of the components and links of a run, and how long things took: ``hwsw trace stats FILE``."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _HISTOGRAM = 12
 
 @dataclass(frozen=True)
 class Share:
-    """What one component or link did, in ps of the whole run.
+    """The times of one component or link, in ps of the whole run.
 
     - ``busy``: it worked, or carried a message. ``waiting``: it did neither, while a message from it or to it was under
       way or waited for its link; of a link, always 0. ``idle``: the rest. The three add up to the run.
@@ -40,7 +40,7 @@ class Share:
 
 @dataclass(frozen=True, eq=False)
 class Latency:
-    """How long things of one kind took: ``times``, int64, ps, rising."""
+    """The durations of things of one kind: ``times``, int64, ps, rising."""
 
     what: str
     times: NDArray[np.int64]
@@ -73,11 +73,11 @@ _TOOK = {
     "stage": "stage",
     "plan": "from the request to the plan",
 }
-"""What is told of the times of spans, by their kind."""
+"""The words for the times of spans, by their kind."""
 
 
 def statistics(records: Iterable[Record]) -> Statistics:
-    """How busy components and links were, and how long messages, tasks, stages, plans and commands took."""
+    """The busy times of components and links, and the durations of messages, tasks, stages, plans and commands."""
     took: list[tuple[str, int]] = []
     end = 0
 
@@ -156,7 +156,7 @@ def shares_table(found: Statistics) -> Table:
 
 
 def latencies_table(found: Statistics) -> Table:
-    """How long things took, each kind with a histogram."""
+    """The durations of things, each kind with a histogram."""
     columns = (
         *left("what"),
         Column("number", "", "right"),

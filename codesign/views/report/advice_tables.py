@@ -59,7 +59,7 @@ def _row(board: BoardAdvice, needs: Needs) -> tuple[Cell, ...]:
 
 
 def _power(board: BoardAdvice) -> Cell:
-    """Mean power at the plug; of a board that declares none, that of its components, which is less."""
+    """Mean power at the plug; of a board that declares none, the power of its components, which is less."""
     design = board.design
     if design is not None and design.input_power_w is not None:
         return quantity_cell(design.input_power_w, "W")

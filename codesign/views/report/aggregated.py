@@ -20,18 +20,18 @@ _MOST_NAMED = 4
 
 
 def kind_of_row(study: Study) -> str:
-    """What a row of the tables of a study is: a ``point``, or a ``design`` over all conditions."""
+    """The name of a row in the tables of a study: a ``point``, or a ``design`` over all conditions."""
     return "design" if study.conditions else "point"
 
 
 def figure_label(study: Study, figure: ResultFigure) -> str:
-    """What the aggregated figure is called: its label, or the share that meets a limit of it."""
+    """The name of the aggregated figure: its label, or the share that meets a limit of it."""
     rule = study.world.rule(figure)
     return f"share with {_limit_text(rule.share)}" if isinstance(rule, Share) else figure.label
 
 
 def aim_text(study: Study, figure: ResultFigure) -> str:
-    """What the exploration looks for in a figure: ``least time``, ``most share with time at most 5 ms``."""
+    """The aim of the exploration for a figure: ``least time``, ``most share with time at most 5 ms``."""
     return f"{'most' if study.world.maximise(figure) else 'least'} {figure_label(study, figure)}"
 
 
@@ -93,7 +93,7 @@ def designs_text(indices: Sequence[int]) -> str:
 
 
 def same_text(study: Study, index: int) -> str:
-    """What other values of the axes change nothing for a design, such as ``axi.clock 1 MHz, 50 kHz``."""
+    """The other values of the axes that change nothing for a design, such as ``axi.clock 1 MHz, 50 kHz``."""
     design, others = study.designs[index], study.same.get(index, ())
     parts = []
     for name, short in zip(study.axes, short_names(tuple(study.axes)), strict=True):
@@ -106,7 +106,7 @@ def same_text(study: Study, index: int) -> str:
 
 
 def alike_note(study: Study) -> tuple[str, ...]:
-    """What it means that designs are not told apart."""
+    """A note that says what it means that designs are not told apart."""
     if study.world.draws is None:
         why = "each of the two is better in some conditions, or they are equal in all"
     else:

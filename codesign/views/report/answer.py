@@ -131,7 +131,7 @@ def _sentence(result: Result, asked: tuple[Constraint, ...]) -> str:
 
 
 def _shortcomings(result: Result, asked: tuple[Constraint, ...]) -> list[str]:
-    """What a design that fits does not do."""
+    """The shortcomings of a design that fits."""
     wrong = []
     if result.mission is not None and not result.mission.reached:
         wrong.append("the mission ends without its goal")

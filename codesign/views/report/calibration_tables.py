@@ -1,4 +1,4 @@
-"""What reports of an FPGA tool say beside the laws: as tables, and as a JSON document."""
+"""The reports of an FPGA tool beside the laws: as tables, and as a JSON document."""
 
 from __future__ import annotations
 

@@ -31,7 +31,7 @@ MARKS: dict[str, tuple[str, str, str]] = {
     "livelock": ("livelock", "P", "#542788"),
     "goal_reached": ("goal reached", "*", "#1a9850"),
 }
-"""How an event of a mission is marked: its words, its marker and its colour."""
+"""The mark of an event of a mission: its words, its marker and its colour."""
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""How sure a result or a winner is, in a reader's words and as a table."""
+"""The certainty of a result or a winner, in a reader's words and as a table."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ def need_text(verdict: Verdict) -> str:
 
 
 def _deciding_text(verdict: Verdict, decides: Decider) -> str:
-    """What a verdict depends on."""
+    """The figure that a verdict depends on, in words."""
     stands = figure_text(decides.figure)
     if decides.flips_at is None:
         return f"rests on {decides.name} ({stands}) and others: {verdict.reason}"
@@ -127,13 +127,13 @@ class Winner:
 
     @property
     def sure(self) -> str:
-        """How sure it is, and against which design."""
+        """The certainty that it wins, and against which design."""
         against = f" against {self.rival}" if self.verdict.state != "proved" else ""
         return f"{verdict_text(self.verdict)}{against}"
 
 
 def winner_of(names: Sequence[str], results: Sequence[Result | None], figure: ResultFigure) -> Winner | None:
-    """Which of several designs is best by a figure; None where no other has another value."""
+    """The best of several designs by a figure; None if no other has another value."""
     compared = [(name, result) for name, result in zip(names, results, strict=True) if result is not None]
     if sum(result.feasible and result.figure(figure) is not None for _, result in compared) < 2:
         return None

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 Entry = dict[str, Any]
-"""Where a column stands: its ``type``, the byte ``at`` which it begins, and the ``count`` of its numbers."""
+"""The place of a column: its ``type``, the byte ``at`` which it begins, and the ``count`` of its numbers."""
 
 _FEW = 1 << 16
 
@@ -51,7 +51,7 @@ class Columns:
         return {"type": "steps", "count": len(numbers), "of": [self.add((steps << 1) ^ (steps >> 63))]}
 
     def texts(self, texts: Sequence[str]) -> Entry:
-        """Texts, as JSON. ``count`` is that of the bytes."""
+        """Texts, as JSON. ``count`` is the number of bytes."""
         written = json.dumps(list(texts), ensure_ascii=True).encode()
         return self._put("json", written, len(written))
 

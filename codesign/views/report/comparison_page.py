@@ -37,9 +37,9 @@ Designs = Sequence[tuple[str, Result | CodesignError]]
 
 
 def comparison_table(designs: Designs, needs: Sequence[Constraint] = ()) -> Table:
-    """Named results side by side, or why a design has none; and which of the needs each meets.
+    """Named results side by side, or the fault of a design that has none; and which of the needs each meets.
 
-    Figures are given also as multiples of those of the first design with a plan.
+    Figures are given also as multiples of the figures of the first design with a plan.
     """
     results = results_of(designs)
     sides = side_by_side(designs)
@@ -362,7 +362,7 @@ def _headline(designs: Designs, best: Sequence[Winner]) -> list[tuple[str, str, 
 
 @dataclass(frozen=True)
 class _Part:
-    """What the page has of one design: the sentence that answers for it, and its tables."""
+    """The part of the page for one design: the sentence that answers for it, and its tables."""
 
     name: str
     sentence: str
@@ -377,7 +377,7 @@ def _part(name: str, result: Result | CodesignError, needs: Sequence[Constraint]
 
 
 def _provenance(results: Sequence[Result]) -> Provenance:
-    """What made all of the results: what they differ in is left out, but for platforms."""
+    """The provenance that all of the results share, with all of their platforms."""
     if not results:
         return Provenance()
     first, *others = (result.provenance or Provenance() for result in results)

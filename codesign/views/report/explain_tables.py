@@ -109,7 +109,7 @@ def _named(explanation: Explanation, name: str) -> ResultFigure:
 
 
 def explanation_tables(explanation: Explanation, *, everything: bool = False) -> tuple[Table, ...]:
-    """Why out, with each lever by itself; why this time and this energy; neighbours; how sure; which axis moves what.
+    """The tables: why out, with each lever by itself; why this time and this energy; neighbours; how sure; axes.
 
     ``everything``: all parts and all neighbours.
     """
@@ -189,7 +189,7 @@ def _fate(moved: Moved) -> str:
 
 
 def _why_table(title: str, why: Why, condition: str, most: int) -> Table:
-    """The largest parts; the others, and those of little share, as one row."""
+    """The largest parts; the others, and parts of little share, as one row."""
     figure = named(why.figure)
     shown = [each for each in why.parts[:most] if each.share >= LITTLE or most > _FEW]
     rest = why.parts[len(shown) :]
@@ -227,7 +227,7 @@ def _status(figures: dict[str, Any]) -> str:
 
 
 def _neighbours_table(explanation: Explanation, most: int) -> Table:
-    """What differs in one thing: whether it is better, in what, and what its objectives come to."""
+    """The designs that differ in one thing: whether each is better, in what, and what its objectives come to."""
     figures = _differing(explanation, explanation.neighbours)
     rows, strong = [], set()
     telling = [each for each in explanation.neighbours if most > _FEW or not _is_equal(explanation, each)]
@@ -302,7 +302,7 @@ def _sure_table(explanation: Explanation) -> Table:
 
 
 def effects_table(effects: Sequence[AxisEffect], figures: Sequence[ResultFigure]) -> Table:
-    """Which axis moves which objective: the share of its spread that the axis moves by itself, and its total share."""
+    """The axes that move objectives: the share of its spread that the axis moves by itself, and its total share."""
     by_axis: dict[str, dict[str, AxisEffect]] = {}
     for effect in effects:
         by_axis.setdefault(effect.axis, {})[effect.figure] = effect

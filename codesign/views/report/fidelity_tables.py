@@ -166,7 +166,7 @@ def _explained(mismatch: Mismatch) -> tuple[str, str]:
 
 
 def _open(result: Fidelity) -> Table:
-    """What does not match, gathered by its reason."""
+    """The mismatches, gathered by their reason."""
     groups = map_reduce(result.mismatches, _explained, lambda each: f"{each.key}: {each.words}")
     rows = tuple(words("; ".join(texts), why, experiment) for (why, experiment), texts in groups.items())
     columns = left("what does not match, or was never measured", "why", "the experiment that would settle it")

@@ -1,8 +1,8 @@
-"""The numbers of a record as rows or columns of a table: labels, units and kinds are those that the record declares.
+"""The numbers of a record as rows or columns of a table, with the labels, units and kinds that the record declares.
 
 The label of a field is its title, else the label of the declared figure of its name, else its name in words. Its unit
-is that of the declared figure, else the one that ``json_schema_extra`` declares, else the ending of its name: ``_s``,
-``_j`` or ``_m``. So a field that is added to a record of a result stands in its table.
+is the unit of the declared figure, else the one that ``json_schema_extra`` declares, else the ending of its name:
+``_s``, ``_j`` or ``_m``. So a field that is added to a record of a result stands in its table.
 """
 
 from __future__ import annotations

@@ -33,10 +33,10 @@ def front_picture(
     marker: str | None = None,
     format: Format = "png",
 ) -> Picture:
-    """The feasible designs by two figures, those of the front outlined, the front in these two joined.
+    """The feasible designs by two figures, the front's designs outlined, the front in these two joined.
 
     - ``x`` and ``y``: the first two objectives unless given.
-    - ``colour``: a third figure; one colour for all where it is None, or no two points differ in it.
+    - ``colour``: a third figure; one colour for all if it is None, or no two points differ in it.
     - ``marker``: the axis that the shape of a marker tells; unless given the part, where it varies.
 
     Raises:
@@ -146,7 +146,7 @@ def _scatter(
     norm: Any,
     shapes: str | None,
 ) -> None:
-    """The points, a marker for each level of the axis ``shapes``; those of the front larger and outlined."""
+    """The points, a marker for each level of the axis ``shapes``; the points of the front larger and outlined."""
     front = np.isin(positions, study.front)
     levels, level_of = [""], np.zeros(len(positions), np.intp)
     if shapes:
@@ -175,7 +175,7 @@ def _scatter(
 
 
 def _in_grey(legend: Any) -> None:
-    """Leave colour to the colour bar: a marker in the legend would take that of some point."""
+    """Leave colour to the colour bar: a marker in the legend would take the colour of some point."""
     from matplotlib.collections import PathCollection
 
     for handle in legend.legend_handles:

@@ -1,4 +1,4 @@
-"""What a notebook shows of a study, a result, a comparison, a reproduction or a table: small, escaped, bounded."""
+"""The HTML of a study, a result, a comparison, a reproduction or a table in a notebook: small, escaped, bounded."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def table_html(table: Table) -> str:
 
 
 def _left_out(table: Table) -> list[str]:
-    """How many rows and columns are not shown, if any."""
+    """The numbers of rows and columns that are not shown, if any."""
     sizes = (("rows", len(table.rows), MOST_ROWS), ("columns", len(table.columns), MOST_COLUMNS))
     return [f"the first {most} of {format_count(count)} {name}" for name, count, most in sizes if count > most]
 

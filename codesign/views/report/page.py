@@ -1,4 +1,4 @@
-"""What every self-contained HTML page shares: the environment of templates, the footer, data for scripts.
+"""The base of every self-contained HTML page: the environment of templates, the footer, data for scripts.
 
 Data flows in through templates that escape everything; what is put in as it is comes from this package, or from a
 library that is kept in it with its licence. The page's content security policy forbids every request: what a reader
@@ -54,7 +54,7 @@ def _environment() -> jinja2.Environment:
 
 
 def footer_text(provenance: Provenance | None) -> str:
-    """What made a page, in a line; of a page without specs, version and date."""
+    """The provenance of a page, in a line; of a page without specs, version and date."""
     stamped = (provenance or Provenance()).stamped()
     names = {"codesign": "hwsw", "workload_digest": "workload", "map_digest": "map"}
     platforms = [f"platform {name} {digest[:12]}" for name, digest in stamped.platform_digests.items()]

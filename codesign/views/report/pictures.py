@@ -38,7 +38,7 @@ Points = NDArray[np.float64]
 
 @dataclass
 class _Layers:
-    """What is drawn over the map, bottom first."""
+    """The layers that are drawn over the map, bottom first."""
 
     free: NDArray[np.bool_]
     goals: NDArray[np.int32]
@@ -329,7 +329,7 @@ def run_map_picture(records: Iterable[Record], *, format: Format = "png") -> Pic
 
 
 def run_timeline_picture(records: Iterable[Record], *, format: Format = "png") -> Picture | None:
-    """When components and links were busy: of a mission as shares, of a plan each span; None without work."""
+    """The busy times of components and links: of a mission as shares, of a plan each span; None without work."""
     all_records = tuple(records)
     busy = mission_timeline_picture(all_records, format=format)
     if busy is not None:

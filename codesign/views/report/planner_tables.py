@@ -1,4 +1,4 @@
-"""What a planner can be given, as tables."""
+"""The parameters that a planner can be given, as tables."""
 
 from __future__ import annotations
 

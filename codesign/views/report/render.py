@@ -34,7 +34,7 @@ _MARKDOWN = re.compile(r"([\\`*\[\]|#~])")
 def render_text(table: Table, width: int | None = None, *, styled: bool | None = None, show: Show = silent) -> str:
     """The table as lines of text.
 
-    ``width``: columns of the terminal; None takes those of the terminal on standard output, 160 where there is
+    ``width``: columns of the terminal; None takes the width of the terminal on standard output, 160 if there is
     none. No number and no word is ever cut: a table that needs more room takes it. ``styled``: bold headings
     and rows by escape codes; None: only on a terminal. ``show`` is told how far it is.
     """

@@ -238,7 +238,7 @@ def _bar(score: Score) -> list[tuple[str, str, int, float]]:
 
 @dataclass(frozen=True)
 class _Paper:
-    """What the page has of one paper."""
+    """The part of the page for one paper."""
 
     name: str
     note: str

@@ -1,4 +1,4 @@
-"""How well the model meets the papers: rows within 1, 5 and 10 %, missed ones, and those that cannot be held."""
+"""The score of the model on the papers: rows within 1, 5 and 10 %, missed ones, and rows that cannot be held."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class Score:
 
     ``within``: the number of rows within each error of ``WITHIN``; each counts those before it, too. ``missed``: rows
     with a larger error. ``unheld``: rows without an error. ``held_out``: rows with an error that no law was made from,
-    and ``held_out_met``: those of them within the last error.
+    and ``held_out_met``: the ones among them within the last error.
     """
 
     name: str
@@ -61,7 +61,7 @@ def _meets(error: float, most: float) -> bool:
 
 
 def scores(reproductions: Sequence[Reproduction]) -> list[Score]:
-    """The score of each paper; of several papers that of all of them comes last."""
+    """The score of each paper; of several papers, the score of all comes last."""
     each = [score_of(short_name(one.paper), one.rows) for one in reproductions]
     if len(each) < 2:
         return each
@@ -69,7 +69,7 @@ def scores(reproductions: Sequence[Reproduction]) -> list[Score]:
 
 
 def score_table(each: Sequence[Score]) -> Table:
-    """A row for each score; the last of several, that of all papers, stands out."""
+    """A row for each score; the last of several, for all papers, stands out."""
     last = (f"within {share_text(most)}" for most in WITHIN)
     columns = (
         *left("paper"),
@@ -130,7 +130,7 @@ def unheld_table(reproductions: Sequence[Reproduction]) -> Table:
 
 
 def why_unheld(row: Row) -> str:
-    """Why a row has no error."""
+    """The reason why a row has no error."""
     if row.published is None:
         return "the paper gives no figure"
     if isinstance(row.published, str):

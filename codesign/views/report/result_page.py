@@ -75,7 +75,7 @@ class ScrubPart:
 
 
 def scrub_part(scrub: Scrub) -> ScrubPart:
-    """What the template places of a run over time."""
+    """The parts of a run over time that the template places."""
     data, many = scrub_data(scrub), len(scrub.tracks) > 1
     rows, columns = scrub.map.free.shape
     robots = f", {counted(len(scrub.tracks), 'robot')}" if scrub.tracks else ""
@@ -224,7 +224,7 @@ def scrub_data(scrub: Scrub) -> dict[str, Any]:
     - ``tick``: ps; ``end`` in ticks. ``rows``, ``columns``: of tiles; ``tile``: cells on its side; ``corner``: the
       first row and column. ``view``: top, left, bottom and right of what is drawn, cells.
     - ``free``, ``believed``: the tiles at the begin; ``changes``: what becomes of them.
-    - ``robots``, ``paths``, ``goals``, ``events``, ``fields``, ``series``: those of ``Scrub``.
+    - ``robots``, ``paths``, ``goals``, ``events``, ``fields``, ``series``: as in ``Scrub``.
     - ``packed``: the columns; all else names its place there (``Columns``).
     """
     columns, tick = Columns(), tick_of(scrub.end)
@@ -403,7 +403,7 @@ def result_html(
 def records_page(
     records: Iterable[Record], path: Path, *, title: str, pictures: Sequence[Picture] = (), command: str
 ) -> None:
-    """Write the page of a run of which the records alone are there, such as those of a cut trace.
+    """Write the page of a run of which the records alone are there, such as the records of a cut trace.
 
     Raises:
         RunError: the file cannot be written.

@@ -66,7 +66,7 @@ def figure_tables(result: Result) -> tuple[Table, ...]:
 
 
 def overview_table(result: Result) -> Table:
-    """How a mission or a fleet ended; what was run, and whether it can be built."""
+    """The end of a mission or a fleet; what was run, and whether it can be built."""
     rows = [
         *end_rows(result),
         ("platform", word(result.platform)),
@@ -103,7 +103,7 @@ def overview_table(result: Result) -> Table:
 
 
 def result_reasons_table(result: Result) -> Table:
-    """Why the design cannot be built, or is not wanted, and what would mend it."""
+    """The reasons why the design cannot be built, or is not wanted, and what would mend it."""
     return Table(
         "Why it is not feasible",
         (*left("kind", "what"), *right("demand", "limit", "gap"), *left("what would close the gap")),
@@ -150,7 +150,7 @@ def _run_tables(result: Result) -> list[Table]:
 
 
 def _times_table(result: Result) -> Table:
-    """When things were done. A fleet loads starts and targets, and its end is that of the last update."""
+    """The times of what was done. A fleet loads starts and targets, and ends with its last update."""
     time = result.time
     assert time is not None
     rows = rows_of(time)
@@ -263,7 +263,7 @@ def _energy_tables(result: Result) -> list[Table]:
 
 
 def sources_table(results: Iterable[Result]) -> Table:
-    """Where the figures come from: each source once, with its status and the figures that rest on it."""
+    """The sources of the figures: each source once, with its status and the figures that rest on it."""
     figures: dict[tuple[str, str], dict[str, dict[str, None]]] = {}
     for result in results:
         items_of = ((label(use.resource), item.name, item.figure) for use in result.resources for item in use.items)

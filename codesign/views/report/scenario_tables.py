@@ -45,7 +45,7 @@ _WENT_INTO: dict[Pacemaker, str] = {
 
 
 def end_rows(result: Result) -> tuple[tuple[str, Cell], ...]:
-    """Why the mission or the fleet ended, and whether it completed; () for a plan alone."""
+    """The end of the mission or the fleet, and whether it completed; () for a plan alone."""
     if result.mission is not None:
         return _mission_end(result.mission)
     return () if result.fleet is None else _fleet_end(result.fleet)
@@ -118,7 +118,7 @@ def levers_table(mission: Mission) -> Table:
 
 
 def contacts_table(mission: Mission) -> Table:
-    """When, where and how fast the robot ran against something."""
+    """The contacts of the robot: when, where and how fast it ran against something."""
     shown = mission.contact_points[:_CONTACTS]
     rest = mission.contacts - len(shown)
     return Table(
@@ -163,7 +163,7 @@ def _energy_cells(field: Shown, joules: float, total: float) -> tuple[Cell, Cell
 
 
 def account_table(accounts: Mapping[str, Account]) -> Table:
-    """Where the time of each component and link went."""
+    """The time of each component and link, by what it was spent on."""
     table = records_table(
         "Where the time of each component and link went", "component or link", accounts.items(), Account
     )
@@ -184,7 +184,7 @@ def busy_share(account: Account) -> float:
 
 
 def latency_table(title: str, shares: tuple[LatencyShare, ...]) -> Table:
-    """Where a time went: the kind of work, the component or link, how long, and its share."""
+    """The shares of a time: the kind of work, the component or link, how long, and its share."""
     rows = (
         (*words(SPENT[share.kind], share.where), quantity_cell(share.seconds, "s"), share_cell(share.share))
         for share in shares

@@ -1,6 +1,6 @@
 """A run over time, for a page that is scrubbed: its records reduced to tracks, changed cells, paths, events and series.
 
-``scrub_of`` takes records of a run in memory, or those of a trace. ``scrub_page`` packs what it returns.
+``scrub_of`` takes records of a run in memory, or of a trace. ``scrub_page`` packs what it returns.
 """
 
 from __future__ import annotations
@@ -217,7 +217,7 @@ def _fields(records: Iterable[Any]) -> list[Field]:
 
 
 def _takers(scrub: Scrub) -> dict[Subject, Callable[[Any], None]]:
-    """What adds a record to the cells, paths, goals and events, by what the record is about."""
+    """The functions that add a record to the cells, paths, goals and events, by what the record is about."""
 
     def path(record: Any) -> None:
         if not scrub.is_fleet and np.isfinite(record.points).all():

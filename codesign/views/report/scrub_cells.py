@@ -18,10 +18,10 @@ MOST_CHANGES = 400_000
 _BINS = 4096
 
 FREE, UNKNOWN, BLOCKED = 0, 1, 2
-"""What the robot believes of a tile, as the script of the page takes it."""
+"""The belief of the robot about a tile, as the script of the page takes it."""
 
 NOW_BLOCKED, NOW_FREE, NOW_UNKNOWN, BELIEVED_FREE, BELIEVED_BLOCKED = range(5)
-"""What becomes of a cell: of the true map, or of the belief of the robot."""
+"""The fate of a cell: of the true map, or of the belief of the robot."""
 
 _BELIEF = {FREE: BELIEVED_FREE, UNKNOWN: NOW_UNKNOWN, BLOCKED: BELIEVED_BLOCKED}
 

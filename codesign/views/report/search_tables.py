@@ -1,4 +1,4 @@
-"""What searches made of a space: their evaluations and hypervolumes, as a table and a picture."""
+"""The searches of a space: their evaluations and hypervolumes, as a table and a picture."""
 
 from __future__ import annotations
 

@@ -50,7 +50,7 @@ def headline(result: Result) -> Headline:
 
 
 def question_text(task: TaskFigures) -> str:
-    """What was asked, in words, such as ``path from each of 64 starts; maze of 72 × 132 cells, goal (3, 128)``."""
+    """The question in words, such as ``path from each of 64 starts; maze of 72 × 132 cells, goal (3, 128)``."""
     asked = _ASKED[task.task].format(
         starts="one start" if task.starts == 1 else f"each of {task.starts:,} starts",
         cells=counted(task.changed_cells or 0, "cell"),
@@ -67,7 +67,7 @@ _ASKED = {
 
 
 def questions_of(results: Iterable[Result | None]) -> dict[str, TaskFigures]:
-    """What was asked of results, by the digest of the question."""
+    """The tasks that results were asked, by the digest of the question."""
     return {result.task.question: result.task for result in results if result is not None and result.task}
 
 
@@ -133,7 +133,7 @@ def arrivals_of(result: Result) -> tuple[str, Quality | RobotsQuality] | None:
 
 
 ARRIVALS: dict[type, str] = {Quality: "starts that arrive", RobotsQuality: "robots that arrive"}
-"""What arrives at a goal, by the record that counts it."""
+"""The name of what arrives at a goal, by the record that counts it."""
 
 
 def _arrivals(quality: Quality | RobotsQuality) -> tuple[int, int]:
@@ -149,13 +149,13 @@ def all_arrive(quality: Quality | RobotsQuality) -> bool:
 
 
 def arrived_cell(quality: Quality | RobotsQuality) -> Cell:
-    """How many starts or robots arrive, as ``63 of 64``."""
+    """The number of starts or robots that arrive, as ``63 of 64``."""
     arrived, tried = _arrivals(quality)
     return Cell(f"{arrived} of {tried}", arrived)
 
 
 def bottleneck_text(mission: Mission) -> str:
-    """What sets the pace of a mission and what would change it, as a sentence; "" where it is not known."""
+    """The pace of a mission: what sets it and what would change it, as a sentence; "" if it is not known."""
     bottleneck = mission.bottleneck
     if bottleneck is None:
         return ""
@@ -166,14 +166,14 @@ def bottleneck_text(mission: Mission) -> str:
 
 
 def run_pace_text(result: Result) -> str:
-    """What sets the pace of a mission, a fleet or a plan; "" where it is not known."""
+    """The pace of a mission, a fleet or a plan: what sets it; "" if it is not known."""
     if result.mission is not None:
         return bottleneck_text(result.mission)
     return plan_pace_text(result) if result.fleet is None else pace_text(result.fleet)
 
 
 def plan_pace_text(result: Result) -> str:
-    """Where the time of one plan goes, and what helps first; "" where no time passed, or no component is busy.
+    """The part that takes the time of one plan, and what helps first; "" if no time passed, or no component is busy.
 
     The shares are the busy shares of the component that plans, its external memory, the links and the other components
     that have a task.
@@ -197,7 +197,7 @@ def plan_pace_text(result: Result) -> str:
 
 
 def _faster_planning(result: Result, waiting: float) -> str:
-    """What speeds up the component that plans; ``waiting``: busy time of its memory over its own."""
+    """The change that speeds up the component that plans; ``waiting``: busy time of its memory over its own."""
     if waiting > _MEMORY_BOUND:
         return f"a faster memory {result.external_memory} helps first"
     if result.clock is None:
@@ -209,7 +209,7 @@ def _faster_planning(result: Result, waiting: float) -> str:
 
 
 def pace_text(fleet: FleetFigures) -> str:
-    """What sets the pace of a fleet and what would change it, as sentences; "" where no update was done."""
+    """The pace of a fleet: what sets it and what would change it, as sentences; "" if no update was done."""
     if fleet.pace is None or not fleet.updates:
         return ""
     decide, message = _decide_s(fleet), _message_s(fleet)
@@ -227,7 +227,7 @@ def pace_text(fleet: FleetFigures) -> str:
 
 
 def _held_by_line(fleet: FleetFigures, decide: float, message: float) -> str:
-    """The period is max(message, decide + the time that a short FIFO holds, at most that of a message)."""
+    """The period is max(message, decide + the time that a short FIFO holds, at most the time of a message)."""
     period = 1.0 / fleet.updates_a_second
     text = (
         f"the line: a message of all coordinates takes it {_seconds(message)}, while the robots decide in"

@@ -32,9 +32,9 @@ if TYPE_CHECKING:
 
 
 def study_sentence(study: Study) -> str:
-    """What was explored, how many points have each fate, and the best point of the first objective.
+    """The sentence of a study: what was explored, how many points have each fate, and the best of the first objective.
 
-    Where no point is feasible: the point that misses feasibility by least, and by what.
+    If no point is feasible: the point that misses feasibility by least, and by what.
     """
     head = f"{study.workload} on {study.platform}, {summary(study)}"
     if not study.objectives:

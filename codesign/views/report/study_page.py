@@ -75,7 +75,7 @@ class Matrix:
 def effects_matrix(study: Study, figures: Sequence[ResultFigure], effects: Sequence[AxisEffect]) -> Matrix:
     """The total share of each axis in the spread of each figure that varies over the feasible designs.
 
-    ``effects``: those of the figures (``Study.sensitivity``).
+    ``effects``: the effects on the figures (``Study.sensitivity``).
     """
     if not study.feasible:
         return Matrix((), ())
@@ -127,7 +127,7 @@ def chart_figures(study: Study) -> tuple[ResultFigure, ...]:
 
 
 def offered_figures(study: Study) -> tuple[ResultFigure, ...]:
-    """The figures that the page offers: those of ``chart_figures``, then all others that differ between designs."""
+    """The figures that the page offers: first as ``chart_figures``, then all others that differ between designs."""
     first, distinct = chart_figures(study), np.array(study.distinct, np.intp)
 
     def differs(figure: ResultFigure) -> bool:

@@ -43,7 +43,7 @@ if TYPE_CHECKING:
 
 
 def summary(study: Study) -> str:
-    """What was explored, and how many designs have each fate, in one sentence."""
+    """The exploration in one sentence: what was explored, and how many designs have each fate."""
     _, *counts = study_counts(study)
     fates = ", ".join(f"{count} {name}" for name, count in counts)
     again = len(study.designs) - len(study.distinct)
@@ -57,7 +57,7 @@ def summary(study: Study) -> str:
 
 
 def study_counts(study: Study) -> tuple[tuple[str, str], ...]:
-    """How many designs there are, and how many of each fate; failed and missing ones only where any are."""
+    """The numbers of designs, and of each fate; failed and missing ones only if there are any."""
     count = len(study.distinct)
     counts = {
         "explored": count,
@@ -74,7 +74,7 @@ def study_counts(study: Study) -> tuple[tuple[str, str], ...]:
 
 
 def _perhaps_feasible(study: Study) -> int:
-    """How many designs do not fit at the figures' own values, and do at others; 0 over conditions: not counted."""
+    """The number of designs that do not fit at the figures' own values, and do at others; 0 over conditions."""
     if study.conditions:
         return 0
     fits = study.outcomes.each(
@@ -147,7 +147,7 @@ def _raw_columns(study: Study, points: NDArray[np.int64], why: PointWhys) -> dic
 
 
 class PointWhys:
-    """Why each point is not on the front, in words; for points with the same reasons these are made once.
+    """The reasons why points are not on the front, in words; for points with the same reasons these are made once.
 
     See ``reason_text`` for ``gaps``.
     """
@@ -289,7 +289,7 @@ def _left_out(study: Study, title: str, indices: Sequence[int], show: Show = sil
 
 
 def reasons_table(study: Study) -> Table:
-    """Why designs were left out, most frequent first.
+    """The reasons why designs were left out, most frequent first.
 
     Each reason has its number of designs, the least gap, the design that has this gap, and the levers there.
     """
@@ -314,7 +314,7 @@ def reasons_table(study: Study) -> Table:
 
 
 def why_not(point: StudyPoint, *, gaps: bool = False) -> str:
-    """Why a point by itself is not feasible, or did not reach its goals, in one line; else "". See ``reason_text``."""
+    """The reason why a point is out by itself, or did not reach its goals, in a line; else "". See ``reason_text``."""
     if point.state != "done":
         return "not computed" if point.failure is None else f"failed: {point.failure}"
     if point.unreached is not None:
@@ -323,7 +323,7 @@ def why_not(point: StudyPoint, *, gaps: bool = False) -> str:
 
 
 def why_out(study: Study, design: Design, *, gaps: bool = False) -> str:
-    """Why a design is not on the front, in one line; "" where only better designs are the reason.
+    """The reason why a design is not on the front, in one line; "" if only better designs are the reason.
 
     A reason of one condition names this condition. See ``reason_text`` for ``gaps``.
     """
@@ -375,7 +375,7 @@ def _figure_columns(figures: Sequence[ResultFigure]) -> tuple[Column, ...]:
 
 
 def _missing_notes(count: int, kind: str) -> tuple[str, ...]:
-    """How many are not in a table, as they were not computed."""
+    """The number that is not in a table, as they were not computed."""
     return (f"{counted(count, kind)} not computed",) if count else ()
 
 

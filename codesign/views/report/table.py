@@ -25,7 +25,7 @@ class Column:
 
 @dataclass(frozen=True)
 class Cell:
-    """What a reader sees (``text``) and what a program takes (``value``, in the unit of the column)."""
+    """A cell: what a reader sees (``text``) and what a program takes (``value``, in the unit of the column)."""
 
     text: str
     value: Value = None

@@ -1,4 +1,4 @@
-"""Where the time of components and links went: each span of a plan, the busy shares of a mission, the sums."""
+"""The time lines of components and links: each span of a plan, the busy shares of a mission, the sums."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ _BARS = {"message": "message: {0}", "task": "{1}", "stage": "stages"}
 
 
 def timeline_picture(bars: Iterable[Bar], *, format: Format = "png") -> Picture:
-    """When each component and link was busy, and with what: a row for each, and a bar for each span of work."""
+    """The busy times of each component and link, and the work: a row for each, and a bar for each span of work."""
     shown = list(bars)
     sources = list(dict.fromkeys(bar[0] for bar in sorted(shown, key=lambda bar: (bar[2], bar[0]))))
     kinds = list(dict.fromkeys(bar[1] for bar in sorted(shown, key=lambda bar: (bar[2], bar[1]))))
@@ -87,7 +87,7 @@ def _row_bars(axes: Any, bars: list[Bar], sources: list[str], scale: float, kind
 
 
 def mission_timeline_picture(records: Iterable[Record], *, format: Format = "png") -> Picture | None:
-    """How busy each component and link was over the mission, with its plans and events; None without a mission.
+    """The busy shares of each component and link over the mission, with plans and events; None without a mission.
 
     The mission is divided into 240 spans. Each shows the share of it in which work was under way, or a robot moved.
     Small shares are drawn darker than in proportion, so that they can be seen.
@@ -189,7 +189,7 @@ def _draw_events(axes: Any, events: Sequence[Any], plans: Sequence[Span], scale:
 
 
 def account_picture(accounts: Mapping[str, Account], *, format: Format = "png") -> Picture | None:
-    """Where the time of each component and link went, as stacked bars; None where there are none.
+    """The time of each component and link by what it was spent on, as stacked bars; None if there are none.
 
     ``accounts``: by name, with ``compute_s``, ``transfer_s`` and ``idle_s``, which make up the mission, and ``wait_s``,
     a bar of its own below.

@@ -54,7 +54,7 @@ def winners_table(
     Args:
         study: with ``axis``.
         objective: by default the study's first.
-        axis: by default that of the variants.
+        axis: by default the axis of the variants.
         most: settings that are shown, the first ones with a computed point.
     """
     if axis not in study.axes or len(axis_levels(study, axis)) < 2:
@@ -139,7 +139,7 @@ class _Settings:
         return np.where(fine, -values if objective.maximise else values, math.nan)
 
     def winners(self, objective: ResultFigure, axis: str) -> Counter[str]:
-        """How often each value of an axis, or several that are equal, wins by an objective; "" where none does."""
+        """The number of wins of each value of an axis, or of several equal ones, by an objective; "": none wins."""
         alone, setting = self._alone, self._setting
         losses = self._losses(self._points, objective)
         losses[self._differs[setting]] = math.nan
@@ -214,7 +214,7 @@ def _contest(study: Study, points: Sequence[StudyPoint], objective: ResultFigure
 
 
 def _fate(point: StudyPoint, objective: ResultFigure) -> str:
-    """Why a point is not compared, in a word."""
+    """The reason why a point is not compared, in a word."""
     if point.unreached is not None:
         return "goals not reached"
     if point.state != "done":
@@ -223,7 +223,7 @@ def _fate(point: StudyPoint, objective: ResultFigure) -> str:
 
 
 def _wins_text(objective: ResultFigure, wins: Counter[str]) -> str:
-    """How often each variant wins by an objective, in a sentence."""
+    """The number of wins of each variant by an objective, in a sentence."""
     parts = (f"{name} in {count}" for name, count in wins.most_common())
     return f"{objective.aim}, of {counted(wins.total(), 'setting')}: {', '.join(parts)}"
 

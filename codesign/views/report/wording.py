@@ -85,7 +85,7 @@ def share_text(share: float) -> str:
 def quantity_text(value: float, unit: str) -> str:
     """A quantity with the unit prefix that suits it.
 
-    ``unit`` is that of ``value``: s, ps, Hz, W, J or 1. Any other word stands behind the number.
+    ``unit`` belongs to ``value``: s, ps, Hz, W, J or 1. Any other word stands behind the number.
 
     >>> quantity_text(0.00321, "s"), quantity_text(2.5, "cells"), quantity_text(1, "cells")
     ('3.21 ms', '2.5 cells', '1 cell')

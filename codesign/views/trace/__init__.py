@@ -4,7 +4,7 @@ This package imports records, errors and units alone. The simulation takes any c
 this package. MCAP was chosen for three reasons: Foxglove and similar viewers open it directly, it contains schemas,
 metadata and attachments beside the messages, and a file that was cut short still gives its complete part. Messages are
 protobuf, which Foxglove and Rerun both decode. Their schemas are made from the record classes when a run is traced,
-those of plug-ins included, so no code is generated. Rejected: JSON. Rerun shows none of it, and it takes more time and
+plug-ins included, so no code is generated. Rejected: JSON. Rerun shows none of it, and it takes more time and
 space.
 """
 

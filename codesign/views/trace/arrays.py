@@ -1,7 +1,7 @@
 """The arrays of records in protobuf messages: packed fields, and ``codesign.Array``.
 
 An array of bool is stored as ``bits``. One of float64 is stored as ``float32`` where that loses nothing, and else as
-``planes``, which pack better: of each value, its 64 bits less those of the value before it, modulo 2^64; first the
+``planes``, which pack better: of each value, its 64 bits less the bits of the value before it, modulo 2^64; first the
 lowest byte of all differences, then the next.
 
 Nothing that is decoded is trusted: sizes are bounded and checked against shapes.
@@ -30,7 +30,7 @@ PLANES = "planes"
 """Differences of float64 values, byte by byte."""
 
 _STORED = {"bool": (BITS,), "float64": ("float64", "float32", PLANES)}
-"""How the values of an array may be stored; those of every other dtype as they are."""
+"""The forms in which the values of an array may be stored; values of every other dtype are stored as they are."""
 
 
 def is_packed(form: ArrayOf) -> bool:

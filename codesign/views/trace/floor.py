@@ -1,4 +1,4 @@
-"""Where the cells of a map lie for viewers, in metres, and the belief of a robot about them."""
+"""The place of the cells of a map for viewers, in metres, and the belief of a robot about them."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class Floor:
 
     @property
     def yaw(self) -> float:
-        """How far the map is turned in its frame, radians, counterclockwise."""
+        """The angle by which the map is turned in its frame, radians, counterclockwise."""
         return self.frame.origin[2]
 
     def point(self, row: float, column: float) -> tuple[float, float]:

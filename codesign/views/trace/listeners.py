@@ -85,7 +85,7 @@ class Views:
         self._path_time: int | None = None
         self._robots = Robots(show)
         self.mission = False
-        """Whether the run is a mission, known from its first event."""
+        """True if the run is a mission, known from its first event."""
         self._makers: dict[Subject, Callable[[Any], None]] = {
             Subject.MAP: self._map,
             Subject.CHANGE: self._obstacle,
@@ -270,7 +270,7 @@ class Views:
 
 
 class _Due:
-    """When a state that changes is to be written again: ``interval`` picoseconds after the last time."""
+    """The time at which a changing state is to be written again: ``interval`` picoseconds after the last time."""
 
     def __init__(self, interval: int) -> None:
         self.interval = interval
@@ -491,7 +491,7 @@ class _File:
         return len(data)
 
     def seek(self, _offset: int, _whence: int = 0) -> int:
-        """Where the file is. The writer does not move (``disable_seeking``)."""
+        """The place in the file. The writer does not move (``disable_seeking``)."""
         return self._at
 
     def flush(self) -> None:

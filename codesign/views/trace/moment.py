@@ -37,7 +37,7 @@ class Moment:
     - ``driven``: float64, n × 2, the positions of the robot's poses up to now.
     - ``pose``: the last pose; None before the first. ``robots``: float64, n × 2, all robots of a fleet, or None.
     - ``corner``: (row, column) of the first cell of these arrays; all places are counted in the whole map.
-    - ``resolution``: metres a cell, or None. ``events``: those of the mission up to now.
+    - ``resolution``: metres a cell, or None. ``events``: the events of the mission up to now.
     """
 
     time: int
@@ -86,7 +86,7 @@ def moment(records: Iterable[Record], time: int | None = None, where: str | None
 
 
 class _Seen:
-    """What the records up to now say, each by what it is about."""
+    """The facts that the records up to now say, each by what it is about."""
 
     def __init__(self, where: str | None) -> None:
         self._where, self.last = where, 0

@@ -128,7 +128,7 @@ MAX_ATTACHED_BYTES = 2**26
 """Most bytes of all attachments and metadata together."""
 
 RESULT_ATTACHMENT = "result.json"
-"""Where older files have the result."""
+"""The place of the result in older files."""
 
 MAX_NAMED = 10_000
 """Most channels of a file, and most attachments and metadata records."""
@@ -168,7 +168,7 @@ class Trace:
     - ``metadata``: texts, by name of the metadata record. ``attachments``: by name.
     - ``fault``: why reading stopped before the end of the file; None for a complete file.
     - ``show``: is told how far the reading of records is. ``last_summary``: the message with the result.
-      ``schemas``: the schemas of the file, by name. ``agreed``: those found to be those of this version.
+      ``schemas``: the schemas of the file, by name. ``agreed``: the ones that were found equal to this version's.
     """
 
     path: Path

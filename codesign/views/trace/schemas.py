@@ -45,10 +45,10 @@ _CLASSES: dict[type[Record], Any] = {}
 
 @dataclass(frozen=True)
 class FieldPlan:
-    """How a field is encoded: a type of protobuf, ``mapping``, ``packed`` or ``array``.
+    """The encoding of a field: a type of protobuf, ``mapping``, ``packed`` or ``array``.
 
-    ``name``: of the field of the record, ``stored``: of that of the message. ``after``: a time, stored as ps after that
-    of the record. ``optional``: it may be None. ``array``: the form of an array. ``default``: its value where a message
+    ``name``: of the record's field, ``stored``: of the message's field. ``after``: a time, stored as ps after the time
+    of the record. ``optional``: it may be None. ``array``: the form of an array. ``default``: its value if a message
     lacks it, as messages of older files may.
     """
 

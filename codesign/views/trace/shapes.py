@@ -84,7 +84,7 @@ def colour(rgba: Colour) -> fg.Color:
 
 @cache
 def _table(kind: str) -> NDArray[np.uint32]:
-    """The colours of the values of a grid, four bytes each: ``true`` or ``belief``, or those of a ``field``."""
+    """The colours of the values of a grid, four bytes each: ``true`` or ``belief``, or the colours of a ``field``."""
     if kind == "field":
         knots = np.linspace(0, 1, len(_FIELD))
         shades = np.linspace(0, 1, _LEVELS)

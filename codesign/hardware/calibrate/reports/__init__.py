@@ -17,7 +17,7 @@ from codesign.hardware.calibrate.reports.record import ClockReading, Reading, Re
 from codesign.hardware.calibrate.reports.text import Text, read_text
 
 Reader = tuple[Callable[[Text], bool], Callable[[Text], Report]]
-"""Whether a tool wrote a text, by its content; and its reader."""
+"""True if a tool wrote a text, by its content; and its reader."""
 
 READERS: Mapping[str, Reader] = {
     "Vivado": (vivado.is_report, vivado.read),

@@ -19,7 +19,7 @@ MULTIPLIERS: Mapping[str, float] = {
     "MULT27X36": 2.0,
     "MULT12X12": 0.5,
 }
-"""How many multipliers of 18 × 18 bits each macro of a DSP block counts as."""
+"""The number of multipliers of 18 × 18 bits that each macro of a DSP block counts as."""
 
 _RESOURCES = {"Register": "flip_flops", "CLS": "slices"}
 

@@ -33,7 +33,7 @@ USED: Mapping[str, tuple[str, float]] = {
     "DSP48Es": ("multipliers", 1.0),
     "DSP48E1s": ("multipliers", 1.0),
 }
-"""What follows ``Number of``: the resource, and how many of it one counts as."""
+"""The words after ``Number of``: the resource, and how many of it one counts as."""
 
 _HEAD = r"Release (\S+)\s*-?\s*(?:Map|par|xst|Trace|XPower Analyzer)\b"
 _PERIOD = re.compile(r"([\d.]+) *(ps|ns|us|MHz|kHz|GHz)\b")

@@ -16,7 +16,7 @@ USED: Mapping[str, str] = {
     "EBRs": "block_rams",
     "DSPs": "multipliers",
 }
-"""What follows ``Number of``, of either tool."""
+"""The words after ``Number of``, of either tool."""
 
 _VERSION = r"(Diamond|Radiant)(?: Software)? \(64-bit\) (\d[\w.]*)"
 

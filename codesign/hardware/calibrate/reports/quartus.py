@@ -35,7 +35,7 @@ _KINDS = ("Fitter", "Timing Analyzer", "TimeQuest Timing Analyzer", "Power Analy
 
 
 _SNAPSHOTS = {"synthesized": Stage.SYNTHESISED, "planned": Stage.SYNTHESISED, "placed": Stage.PLACED}
-"""How far a design had come that Quartus Prime Pro analysed the timing of; without the row it is the final one."""
+"""The stage of a design that Quartus Prime Pro analysed the timing of; without the row it is the final one."""
 
 
 def is_report(text: Text) -> bool:

@@ -38,7 +38,7 @@ _STAGES = {"postrout": Stage.ROUTED, "routed": Stage.ROUTED, "synth": Stage.SYNT
 """Words in the state of a design, or in the name of the file of a report."""
 
 _NETS = {"unplaced": Stage.SYNTHESISED, "estimated": Stage.PLACED, "routed": Stage.ROUTED}
-"""What a path says of the delay of a net: one that is not routed makes the whole path so."""
+"""The words of a path on the delay of a net: one that is not routed makes the whole path so."""
 
 
 def is_report(text: Text) -> bool:

@@ -32,7 +32,7 @@ from codesign.planners.reproduction import Progress, Use, silent
 # Families of maps that may stand for those of Vacariu et al. (2008), which are not published.
 
 FILLS = {"thrown with replacement": 1, "exact share": 1, "squares of 2 × 2": 2, "squares of 3 × 3": 3}
-"""How obstacles fall, with their side in cells. Thrown with replacement, a share of d covers 1 - exp(-d)."""
+"""The falls of obstacles, with their side in cells. Thrown with replacement, a share of d covers 1 - exp(-d)."""
 PLACES = ("corners", "opposite sides", "anywhere")
 FEWEST_WITH_A_PATH = 0.01
 PATIENCE = 300

@@ -13,5 +13,5 @@ beyond. The wave over the whole map takes at least as long on the array, and one
 
 TILE_SIDES = (8, 16, 24, 32, 48, 64, 96, 128, 192, 256)
 MOST_TILES = 3
-"""How many tiles are tried, the largest that fit: a larger tile is visited less often, a smaller one has a faster
-clock."""
+"""The number of tiles that are tried, the largest that fit: a larger tile is visited less often, a smaller one has a
+faster clock."""

@@ -30,7 +30,7 @@ SIDES = 8
 LEAST_SHIFT = 3
 """Flip-flops in a row that a Xilinx part has as a shift register of a LUT."""
 STATES = 10
-"""Of the machine, a flip-flop each. Only an array that tracks paths has that of the tracking."""
+"""Of the machine, a flip-flop each. Only an array that tracks paths has the one of the tracking."""
 MACHINE_BITS = 31
 """Of the machine beside its states and the words of ``TileLayout.control_flip_flops``.
 
@@ -174,7 +174,7 @@ class TileLayout:
 
 
 LAWS = CountedLaws("wavefront", "tiled", layout=TileLayout.of_row)
-"""The LUT of each piece but the tracker, which is that of the array of the whole map."""
+"""The LUT of each piece but the tracker, which is the tracker of the array of the whole map."""
 
 
 def lut4(layout: TileLayout, family: tuple[str, bool]) -> dict[str, Line]:

@@ -39,7 +39,7 @@ READ_LATENCY = 2
 """Edges from the address of a node to its word: one to register the address, or to read a memory; one for the word."""
 
 TRACK_CLOCK = 185_000_000
-"""Hz: the fastest clock of a tracker by itself, as that of breadth-first search's state machine. Assumed."""
+"""Hz: the fastest clock of a tracker by itself, as of breadth-first search's state machine. Assumed."""
 
 TRACK_FITTED = "Virtex-II Pro"
 """The family of that machine."""
