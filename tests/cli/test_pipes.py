@@ -85,22 +85,16 @@ def piped(arguments: list[object], *, joined: bool = False) -> tuple[int, str]:
 
 def test_a_reader_who_went_away_does_not_change_the_exit_code(specs: tuple[Path, Path], tmp_path: Path) -> None:
     put_map(specs)
-    run: list[object] = ["run", *specs]
-    code, told = piped([*run, "--html", tmp_path / "run.html"])
-    assert code == 0
-    assert (tmp_path / "run.html").exists()
-    # A slow computer may show progress there.
-    assert "rror" not in told
-    assert "pipe" not in told
     # Without progress, nothing is told.
-    run.append("-q")
-    assert piped(run) == (0, "")
+    run: list[object] = ["run", *specs, "-q"]
+    assert piped([*run, "--html", tmp_path / "run.html"]) == (0, "")
+    assert (tmp_path / "run.html").exists()
     small = ("fpga.part=XC3S500E-4", "fpga.clock=50 MHz", "relax.block=[24, 36]")
     assert piped([*run, *(word for each in small for word in ("--set", each))]) == (3, "")
-    code, told = piped([*run, "--set", "fpga.clock=1 GHz"])
+    code, told = piped(["check", *specs, "--set", "fpga.clock=1 GHz"])
     assert code == 2
     assert told.startswith("--set fpga.clock: 1 GHz is above")
-    assert piped([*run, "--set", "fpga.clock=1 GHz"], joined=True) == (2, "")
+    assert piped(["check", *specs, "--set", "fpga.clock=1 GHz"], joined=True) == (2, "")
 
 
 def test_a_reader_who_went_away_does_not_end_an_exploration(specs: tuple[Path, Path], tmp_path: Path) -> None:

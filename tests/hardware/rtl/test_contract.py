@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from click.testing import Result
+from examples import THOROUGH
 from rtl_tools import needs, quickest
 from verilog_tools import SIMULATORS, output_of
 
@@ -31,7 +32,7 @@ POINTS = 20
 """Exported benches of each style."""
 
 
-NARROW = 6
+NARROW = 6 if THOROUGH else 2
 """Samples of each style on a map of one row or one column."""
 
 TRIES = 20

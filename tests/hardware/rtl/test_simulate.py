@@ -61,7 +61,10 @@ def test_a_large_array_is_simulated_by_verilator_where_it_is(monkeypatch: pytest
     assert words == ["a large array: Verilator simulates it several times as fast (apt-get install verilator)"]
 
 
-@pytest.mark.parametrize("backend", NEEDS)
+# Verilator compiles the circuit to C++, which takes longer than the run of the two others.
+@pytest.mark.parametrize(
+    "backend", [pytest.param(each, marks=[pytest.mark.slow] * (each == "verilator")) for each in NEEDS]
+)
 def test_a_long_run_says_how_far_it_is(backend: str, monkeypatch: pytest.MonkeyPatch) -> None:
     needs(backend)
     monkeypatch.setattr(tools, "_WATCH_S", 0.02)

@@ -126,22 +126,20 @@ print(result.model_dump_json())
 def test_the_same_seed_gives_the_same_bytes_in_every_process(tmp_path: Path) -> None:
     ground = Ground(tmp_path)
     files = ground.files("harmonic-decide-on-host", **settings("harmonic-decide-on-host", "change-restart"))
-    seen = set()
-    for number, (seed, granularity) in enumerate((("12345", "run_ahead"), ("7", "visit"))):
-        trace = tmp_path / f"{number}.mcap"
-        done = subprocess.run(
-            [sys.executable, "-c", AGAIN, *map(str, files), str(trace), granularity],
-            env={**os.environ, "PYTHONHASHSEED": seed},
-            capture_output=True,
-            timeout=120,
-            check=True,
-        )
-        seen.add((done.stdout, hashlib.sha256(trace.read_bytes()).hexdigest()))
+    trace = tmp_path / "there.mcap"
+    done = subprocess.run(
+        [sys.executable, "-c", AGAIN, *map(str, files), str(trace), "visit"],
+        env={**os.environ, "PYTHONHASHSEED": "7"},
+        capture_output=True,
+        timeout=120,
+        check=True,
+    )
+    there = done.stdout, hashlib.sha256(trace.read_bytes()).hexdigest()
     result = codesign.simulate(
         codesign.load_platform(files[0]), codesign.load_workload(files[1]), trace=tmp_path / "here.mcap"
     )
     digest = hashlib.sha256((tmp_path / "here.mcap").read_bytes()).hexdigest()
-    assert seen == {(f"{result.model_dump_json()}\n".encode(), digest)}
+    assert there == (f"{result.model_dump_json()}\n".encode(), digest)
 
 
 @pytest.mark.parametrize("which", ["link", "obstacles"])
