@@ -37,11 +37,12 @@ MAX_RAYS = 4096
 class AnyComponent(Hardware):
     """A component of a platform.
 
-    ``plans``: a task of a planner can be placed on it.
+    ``plans``: a task of a planner can be placed on it. ``of_scenario``: a scenario builds it, and no plan needs it.
     """
 
     law: ClassVar[type[Law]] = IdealLaw
     plans: ClassVar[bool] = False
+    of_scenario: ClassVar[bool] = False
     if TYPE_CHECKING:
         type: str
 
@@ -373,6 +374,7 @@ class RobotPower(SpecModel):
 class RobotComponent(AnyComponent):
     """The body of a robot, for missions: it moves and senses."""
 
+    of_scenario: ClassVar[bool] = True
     type: Literal["robot"] = Field(description="The robot's body.")
     radius: LengthFigure = Field(
         default=Figure(0.0, "m", Status.ASSUMED, "a point robot"), description="Radius of its outline; 0 m is a point."
@@ -394,6 +396,9 @@ COMPONENTS: dict[str, type[AnyComponent]] = {
     get_args(kind.model_fields["type"].annotation)[0]: kind for kind in AnyComponent.__subclasses__()
 }
 """The kinds of components by their type in YAML: every subclass of ``AnyComponent`` above is one."""
+
+PLANNING_TYPES = tuple(name for name, kind in COMPONENTS.items() if kind.plans)
+"""The types of components that a task of a planner can be placed on."""
 
 if TYPE_CHECKING:
     Component = AnyComponent

@@ -42,8 +42,11 @@ def component_of(
     Raises:
         CodesignError: the component refuses a value of ``spec``; see ``refused``.
     """
+    if spec.of_scenario:
+        return None
     build = _BUILD.get(type(spec))
-    return None if build is None else build(environment, name, spec, by_name, listeners)
+    assert build is not None, f"{type(spec).__name__} needs a maker in _BUILD"
+    return build(environment, name, spec, by_name, listeners)
 
 
 def _fpga(

@@ -268,7 +268,7 @@ def _architecture(platform: Platform, workload: Workload, planner: Planner) -> t
     styles = {name: style for name, style in styles_by_name.items() if style.component_type == component.type}
     if not styles:
         text = f"task {task_name} is on {task.component}, which is {a_type(component.type)}"
-        if component.type in {"fpga", "processor"}:
+        if component.plans:
             text += f": {planner.name} has no style for it"
         types = " or ".join(sorted({style.component_type for style in styles_by_name.values()}))
         hint = f"place it on a component of type {types}"

@@ -8,7 +8,7 @@ from typing import Any
 
 from codesign.ground.errors import Fault, InputError, choose_hint
 from codesign.inputs import Platform, Workload, fault
-from codesign.inputs.components import MemoryComponent, ProcessorComponent
+from codesign.inputs.components import PLANNING_TYPES, MemoryComponent, ProcessorComponent
 from codesign.planners.external_memory import ExternalMemoryLaw
 from codesign.planners.interface import COMMAND, LOAD, LOWER_BOUND, POSE, Planner
 from codesign.planners.job import Job
@@ -142,9 +142,9 @@ def _type_faults(draft: Draft, places: Mapping[str, str]) -> list[Fault]:
     for task, component in places.items():
         types = accepted.get(task)
         kind = platform.components[component].type
-        if (types is None and kind in {"fpga", "processor"}) or (types is not None and kind in types):
+        if kind in (PLANNING_TYPES if types is None else types):
             continue
-        wanted = " or ".join(types or ("fpga", "processor"))
+        wanted = " or ".join(types or PLANNING_TYPES)
         path: tuple[str, ...] = ("mapping", task, "component") if task in workload.mapping else ("mapping",)
         text = f"task {task} is on {component}, which is {a_type(kind)}"
         faults.append(fault(workload, path, text, f"place it on a component of type {wanted}"))

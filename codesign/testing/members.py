@@ -8,13 +8,13 @@ from typing import Any, get_args
 import numpy as np
 
 from codesign.ground.models import SpecModel, TaskParameters
+from codesign.inputs.components import PLANNING_TYPES
 from codesign.planners.interface import LOWER_BOUND, Planner, Policy
 from codesign.planners.plug_in import PlugIn
 from codesign.planners.styles import Architecture, Memory, TaskStyle
 from codesign.testing.case import Case, Rule, names, of, require, rule
 
 POLICIES = set(get_args(Policy))
-COMPONENT_TYPES = {"fpga", "processor"}
 FIGURES = {"stages", "precision", "details"}
 
 
@@ -133,7 +133,7 @@ def style_members_have_their_types(case: Case) -> None:
             _is_line(style.description),
             f"description {style.description!r} of {of(style)} is no line without a full stop",
         )
-        require(style.component_type in COMPONENT_TYPES, f"{of(style)} runs on none of {names(COMPONENT_TYPES)}")
+        require(style.component_type in PLANNING_TYPES, f"{of(style)} runs on none of {names(PLANNING_TYPES)}")
     for style in case.styles:
         require(type(style.supports_external) is bool, f"supports_external of {of(style)} is no boolean")
         require(

@@ -30,8 +30,8 @@ PRICED = ("plan_time_worst_s", "plan_time_mean_s", "plan_time_95_s", "first_plan
 
 assert FIGURES.keys() >= set(PRICED)
 
-_MOVED = {"time", "energy", "power", "clock", "processor", "utilisation", "links", "displays", "terms"}
-"""Parts of a result that prices move; a template does not have them."""
+_HELD = {"mission", "precision", "quality", "resources", "task"}
+"""Parts of a result that a template has, and no price moves. A figure of any other part is of whole results."""
 
 
 def why_alone(system: System) -> str:
@@ -66,7 +66,7 @@ def _reasons_alone(system: System) -> Iterator[str]:
 def _is_of_whole_results(figure: ResultFigure) -> bool:
     """True if a figure may rest on what prices move, and pricing does not know how."""
     part = figure.path.partition(".")[0]
-    moved = part in _MOVED or (part == "task" and figure.unit == "s") or figure.value is not None
+    moved = part not in _HELD or (part == "task" and figure.unit == "s") or figure.value is not None
     return moved and figure.name not in PRICED
 
 

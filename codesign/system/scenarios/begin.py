@@ -17,6 +17,7 @@ from codesign import maps
 from codesign.ground.errors import CodesignError, InputError, SpecError
 from codesign.ground.figures import label
 from codesign.inputs import Platform, load_platform
+from codesign.inputs.components import PLANNING_TYPES
 from codesign.inputs.files import renamed
 from codesign.inputs.places import Place
 from codesign.inputs.yaml_tree import parse_document
@@ -35,9 +36,6 @@ BOARD, PLANNER = "virtex4-pci", "harmonic"
 """The word for a board or a planner that is not named."""
 
 PLATFORM_FILE, WORKLOAD_FILE = "my-platform.yaml", "my-workload.yaml"
-
-_TYPES = ("fpga", "processor")
-"""Types of components that plan, in the order in which they are tried."""
 
 
 @dataclass(frozen=True)
@@ -170,7 +168,7 @@ def _mappings(platform: Platform, planner: Planner) -> Iterator[dict[str, Any]]:
     """Mappings of the planning task, in the order in which they are tried."""
     plug_in = next(each for each in catalog.plug_ins() if each.planner is planner)
     styles = catalog.styles_of(planner.name).values()
-    for component_type in _TYPES:
+    for component_type in PLANNING_TYPES:
         for name, component in platform.components.items():
             for style in styles:
                 if component.type == component_type == style.component_type:
