@@ -58,7 +58,10 @@ explore:
 """
 
 
-MOST_KERNELS = tuple(f"tests/inputs/test_{name}.py" for name in ("boards", "conditions", "searching"))
+MOST_KERNELS = (
+    *(f"tests/inputs/test_{name}.py" for name in ("boards", "conditions", "searching", "sources")),
+    "tests/test_layers.py::test_each_planner_plans_without_yaml",
+)
 NO_KERNELS = ("tests/inputs/", "tests/testing/", "tests/test_layers.py", "tests/hardware/rtl/test_synthesis.py")
 
 
