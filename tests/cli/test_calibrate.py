@@ -12,7 +12,7 @@ Run = Callable[..., Result]
 
 
 def test_calibrate_prints_costs_that_a_platform_takes(hwsw: Run, tmp_path: Path) -> None:
-    result = hwsw("calibrate", "host", "--seconds", "0.2")
+    result = hwsw("calibrate", "host", "--seconds", "0.02")
     assert result.exit_code == 0, result.output
     costs = yaml.safe_load(result.stdout)["costs"]
     assert {"harmonic_node_update", "relaxation_node_update", "breadth_first_cell", "wavefront_cell"} <= set(costs)

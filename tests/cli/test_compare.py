@@ -137,14 +137,21 @@ def test_an_option_without_a_meaning_is_refused_by_name(
 
 def test_a_comparison_as_a_page_says_how_it_was_made(hwsw: Run, tmp_path: Path) -> None:
     page = tmp_path / "page.html"
-    asked = ("virtex2pro:breadth-first", "virtex4-pci:wavefront-tiles", "--on", "labyrinth", "--need", "time < 1 ms")
+    asked = (
+        "virtex2pro:breadth-first",
+        "virtex4-pci:wavefront-tiles",
+        "--on",
+        "wavefront-rooms",
+        "--need",
+        "time < 1 s",
+    )
     result = hwsw("compare", *asked, "--html", page)
     assert result.exit_code == 0, result.output
     assert result.stdout.endswith(f"page: {page}\n")
     html = page.read_text(encoding="utf-8")
     assert "least slices: virtex2pro:breadth-first" in html
     assert "met (proved)" in html
-    assert "hwsw compare virtex2pro:breadth-first virtex4-pci:wavefront-tiles --on labyrinth --need" in html
+    assert "hwsw compare virtex2pro:breadth-first virtex4-pci:wavefront-tiles --on wavefront-rooms --need" in html
 
 
 def test_a_page_overwrites_no_input_and_is_refused_before_any_work(hwsw: Run, tmp_path: Path) -> None:
