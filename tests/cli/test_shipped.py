@@ -76,7 +76,15 @@ def test_the_levers_of_every_mission_are_run(hwsw: Run, workload: str) -> None:
     assert mission["bottleneck"]["text"]
 
 
-@pytest.mark.parametrize("workload", [name for name in PLATFORMS if name not in ("labyrinth", "wavefront-rooms")])
+# More robots are no other study.
+@pytest.mark.parametrize(
+    "workload",
+    [
+        pytest.param(name, marks=[pytest.mark.slow] * (name in ("robots-8", "robots-64")))
+        for name in PLATFORMS
+        if name not in ("labyrinth", "wavefront-rooms")
+    ],
+)
 def test_every_exploration_starts_and_ends(hwsw: Run, tmp_path: Path, workload: str) -> None:
     """With one value of each axis, so that it is quick: every axis is bound, computed and reported."""
     file = short_study(workload, tmp_path)

@@ -49,7 +49,7 @@ def test_the_page_of_a_cut_trace_has_its_course_alone(tmp_path: Path) -> None:
     path = write(tmp_path / "run.mcap", a_drive())
     whole = path.read_bytes()
     seen = set()
-    for percent in range(0, 100, 7):
+    for percent in range(0, 100, 14):
         cut, page = tmp_path / "cut.mcap", tmp_path / "page.html"
         cut.write_bytes(whole[: len(whole) * percent // 100])
         page.unlink(missing_ok=True)
