@@ -4,7 +4,7 @@ Works go out in batches that take about half a second, as the scheduler needs mi
 by what works took before, and a worker gives back what it does not get to. Each worker has one batch in hand and one
 ahead.
 
-Each worker is a seat. A batch is sent to one seat and runs nowhere else, so that it is known what was under way where a
+Each worker is a slot. A batch is sent to one slot and runs nowhere else, so that it is known what was under way where a
 worker died. Threads of dask put what happens into one queue, ``Crew.next``, and the executor takes it from there, in
 its own thread. What computes is sent to the cluster once, and its workers pass it on to each other. Each worker then
 holds it as the result of a task of its own. So it goes when the client goes, whatever ends this process.
@@ -39,7 +39,7 @@ from codesign.ground.units import counted
 from codesign.study.evaluation import Done, Evaluator
 from codesign.study.identity import code_digest, digests_of, package_digest
 from codesign.study.partition import Work
-from codesign.study.work_queue import Packing, Seat, WorkQueue
+from codesign.study.work_queue import Packing, Slot, WorkQueue
 from codesign.system.memory import share_of_memory
 
 if TYPE_CHECKING:
@@ -53,7 +53,7 @@ _SECONDS_BETWEEN_LOOKS = 1.0
 _SECONDS_TO_JOIN = 120.0
 
 
-class _Seat(Seat):
+class _Slot(Slot):
     """A worker. ``held``: what computes there; None until it has it. The tasks of dask lead to its ``batches``."""
 
     def __init__(self, address: str) -> None:
@@ -66,7 +66,7 @@ class _Seat(Seat):
 class Came:
     """A batch came in: what came of its first ``works``, in order. ``seconds``: what they took."""
 
-    seat: _Seat
+    slot: _Slot
     works: Sequence[Work]
     done: Sequence[Done]
     seconds: float
@@ -135,29 +135,29 @@ class Crew:
         self._data: bytes = dumps(_Computing(evaluate))
         self._sending: asyncio.Future[Any] | None = None
         self._sent: distributed.Future | None = None
-        self._seats: dict[str, _Seat] = {}
+        self._slots: dict[str, _Slot] = {}
         self._events: SimpleQueue[Callable[[], Came | Left | None]] = SimpleQueue()
         self._looked = -_SECONDS_BETWEEN_LOOKS
         self.refused: dict[str, str] = {}
         self.cold = False
 
     @property
-    def ready(self) -> list[_Seat]:
+    def ready(self) -> list[_Slot]:
         """The workers that take batches."""
-        return [seat for seat in self._seats.values() if seat.held is not None]
+        return [slot for slot in self._slots.values() if slot.held is not None]
 
     @property
-    def joining(self) -> list[_Seat]:
+    def joining(self) -> list[_Slot]:
         """The workers that are looked over."""
-        return [seat for seat in self._seats.values() if seat.held is None]
+        return [slot for slot in self._slots.values() if slot.held is None]
 
-    def send(self, seat: _Seat, works: list[Work]) -> None:
+    def send(self, slot: _Slot, works: list[Work]) -> None:
         """Send a batch to a worker; no work of it is begun after twice the seconds of a batch."""
         with held():
             data = pickle.dumps(works, pickle.HIGHEST_PROTOCOL)
-            future = self._submit(seat.address, node.compute, seat.held, data, 2 * SECONDS_A_BATCH)
-            seat.batches[future] = works
-            self._begun(self._fetch(future), partial(self._came, seat, future))
+            future = self._submit(slot.address, node.compute, slot.held, data, 2 * SECONDS_A_BATCH)
+            slot.batches[future] = works
+            self._begun(self._fetch(future), partial(self._came, slot, future))
 
     def next(self, seconds: float) -> Came | Left | None:
         """The next event; None after so many seconds, or if nothing has to be done about it.
@@ -185,20 +185,20 @@ class Crew:
         self._looked = time.monotonic()
         if there is None:
             return
-        for seat in [seat for address, seat in self._seats.items() if address not in there]:
-            self._events.put(partial(self._left, seat, expected=False))
+        for slot in [slot for address, slot in self._slots.items() if address not in there]:
+            self._events.put(partial(self._left, slot, expected=False))
         for address in there:
-            if address not in self._seats and address not in self.refused:
-                self._seats[address] = seat = _Seat(address)
-                self.client.subscribe_topic(address, partial(self._heard, seat))
-                self._begun(self._join(address), partial(self._joined, seat))
+            if address not in self._slots and address not in self.refused:
+                self._slots[address] = slot = _Slot(address)
+                self.client.subscribe_topic(address, partial(self._heard, slot))
+                self._begun(self._join(address), partial(self._joined, slot))
 
     def end(self) -> None:
         """Let all workers go; what they have not begun is not computed any more."""
         with held():
-            seats, self._seats = list(self._seats.values()), {}
-            for seat in seats:
-                self._let_go(seat)
+            slots, self._slots = list(self._slots.values()), {}
+            for slot in slots:
+                self._let_go(slot)
             if self._sent is not None:
                 self._sent.release()
 
@@ -247,11 +247,11 @@ class Crew:
             fault = f"its files differ from those here, or are not there: {', '.join(files[:3])}" if files else ""
             return (None, fault) if fault else (holding, "")
 
-    def _joined(self, seat: _Seat, end: Future[Any]) -> None:
-        if self._seats.get(seat.address) is not seat:
+    def _joined(self, slot: _Slot, end: Future[Any]) -> None:
+        if self._slots.get(slot.address) is not slot:
             return
         try:
-            seat.held, fault = end.result()
+            slot.held, fault = end.result()
         except TimeoutError:
             fault = f"it did not answer within {_SECONDS_TO_JOIN:.0f} s"
         except ImportError as wrong:
@@ -260,47 +260,47 @@ class Crew:
             self._check_scheduler()
             fault = f"{type(wrong).__name__}: {wrong}"
         if fault:
-            self.refused[seat.address] = fault
-            self._let_go(self._seats.pop(seat.address))
+            self.refused[slot.address] = fault
+            self._let_go(self._slots.pop(slot.address))
 
-    def _came(self, seat: _Seat, task: distributed.Future, end: Future[Any]) -> Came | Left | None:
-        if task not in seat.batches:
+    def _came(self, slot: _Slot, task: distributed.Future, end: Future[Any]) -> Came | Left | None:
+        if task not in slot.batches:
             return None
         try:
             done, seconds = end.result()
         except Exception as wrong:
             self._check_scheduler()
             if type(wrong).__name__ == "KilledWorker":
-                return self._left(seat, expected=False)
-            # By us it was not: then it would be no batch of the seat.
+                return self._left(slot, expected=False)
+            # By us it was not: then it would be no batch of the slot.
             if isinstance(wrong, _CancelledError | CancelledError):
                 raise self._gone() from wrong
             raise RunError(
-                f"worker {seat.address} failed: {type(wrong).__name__}: {wrong}",
+                f"worker {slot.address} failed: {type(wrong).__name__}: {wrong}",
                 hint="finished points are kept; look into the worker's log",
             ) from wrong
-        return Came(seat, seat.batches.pop(task), done, seconds)
+        return Came(slot, slot.batches.pop(task), done, seconds)
 
-    def _heard(self, seat: _Seat, event: tuple[float, Any]) -> None:
+    def _heard(self, slot: _Slot, event: tuple[float, Any]) -> None:
         """Note in the thread of the client that a worker left."""
         if isinstance(event[1], dict) and event[1].get("action") == "remove-worker":
-            self._events.put(partial(self._left, seat, bool(event[1].get("expected"))))
+            self._events.put(partial(self._left, slot, bool(event[1].get("expected"))))
 
-    def _left(self, seat: _Seat, expected: bool) -> Left | None:
+    def _left(self, slot: _Slot, expected: bool) -> Left | None:
         # A worker that begins again may have the address of the one that died.
-        if self._seats.get(seat.address) is not seat:
+        if self._slots.get(slot.address) is not slot:
             return None
-        works = seat.works
-        self._let_go(self._seats.pop(seat.address))
+        works = slot.works
+        self._let_go(self._slots.pop(slot.address))
         self._looked = -_SECONDS_BETWEEN_LOOKS
         return Left(works, expected) if works else None
 
-    def _let_go(self, seat: _Seat) -> None:
-        """Cancel what is under way on a seat that is a seat no more."""
-        futures = [*seat.batches, *([seat.held] if seat.held is not None else [])]
-        seat.batches, seat.held = {}, None
+    def _let_go(self, slot: _Slot) -> None:
+        """Cancel what is under way on a slot that is a slot no more."""
+        futures = [*slot.batches, *([slot.held] if slot.held is not None else [])]
+        slot.batches, slot.held = {}, None
         if self.client.status == "running":
-            self.client.unsubscribe_topic(seat.address)
+            self.client.unsubscribe_topic(slot.address)
             if futures:
                 self.client.loop.add_callback(self.client.cancel, futures, asynchronous=True, force=True)
 
@@ -395,7 +395,7 @@ class ClusterExecutor:
                         self.compiling()
                     match crew.next(self.patience):
                         case Came() as batch:
-                            came = queue.came(batch.seat, batch.works, batch.done, batch.seconds)
+                            came = queue.came(batch.slot, batch.works, batch.done, batch.seconds)
                             queue.hand_out(crew.ready, crew.send)
                             for done in came:
                                 yield from queue.take(done)
@@ -429,7 +429,7 @@ class ClusterExecutor:
         while True:
             queue.workers = max(1, len(crew.ready))
             queue.hand_out(crew.ready, crew.send)
-            if any(seat.batches for seat in crew.ready):
+            if any(slot.batches for slot in crew.ready):
                 return True
             if crew.ready or queue.is_empty():
                 return False

@@ -1,11 +1,11 @@
 """The executors: they compute work in this process, or in several.
 
-An executor takes works and an evaluator, and yields what came of each as it comes in. What comes in does not depend on
-the executor; only the order may. An exception in one point is a failure of that point alone, and so is the death of a
+An executor takes works and an evaluator, and yields the outcome of each as it comes in. The outcomes do not depend on
+the executor; only their order may. An exception in one point is a failure of that point alone, and so is the death of a
 worker: what it was computing is computed again, first as a whole, then point by point.
 
-Each worker is a pool of one process. So a work goes to the worker that has computed its kin (``Dealer``), and a worker
-that dies takes no other one with it.
+Each worker is a pool of one process. So a work goes to the worker that has computed its affinity (``Dealer``), and a
+worker that dies takes no other one with it.
 
 Workers are not forked from this process: compiled kernels and their threads do not survive a fork. On Linux they are
 forked from a server that has loaded the modules and begun no kernel, so that only the first worker of a process waits
@@ -42,7 +42,7 @@ from codesign.ground.kernel_cache import compiled_once, reload_kernel_folder
 from codesign.ground.node import in_turn
 from codesign.study.evaluation import Done, Evaluator
 from codesign.study.partition import Work
-from codesign.study.work_queue import DEATH_HINT, Packing, Seat, WorkQueue
+from codesign.study.work_queue import DEATH_HINT, Packing, Slot, WorkQueue
 from codesign.system.memory import share_of_memory
 
 _SECONDS_A_BATCH = 0.1
@@ -125,7 +125,7 @@ class ProcessExecutor:
             processes.end()
 
 
-class _Seat(Seat):
+class _Slot(Slot):
     """A worker process. ``started``: comes to its end once the process runs."""
 
     def __init__(self, number: Hashable, evaluate: Evaluator) -> None:
@@ -148,9 +148,9 @@ class _Processes:
 
     def __init__(self, workers: int, evaluate: Evaluator) -> None:
         self._workers, self._evaluate = workers, evaluate
-        self._seats: dict[Hashable, _Seat] = {}
-        self._ready: list[_Seat] = []
-        self._events: SimpleQueue[tuple[_Seat, Future[Any]]] = SimpleQueue()
+        self._slots: dict[Hashable, _Slot] = {}
+        self._ready: list[_Slot] = []
+        self._events: SimpleQueue[tuple[_Slot, Future[Any]]] = SimpleQueue()
 
     def run(self, queue: WorkQueue) -> Generator[Done, None, None]:
         """The outcomes that come in.
@@ -164,67 +164,67 @@ class _Processes:
             # Until all workers run, each has one work at a time: the first one would take those of the others.
             starting = len(self._ready) < self._workers
             queue.hand_out(self._ready, partial(self._send, queue), one_by_one=starting)
-            if not any(seat.batches for seat in self._ready) and queue.is_empty():
+            if not any(slot.batches for slot in self._ready) and queue.is_empty():
                 break
             # In the order in which they came: where a worker died, what it had finished is first.
-            seat, future = self._events.get()
-            if self._seats[seat.name] is not seat:
+            slot, future = self._events.get()
+            if self._slots[slot.name] is not slot:
                 continue
             try:
                 outcome = future.result()
             except BrokenProcessPool:
-                yield from self._after_death(seat, future, queue)
+                yield from self._after_death(slot, future, queue)
                 continue
-            if future is seat.started:
-                self._ready.append(seat)
+            if future is slot.started:
+                self._ready.append(slot)
                 continue
-            for done in queue.came(seat, seat.batches.pop(future), *outcome):
+            for done in queue.came(slot, slot.batches.pop(future), *outcome):
                 yield from queue.take(done)
-        for seat in self._ready:
-            seat.pool.shutdown()
+        for slot in self._ready:
+            slot.pool.shutdown()
 
     def end(self) -> None:
         """End all workers now."""
         with held():
-            _end([seat.process for seat in self._seats.values() if seat.process is not None])
-            for seat in self._seats.values():
-                seat.pool.shutdown(wait=False, cancel_futures=True)
+            _end([slot.process for slot in self._slots.values() if slot.process is not None])
+            for slot in self._slots.values():
+                slot.pool.shutdown(wait=False, cancel_futures=True)
 
     def _begin(self, number: Hashable) -> None:
         """Start a worker."""
         with held():
-            seat = self._seats[number] = _Seat(number, self._evaluate)
-            seat.started = seat.pool.submit(_started)
-            self._heed(seat, seat.started)
+            slot = self._slots[number] = _Slot(number, self._evaluate)
+            slot.started = slot.pool.submit(_started)
+            self._heed(slot, slot.started)
 
-    def _heed(self, seat: _Seat, future: Future[Any]) -> None:
-        future.add_done_callback(lambda future: self._events.put((seat, future)))
+    def _heed(self, slot: _Slot, future: Future[Any]) -> None:
+        future.add_done_callback(lambda future: self._events.put((slot, future)))
 
-    def _send(self, queue: WorkQueue, seat: _Seat, batch: list[Work]) -> None:
+    def _send(self, queue: WorkQueue, slot: _Slot, batch: list[Work]) -> None:
         with held():
             try:
-                future = seat.pool.submit(_batch, batch, 2 * _SECONDS_A_BATCH)
+                future = slot.pool.submit(_batch, batch, 2 * _SECONDS_A_BATCH)
             except BrokenProcessPool as broken:
-                queue.put_back(batch, seat.name)
-                self._ready.remove(seat)
+                queue.put_back(batch, slot.name)
+                self._ready.remove(slot)
                 future = Future()
                 future.set_exception(broken)
             else:
-                seat.batches[future] = batch
-            self._heed(seat, future)
+                slot.batches[future] = batch
+            self._heed(slot, future)
 
-    def _after_death(self, seat: _Seat, future: Future[Any], queue: WorkQueue) -> Iterator[Done]:
+    def _after_death(self, slot: _Slot, future: Future[Any], queue: WorkQueue) -> Iterator[Done]:
         """The outcomes that failed as a worker died; another worker takes its place.
 
         Raises:
             RunError: it died as it started, or it was terminated, as this process will be.
         """
-        cause = _cause(seat)
-        if future is seat.started:
+        cause = _cause(slot)
+        if future is slot.started:
             raise RunError(f"a worker process died{cause} as it started", hint=DEATH_HINT)
-        self._ready = [each for each in self._ready if each is not seat]
-        self._begin(seat.name)
-        yield from queue.after_death(seat.works, cause)
+        self._ready = [each for each in self._ready if each is not slot]
+        self._begin(slot.name)
+        yield from queue.after_death(slot.works, cause)
 
 
 _packing: Packing | None = None
@@ -274,15 +274,15 @@ def _batch(works: list[Work], seconds: float) -> tuple[list[Done], float]:
     return in_turn(lambda work: compiled_once(lambda: packing(work)), works, seconds)
 
 
-def _cause(seat: _Seat) -> str:
+def _cause(slot: _Slot) -> str:
     """The end of the worker of a broken pool, in words; "" if it is not known. The pool is shut down.
 
     Raises:
         RunError: it was terminated, as this process will be.
     """
-    process = seat.process
+    process = slot.process
     # The pool's thread asks for the exit code too, and a server tells it once: who asks second gets another.
-    ending = threading.Thread(target=seat.pool.shutdown, daemon=True)
+    ending = threading.Thread(target=slot.pool.shutdown, daemon=True)
     ending.start()
     ending.join(_SECONDS_TO_END)
     code = None if process is None else process.exitcode

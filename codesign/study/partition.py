@@ -30,7 +30,7 @@ _MOST = 2**62
 _DENSE = 4
 """Up to so many numbers a row, a table of all of them is faster than sorting the rows."""
 
-Kin = tuple[int, ...]
+Affinity = tuple[int, ...]
 """The numbers of the values that works which share most of their work have in common."""
 
 
@@ -39,7 +39,7 @@ class Alone:
     """Points that are simulated each by itself."""
 
     points: tuple[DesignPoint, ...]
-    kin: ClassVar[None] = None
+    affinity: ClassVar[None] = None
 
     @property
     def indices(self) -> tuple[int, ...]:
@@ -66,7 +66,7 @@ class Together:
     - ``numbers``: their places in the enumeration, int64, rising. ``axes``: the values of the first one.
     - ``specs``: the components and links of each.
     - ``key``: SHA-256 over all that their outcomes depend on.
-    - ``kin``: equal for works that share most of what they compute, so that one worker had better compute them all
+    - ``affinity``: equal for works that share most of what they compute, so that one worker had better compute them all
       (``TaskParameters.shared_across``); None where it is not known.
     """
 
@@ -74,7 +74,7 @@ class Together:
     axes: dict[str, Any]
     specs: Specs
     key: str
-    kin: Kin | None = None
+    affinity: Affinity | None = None
 
     @property
     def indices(self) -> tuple[int, ...]:
@@ -223,13 +223,13 @@ class Parting:
         places = np.flatnonzero(sound)[order]
         edges = np.flatnonzero(np.diff(group[places])) + 1
         groups = np.split(places, edges) if len(places) else []
-        kin = self._kin_axes()
+        affinity = self._affinity_axes()
         for members in (own for group in groups for own in self._by_part(group, part)):
             specs = Specs(models, {name: numbers[members] for name, numbers in which.items()}, len(members))
             axes = self.space.values(int(self.points[members[0]]))
-            own_kin = None if kin is None else tuple(int(self.levels[axis][members[0]]) for axis in kin)
+            own_affinity = None if affinity is None else tuple(int(self.levels[axis][members[0]]) for axis in affinity)
             key = key_of(self.space, {axis: column[members] for axis, column in self.levels.items()})
-            yield Together(self.points[members], axes, specs, key, own_kin)
+            yield Together(self.points[members], axes, specs, key, own_affinity)
         for begin in range(0, len(alone), MAX_GROUP):
             some = self.points[alone[begin : begin + MAX_GROUP]].tolist()
             yield Alone(tuple(map(self.space.point, some)))
@@ -247,7 +247,7 @@ class Parting:
             return [members]
         return [members[part[members] == number] for number in numbers]
 
-    def _kin_axes(self) -> list[str] | None:
+    def _affinity_axes(self) -> list[str] | None:
         """The axes that move what works share; None where no axis leaves it."""
         moved = {axis for axes in self.priced.values() for axis in axes}
         rest = [axis for axis in self.levels if axis not in moved]

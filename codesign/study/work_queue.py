@@ -1,14 +1,14 @@
 """The works that are left to compute, and what the death of a worker does to them.
 
-Each worker has a seat. What was under way on a seat when its worker died is computed again as a whole, alone on a seat.
+Each worker has a slot. What was under way on a slot when its worker died is computed again as a whole, alone on a slot.
 Where a worker dies of it again, its points are computed one by one, and a point of which a worker dies has failed.
 
 Works that share most of what they compute go to the same worker. Each worker keeps costly answers for the works that
-follow (``Memo``), and works of the same *kin* share most of them (``Together.kin``). The worker that began a kin gets
-its other works too, so that no other one computes the same again. The order of the works is kept, but for this: a work
-whose kin another worker has begun waits for that one, and at most ``MOST_WAITING`` works wait. Beyond them, and at the
-end, a worker with nothing to do takes over works that wait for another one. The most works that wait for it and are of
-one kin, at most half of all, are taken.
+follow (``Memo``), and works of the same *affinity* share most of them (``Together.affinity``). The worker that began an
+affinity gets its other works too, so that no other one computes the same again. The order of the works is kept, but for
+this: a work whose affinity another worker has begun waits for that one, and at most ``MOST_WAITING`` works wait. Beyond
+them, and at the end, a worker with nothing to do takes over works that wait for another one. The most works that wait
+for it and are of one affinity, at most half of all, are taken.
 
 Works go out in batches, sized by what works took before. To hand a work over takes a pool of processes about a
 millisecond, and the scheduler of a cluster some. What a worker sends back holds priced outcomes as the block that the
@@ -24,12 +24,12 @@ from typing import Any, TypeVar
 
 from codesign.study.blocks import block_of
 from codesign.study.evaluation import Done
-from codesign.study.partition import Alone, Kin, Work, apart
+from codesign.study.partition import Affinity, Alone, Work, apart
 from codesign.study.shared import Parts
 from codesign.study.space import Space
 from codesign.study.store import Entry, EntryState
 
-S = TypeVar("S", bound="Seat")
+S = TypeVar("S", bound="Slot")
 
 BATCHES_AHEAD = 2
 """The batches of each worker: one in hand, and one ahead."""
@@ -47,7 +47,7 @@ class BatchSize:
         self._most = 1
 
     def take(self, seconds: float, works: int) -> None:
-        """So many works took so long. Works that were faster count at once: the first ones waited for kernels."""
+        """Learn from works that took so long. Faster ones count at once: the first ones waited for kernels."""
         a_work = seconds / max(1, works)
         before = a_work if self._a_work is None else self._a_work
         self._a_work = min(a_work, 0.7 * before + 0.3 * a_work)
@@ -61,7 +61,7 @@ class BatchSize:
         return max(1, min(self._most, round(self.seconds / max(self._a_work, 1e-6))))
 
 
-class Seat:
+class Slot:
     """A worker, as the queue sees it. ``name``: tells it from the others.
 
     ``batches``: the works under way, by what will come of them, the first ones first.
@@ -80,13 +80,13 @@ class Seat:
 MOST_WAITING = 64
 
 SOME_SEAT = ""
-"""The seat of an executor that has one worker, or tells none from another."""
+"""The slot of an executor that has one worker, or tells none from another."""
 
 
 class Dealer:
-    """Works in order, dealt to seats. Behind the last work, ``works`` is asked again with the next draw.
+    """Works in order, dealt to slots. Behind the last work, ``works`` is asked again with the next draw.
 
-    An executor that tells no seats from each other may go through it: it gives the works in their order.
+    An executor that tells no slots from each other may go through it: it gives the works in their order.
 
     Args:
         works: to come.
@@ -97,41 +97,41 @@ class Dealer:
         self._works, self._late = iter(works), late
         self._first: deque[Work] = deque()
         self._waiting = defaultdict[Hashable, deque[Work]](deque)
-        self._seat_of: dict[Kin, Hashable] = {}
+        self._slot_of: dict[Affinity, Hashable] = {}
 
     def __iter__(self) -> Iterator[Work]:
         while (work := self.draw()) is not None:
             yield work
 
-    def draw(self, seat: Hashable = SOME_SEAT) -> Work | None:
-        """The next work for a seat; None: none for now."""
+    def draw(self, slot: Hashable = SOME_SEAT) -> Work | None:
+        """The next work for a slot; None: none for now."""
         if self._first:
             return self._first.popleft()
-        if (work := self._own(seat)) is not None:
+        if (work := self._own(slot)) is not None:
             return work
         while sum(map(len, self._waiting.values())) < MOST_WAITING:
             work = next(self._works, None)
             if work is None:
                 break
-            if work.kin is None:
+            if work.affinity is None:
                 return work
-            owner = self._seat_of.setdefault(work.kin, seat)
-            if owner == seat:
+            owner = self._slot_of.setdefault(work.affinity, slot)
+            if owner == slot:
                 return work
             self._waiting[owner].append(work)
-        self._take_over(seat)
-        return self._own(seat)
+        self._take_over(slot)
+        return self._own(slot)
 
-    def put_back(self, works: Sequence[Work], seat: Hashable = SOME_SEAT) -> None:
-        """Take works back: they are the next ones of the seat that began their kin, and else of any seat."""
+    def put_back(self, works: Sequence[Work], slot: Hashable = SOME_SEAT) -> None:
+        """Take works back: they are the next ones of the slot that began their affinity, and else of any slot."""
         for work in reversed(works):
-            if work.kin is not None and self._seat_of.get(work.kin) == seat:
-                self._waiting[seat].appendleft(work)
+            if work.affinity is not None and self._slot_of.get(work.affinity) == slot:
+                self._waiting[slot].appendleft(work)
             else:
                 self._first.appendleft(work)
 
     def add(self, works: Iterable[Work]) -> None:
-        """Take works in the place of one that fell apart: they are next, for any seat."""
+        """Take works in the place of one that fell apart: they are next, for any slot."""
         self._first.extend(works)
 
     def is_empty(self) -> bool:
@@ -140,30 +140,30 @@ class Dealer:
             self._first.extend([work] if (work := next(self._works, None)) is not None else [])
         return not self._first and not any(self._waiting.values())
 
-    def _own(self, seat: Hashable) -> Work | None:
-        """The first work that waits for a seat."""
-        waiting = self._waiting[seat]
+    def _own(self, slot: Hashable) -> Work | None:
+        """The first work that waits for a slot."""
+        waiting = self._waiting[slot]
         while waiting:
             work = waiting.popleft()
             if not self._late(len(work)):
                 return work
         return None
 
-    def _take_over(self, seat: Hashable) -> None:
-        """Let a seat have works of one kin that wait for another one, and the kin with them if all of them move."""
+    def _take_over(self, slot: Hashable) -> None:
+        """Let a slot have works of one affinity that wait for another one, and the affinity too if all of them move."""
         waiting = {owner: works for owner, works in self._waiting.items() if works}
         if not waiting:
             return
         owner = max(waiting, key=lambda each: len(waiting[each]))
         theirs = waiting[owner]
-        kin, count = Counter(work.kin for work in theirs).most_common(1)[0]
+        affinity, count = Counter(work.affinity for work in theirs).most_common(1)[0]
         most = (len(theirs) + 1) // 2
-        moved = [work for work in theirs if work.kin == kin][-most:]
-        if kin is not None and len(moved) == count:
-            self._seat_of[kin] = seat
+        moved = [work for work in theirs if work.affinity == affinity][-most:]
+        if affinity is not None and len(moved) == count:
+            self._slot_of[affinity] = slot
         taken = set(map(id, moved))
         self._waiting[owner] = deque(work for work in theirs if id(work) not in taken)
-        self._waiting[seat].extend(moved)
+        self._waiting[slot].extend(moved)
 
 
 DEATH_HINT = (
@@ -187,32 +187,32 @@ class WorkQueue:
         self._space = space
         self._trials: list[Work] = []
 
-    def next(self, busy: Sequence[Work], seat: Hashable = SOME_SEAT) -> Work | None:
-        """The next work for a seat on which ``busy`` is under way; None: none for now."""
+    def next(self, busy: Sequence[Work], slot: Hashable = SOME_SEAT) -> Work | None:
+        """The next work for a slot on which ``busy`` is under way; None: none for now."""
         if any(map(self.on_trial, busy)) or (self.suspects and busy):
             return None
         if self.suspects:
             self._trials.append(self.suspects.popleft())
             return self._trials[-1]
-        return self._dealer.draw(seat)
+        return self._dealer.draw(slot)
 
-    def hand_out(self, seats: Sequence[S], send: Callable[[S, list[Work]], None], *, one_by_one: bool = False) -> None:
+    def hand_out(self, slots: Sequence[S], send: Callable[[S, list[Work]], None], *, one_by_one: bool = False) -> None:
         """Give each worker a batch, and then each a second one; or each one work at a time."""
         for depth in range(1 if one_by_one else BATCHES_AHEAD):
-            for seat in [*seats]:
-                if len(seat.batches) > depth:
+            for slot in [*slots]:
+                if len(slot.batches) > depth:
                     continue
                 batch: list[Work] = []
                 most = 1 if one_by_one else self.size.works
-                while len(batch) < most and (work := self.next([*seat.works, *batch], seat.name)) is not None:
+                while len(batch) < most and (work := self.next([*slot.works, *batch], slot.name)) is not None:
                     batch.append(work)
                 if batch:
-                    send(seat, batch)
+                    send(slot, batch)
 
-    def came(self, seat: Seat, works: Sequence[Work], done: Sequence[Done], seconds: float) -> list[Done]:
+    def came(self, slot: Slot, works: Sequence[Work], done: Sequence[Done], seconds: float) -> list[Done]:
         """The outcomes of the first works of a batch, with these works again; the others are next. For ``take``."""
         self.size.take(seconds, len(done))
-        self.put_back(works[len(done) :], seat.name)
+        self.put_back(works[len(done) :], slot.name)
         return [replace(each, work=work) for work, each in zip(works, done, strict=False)]
 
     def on_trial(self, work: Work) -> bool:
@@ -231,14 +231,14 @@ class WorkQueue:
         else:
             yield done
 
-    def put_back(self, works: Sequence[Work], seat: Hashable = SOME_SEAT) -> None:
-        """Take back works that nothing came of on a seat, through no fault of theirs: they are next."""
+    def put_back(self, works: Sequence[Work], slot: Hashable = SOME_SEAT) -> None:
+        """Take back works that nothing came of on a slot, through no fault of theirs: they are next."""
         tried = [work for work in works if self._ended(work)]
         self.suspects.extendleft(reversed(tried))
-        self._dealer.put_back([work for work in works if not any(work is each for each in tried)], seat)
+        self._dealer.put_back([work for work in works if not any(work is each for each in tried)], slot)
 
     def after_death(self, works: Iterable[Work], cause: str) -> Iterator[Done]:
-        """The outcomes of works on a seat that died and so failed; the others are under suspicion.
+        """The outcomes of works on a slot that died and so failed; the others are under suspicion.
 
         ``cause``: how it died, such as `` by SIGKILL``; "" where it is not known.
         """
@@ -255,7 +255,7 @@ class WorkQueue:
             yield Done(Alone(points), entries=entries)
 
     def _ended(self, work: Work) -> bool:
-        """End the trial of a work; whether it was on trial."""
+        """End the trial of a work; True if it was on trial."""
         before = len(self._trials)
         self._trials = [trial for trial in self._trials if trial is not work]
         return len(self._trials) < before

@@ -108,7 +108,7 @@ def test_every_worker_is_seen_where_dask_names_five(monkeypatch: pytest.MonkeyPa
         assert (executor.workers, executor.words) == (8, "8 workers on 1 machine")
         crew = cluster_module.Crew(client, evaluator({}))
         crew.look()
-        assert {seat.address for seat in crew.joining} == set(whole["workers"])
+        assert {slot.address for slot in crew.joining} == set(whole["workers"])
         crew.end()
 
 

@@ -252,8 +252,8 @@ def test_how_a_worker_ended_is_told_right_each_time() -> None:
     """The pool's thread asks for the exit code at the same time."""
     told = []
     for _ in range(40):
-        seat = executor._Seat(0, PointByPoint(Fake(), Space({"a": [1]}, "")))
+        slot = executor._Slot(0, PointByPoint(Fake(), Space({"a": [1]}, "")))
         with pytest.raises(BrokenProcessPool):
-            seat.pool.submit(signal.raise_signal, signal.SIGKILL).result()
-        told.append(executor._cause(seat))
+            slot.pool.submit(signal.raise_signal, signal.SIGKILL).result()
+        told.append(executor._cause(slot))
     assert told == [" by SIGKILL"] * 40
