@@ -46,10 +46,9 @@ def tree(tmp_path_factory: pytest.TempPathFactory) -> Recipe:
     recipe = Recipe(tmp_path_factory.mktemp("tree"), "a kind of link")
     recipe.edit("laws/acts.py", ("@dataclass(frozen=True)\nclass IdealLaw", LAW))
     recipe.edit(
-        "inputs/links.py",
-        ("BusLaw, IdealLaw, SerialLaw\nfrom codesign.ground.models", "LvdsLaw, "),
-        ("LINKS: dict[str, type[AnyLink]]", MODEL),
+        "inputs/links.py", ("BusLaw, IdealLaw, SerialLaw\n", "LvdsLaw, "), ("LINKS: dict[str, type[AnyLink]]", MODEL)
     )
+    recipe.edit("docs/spec.md", ("`ideal` takes no time.", "`lvds` is a link of pairs of wires. "))
     return recipe
 
 
@@ -58,6 +57,7 @@ def test_a_new_link_is_held_to_what_every_kind_is(tree: Recipe) -> None:
     out = tree.python("-m", "pytest", "-q", "-rA", "-p", "no:cacheprovider", "tests/kinds", "-k", "lvds")
     assert "test_no_bound_exceeds_a_value[lvds]" in out
     assert "failed" not in out
+    tree.python("-m", "pytest", "-q", "-p", "no:cacheprovider", "tests/docs/test_spec.py")
 
 
 @pytest.mark.slow

@@ -25,6 +25,10 @@ class DetourRecord(Record):
 
 '''
 
+SAMPLE = "        DetourRecord(2 * 10**11, 'robot', 3 * 10**11, 1, way, True),\n"
+IMPORT = "from codesign.ground.records import DetourRecord\n\n\n"
+LINE = "| `/fpga/detour` | `DetourRecord` | `codesign.DetourRecord` | a way around an obstacle |\n"
+
 SUITE = (
     "import pytest\n"
     "print(pytest.main(['-rA', '-p', 'no:cacheprovider', 'tests/kinds/test_records.py', '-k', 'Detour']))\n"
@@ -34,14 +38,23 @@ SUITE = (
 def tree(folder: pytest.TempPathFactory, record: str) -> Recipe:
     recipe = Recipe(folder.mktemp("tree"), "a record in the trace")
     recipe.edit("ground/records.py", ("RECORD_TYPES: dict[str, type[Record]]", record))
+    recipe.edit("docs/traces.md", ("| `/fpga/utilisation`", LINE))
+    recipe.edit(
+        "tests/support/trace_samples.py",
+        ("def a_run(seed", IMPORT),
+        ('        MissionRecord(18 * 10**11, "robot", "ended"', SAMPLE),
+    )
     return recipe
 
 
 @pytest.mark.slow
 def test_a_new_record_is_seen_as_every_record_is(tmp_path_factory: pytest.TempPathFactory) -> None:
-    out = tree(tmp_path_factory, RECORD).python("-c", SUITE)
+    recipe = tree(tmp_path_factory, RECORD)
+    out = recipe.python("-c", SUITE)
     assert "passed" in out
     assert "failed" not in out
+    files = ("tests/views/trace/test_show.py", "tests/views/trace/test_mcap.py")
+    recipe.python("-m", "pytest", "-q", "-p", "no:cacheprovider", *files)
 
 
 @pytest.mark.slow

@@ -226,10 +226,7 @@ TOYS = [
         "print(generate('stripes', rows=2, columns=3).free.tolist())",
         "StripesMap\n[[True, True, True], [True, True, False]]",
         edits={
-            "maps/generate.py": (
-                ("GENERATORS: Mapping", GENERATOR),
-                ('        "empty": empty,\n', '        "stripes": stripes,\n'),
-            ),
+            "maps/generate.py": (("GENERATORS: Mapping", GENERATOR), ('"empty": empty}', '"stripes": stripes, ')),
             "inputs/map_spec.py": (
                 ("MAPS: dict[str", GENERATOR_MODEL),
                 ('    "empty": EmptyMap,\n', '    "stripes": StripesMap,\n'),
@@ -326,7 +323,7 @@ TOYS = [
         edits={
             "ground/figures.py": (
                 (
-                    '        _count(\n            "wrong_cells"',
+                    '        _count("wrong_cells"',
                     '        ResultFigure("studs", "", "a toy", "stud count", value=lambda result: 1.0),\n',
                 ),
             )
@@ -354,9 +351,7 @@ TOYS = [
         "a kernel that a host is timed by",
         "from codesign.hardware.calibrate.host_costs import all_probes; print('toy_cell' in all_probes())",
         "True",
-        edits={
-            "planners/breadth_first/styles/probes.py": (("    CELL_KERNEL: _", '    "toy_cell": _breadth_first,\n'),)
-        },
+        edits={"planners/breadth_first/styles/probes.py": (("CELL_KERNEL: _", '"toy_cell": _breadth_first, '),)},
     ),
     Toy(
         "a rule over conditions",
@@ -455,6 +450,7 @@ TOYS = [
         "0.0",
         edits={
             "components/component.py": (("", FAN),),
+            "tests/kinds/test_components.py": (('"robot": "tests/system', '"fan": "this toy", '),),
             "inputs/components.py": (("COMPONENTS: dict[str, type", FAN_MODEL),),
             "system/assemble.py": (
                 ("_BUILD: Mapping[type", FAN_MAKER),
@@ -549,6 +545,15 @@ def trees(tmp_path_factory: pytest.TempPathFactory) -> Callable[[Toy], Recipe]:
         for name, text in toy.files.items():
             recipe.write(name, text)
     return lambda toy: made[toy.row]
+
+
+@pytest.mark.parametrize("toy", TOYS, ids=lambda toy: toy.row)
+def test_a_toy_finds_its_places(toy: Toy) -> None:
+    """Else a toy that ``make test`` does not run would break in silence."""
+    for name, changes in toy.edits.items():
+        path = next(path for path in (ROOT / name, ROOT / "codesign" / name) if path.exists())
+        text = path.read_text(encoding="utf-8")
+        assert [mark for mark, _ in changes if mark and text.count(mark) != 1] == []
 
 
 @pytest.mark.slow

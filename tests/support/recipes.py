@@ -60,7 +60,7 @@ class Recipe:
     def edit(self, name: str, *changes: tuple[str, str]) -> None:
         """Put text in front of the only place of a mark in a named file; at its end for an empty mark."""
         assert name in self.named, f"the row does not name {name}"
-        path = self.folder / "codesign" / name
+        path = next(path for path in (self.folder / name, self.folder / "codesign" / name) if path.exists())
         text = path.read_text(encoding="utf-8")
         for mark, added in changes:
             assert not mark or text.count(mark) == 1, f"{name} has {text.count(mark)} times {mark!r}"
