@@ -113,6 +113,7 @@ def told_apart(one: Floats, others: Floats, draws: Draws | None) -> NDArray[np.b
     count = means.shape[-1]
     if count < 2:
         return np.zeros(len(others), np.bool_)
+    # The interval of the mean difference, mean ± t · s / √n over n seeds, holds 0 unless |mean| > t · s / √n.
     half = _student(count) * means.std(axis=-1, ddof=1) / math.sqrt(count)
     clear = np.abs(means.mean(axis=-1)) > half
     of_one_sign = (differences > 0).all(axis=1) | (differences < 0).all(axis=1)

@@ -71,6 +71,7 @@ class Entries:
             low, high = self._ends(part)
             holder[rows] = np.append(own, -1)[holders(low, high, places)]
         sizes = [math.prod(np.subtract(box.high, box.low).tolist()) for box in self.boxes]
+        # A box stays unless all of its designs were evaluated: as many evaluated designs lie in it as it has.
         evaluated = np.bincount(holder[known & (holder >= 0)], minlength=len(sizes))
         kept = [number for number, size in enumerate(sizes) if evaluated[number] < size]
         numbers = np.full(len(sizes) + 1, -1, np.int64)

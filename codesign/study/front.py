@@ -45,7 +45,8 @@ def non_dominated(values: ArrayLike, maximise: ArrayLike) -> NDArray[np.bool_]:
     left = np.flatnonzero(~np.isnan(costs).any(axis=1))
     left = left[_pruned(costs[left])]
     rows = costs[left]
-    # Equal rows stand or fall together.
+    # Equal rows stand or fall together. In lexicographic order they are neighbours: ``first`` begins each run of them,
+    # and the sum of ``first`` up to a row, less 1, is the number of its run.
     order = np.lexsort(rows.T[::-1]) if len(rows) else left
     rows = rows[order]
     first = np.ones(len(rows), dtype=bool)
@@ -64,6 +65,7 @@ def _pruned(rows: NDArray[np.float64]) -> NDArray[np.intp]:
     score = _places(rows)
     while len(left) > _FEW:
         before = len(left)
+        # The rows with the least sums of places dominate most; each removes what it dominates, the best first.
         pivots = left[np.argpartition(score[left], _PIVOTS)[:_PIVOTS]]
         for pivot in pivots[np.argsort(score[pivots])]:
             left = left[~_dominated(rows, left, rows[pivot])]
@@ -85,6 +87,7 @@ def _places(rows: NDArray[np.float64]) -> NDArray[np.int64]:
 
 def _dominated(rows: NDArray[np.float64], left: NDArray[np.intp], pivot: NDArray[np.float64]) -> NDArray[np.bool_]:
     """The rows among those left that the pivot dominates."""
+    # At least as great as the pivot in every objective, and greater in one.
     above = np.arange(len(left))
     for column, value in zip(rows.T, pivot, strict=True):
         above = above[column[left[above]] >= value]
@@ -106,6 +109,8 @@ def _distinct_front(rows: NDArray[np.float64]) -> NDArray[np.bool_]:
     sets = [_Below.of(column, len(rows)) for column in rows.T[1:]]
     earlier = np.packbits(np.tri(_BLOCK, k=-1, dtype=bool), axis=1, bitorder="little").view(np.uint64)
     for begin in range(0, len(rows), _BLOCK):
+        # may[i]: the bits of rows before row begin + i that are at most as great in all objectives, or may be: values
+        # of one group are not told apart. must[i]: the bits of rows that are so for certain.
         end = min(begin + _BLOCK, len(rows))
         words = slice(0, -(-end // _BITS))
         mask = earlier[: end - begin, : words.stop - begin // _BITS]
@@ -152,6 +157,7 @@ class _Below:
         groups = max(1, min(len(values), _GROUPS, _MOST_BYTES // (8 * words)))
         group = rank.reshape(-1) * groups // len(values)
         below = np.zeros((groups + 1, words), np.uint64)
+        # below[g + 1] gets the bit of each row of group g; then the union of all groups up to it.
         number = np.arange(count)
         bits = np.left_shift(np.uint64(1), (number % _BITS).astype(np.uint64))
         np.bitwise_or.at(below, (group + 1, number // _BITS), bits)
@@ -223,6 +229,8 @@ def dominators(values: ArrayLike, maximise: ArrayLike, front: ArrayLike) -> NDAr
         groups = [each.groups_of(column) for each, column in zip(sets, costs[some].T, strict=True)]
         may = _all([each.may(group) for each, group in zip(sets, groups, strict=True)])
         must = _all([each.must(group) for each, group in zip(sets, groups, strict=True)])
+        # A point of the front that is at most as great for certain dominates, unless the two are equal. Of the others
+        # each pair that may be one is compared in all objectives.
         found = np.where(must.any(axis=1), _first_bit(must), -1)
         found[(best[found] == costs[some]).all(axis=1)] = -1
         open_ = np.flatnonzero((found < 0) & may.any(axis=1))

@@ -30,6 +30,8 @@ class Groups:
         >>> groups.which.tolist(), groups.firsts.tolist()
         ([1, 0, 1], [1, 0])
         """
+        # In sorted order a group begins where any column differs from the row before (two NaN do not differ). The sum
+        # of the begins up to a row, less 1, is the number of its group, which goes back to the place of the row.
         order = np.lexsort(columns)
         begins = np.ones(len(order), np.bool_)
         begins[1:] = False
@@ -43,6 +45,7 @@ class Groups:
     @cached_property
     def members(self) -> list[Indices]:
         """The rows of each group, rising."""
+        # A stable sort by group keeps the rows of each in their order; the sums of the sizes are where to cut.
         ends = np.cumsum(np.bincount(self.which, minlength=len(self.firsts)))
         return np.split(np.argsort(self.which, kind="stable"), ends[:-1]) if len(ends) else []
 
@@ -56,5 +59,6 @@ class Groups:
 
     def least(self, values: NDArray[Any]) -> Indices:
         """The row of each group with the least value, of equals the first; one without a value where none has one."""
+        # Sorted by group, then by value: the first row of each group has its least value.
         order = np.lexsort((values, self.which))
         return order[np.searchsorted(self.which[order], np.arange(len(self.firsts)))]

@@ -220,6 +220,7 @@ class Parting:
         own = group[sound]
         # NumPy sorts numbers of 16 bits by counting.
         order = np.argsort(own.astype(np.uint16) if own.max(initial=0) < 2**16 else own, kind="stable")
+        # In that order the points of a group are neighbours: it is cut where the group changes.
         places = np.flatnonzero(sound)[order]
         edges = np.flatnonzero(np.diff(group[places])) + 1
         groups = np.split(places, edges) if len(places) else []
@@ -261,6 +262,7 @@ def key_of(space: Space, levels: Mapping[str, NDArray[np.int32]]) -> str:
     values: dict[str, Any] = {}
     digest = hashlib.sha256(space.fingerprint.encode())
     for axis, column in levels.items():
+        # The levels that are met, and each point's number among them: how many levels up to its own are met, less 1.
         own = column + 1
         met = np.bincount(own) > 0
         used, numbers = np.flatnonzero(met) - 1, np.cumsum(met)[own] - 1
@@ -286,6 +288,8 @@ def _grouped(columns: Sequence[NDArray[np.int32]], count: int) -> NDArray[np.int
     """A number for each different row of the columns, in the order of the first rows."""
     if not columns:
         return np.zeros(count, np.intp)
+    # A row is one number in mixed radix: rows · width + (column + 1), of size the product of the widths. Where that
+    # would pass 64 bits, the numbers met so far are renumbered densely.
     rows, size = np.zeros(count, np.int64), 1
     for column in columns:
         width = int(column.max(initial=0)) + 2

@@ -191,6 +191,7 @@ class BoundSearch:
         sizes = np.where(box.traded, box.last - box.low + 1, 1)
         sizes = sizes if sizes.max(initial=1) > 1 else box.last - box.low + 1
         axis = int(sizes.argmax())
+        # Part i has the places cuts[i] to cuts[i + 1] - 1 on that axis, and all places of the box on the others.
         cuts = np.linspace(box.low[axis], box.last[axis] + 1, min(_PARTS, int(sizes[axis])) + 1).astype(np.int64)
         low, last = (np.repeat(each[None], len(cuts) - 1, axis=0) for each in (box.low, box.last))
         low[:, axis], last[:, axis] = cuts[:-1], cuts[1:] - 1

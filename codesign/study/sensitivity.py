@@ -125,11 +125,13 @@ def _share(value: float | None) -> float | None:
 
 def _inside_groups(others: Levels, centred: Values) -> tuple[float, float]:
     """The sum of squares inside the groups of equal rows, and the share of the rows in groups of several."""
+    # The group of a row in mixed radix over the other axes; renumbered where most numbers are not met.
     number = np.zeros(len(centred), np.int64)
     for column in others.T:
         number = number * (int(column.max()) + 1) + column
     if len(centred) and number.max() > 4 * len(centred):
         number = Groups.of(number).which
+    # Σ over groups of Σ (y - mean of the group)².
     sizes = np.bincount(number)
     means = np.bincount(number, centred) / np.maximum(sizes, 1)
     left = centred - means[number]
@@ -147,6 +149,8 @@ class _Additive:
         self._axis = np.repeat(np.arange(len(sizes)), sizes)
         width = len(self._axis)
         columns = [column + begin for column, begin in zip(levels.T, np.cumsum(sizes) - sizes, strict=True)]
+        # Xᵀ X and Xᵀ y of the model's columns X: (Xᵀ X)[i, j] counts the designs with value i and value j, and
+        # (Xᵀ y)[i] sums the figure over the designs with value i.
         self._products = np.zeros((width, width))
         self._sums = np.zeros(width)
         for number, left in enumerate(columns):

@@ -131,6 +131,8 @@ class _Entries:
         block = max(1, min(_BLOCK, _PAIRS // max(1, len(front))))
         for begin in range(0, len(front), block):
             some = slice(begin, begin + block)
+            # no_worse[i, j]: design i of the front has the task of design j of the block, and is no worse in any
+            # objective. Then it dominates where it is better in one.
             to = np.searchsorted(costs[0], costs[0, some][-1], "right")
             no_worse = tasks[:to, None] == tasks[some]
             for cost in costs:
