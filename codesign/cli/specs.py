@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 import click
 
 import codesign
+from codesign import study
 from codesign.ground.errors import InputError
 from codesign.ground.units import counted
-from codesign.study import load_study
 
 if TYPE_CHECKING:
     from codesign.inputs import Constraint, Platform, Workload
@@ -39,11 +39,11 @@ def specs_of(specs: tuple[str, ...], point: int | None) -> tuple[Platform, Workl
     if len(specs) != 1:
         hint = "name the file of hwsw explore alone: the study holds platform and workload"
         raise InputError(f"{counted(len(specs), 'argument')}", f"{_command()} --point", hint)
-    study = load_study(specs[0])
-    platform, workload = study.point(point).specs()
-    if study.specs is not None and study.specs.note:
-        click.echo(f"note: {study.specs.note}", err=True)
-    return platform, workload, Asked(study.constraints, study.figures)
+    held = study.load_study(specs[0])
+    platform, workload = held.point(point).specs()
+    if held.specs is not None and held.specs.note:
+        click.echo(f"note: {held.specs.note}", err=True)
+    return platform, workload, Asked(held.constraints, held.figures)
 
 
 def _command() -> str:

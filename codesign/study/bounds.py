@@ -1,7 +1,8 @@
 """Bounds on the objectives of boxes of designs, by the laws that prices follow.
 
 A family is what is left of a space when every axis but the monotone ones has a value. All of its designs compute the
-same. Inside a family, a box is an interval of places on each monotone axis; ``pricing.least`` bounds what it may cost.
+same. Inside a family, a box is an interval of places on each monotone axis; ``study.pricing.least`` bounds what it may
+cost.
 """
 
 from __future__ import annotations

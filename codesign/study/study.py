@@ -76,7 +76,7 @@ class Study(Table, InNotebooks):
         return self.designs[checked_index(kind, index, len(self.designs))].explain(show)
 
     def certify(self, path: Path | str) -> Verdict:
-        """Write the certificate of the front, which ``hwsw verify-front`` checks; see ``exploration.certify``."""
+        """Write the certificate of the front, which ``hwsw verify-front`` checks; see ``study.certify``."""
         return certify(self, path)
 
     def to_dict(self) -> dict[str, Any]:
@@ -84,7 +84,7 @@ class Study(Table, InNotebooks):
         return study_document(self).model_dump(mode="json")
 
     def frame(self) -> DataFrame:
-        """The computed points as a data frame of pandas, with the columns of ``exploration.columns.study_columns``.
+        """The computed points as a data frame of pandas, with the columns of ``study.columns.study_columns``.
 
         Raises:
             InputError: pandas is not installed.
@@ -92,7 +92,7 @@ class Study(Table, InNotebooks):
         return data_frame(study_columns(self))
 
     def to_parquet(self, path: Path | str, show: Show = silent) -> None:
-        """Write every computed point as a Parquet file; see ``exploration.columns.write_parquet``."""
+        """Write every computed point as a Parquet file; see ``study.columns.write_parquet``."""
         write_parquet(self, Path(path), show)
 
     def to_json(self) -> str:

@@ -2,8 +2,8 @@
 
 The simulation keeps its map and makes its commands in Python over numpy. A robot's host would run compiled code. So two
 kernels have a compiled twin here, over plain arrays, with the same result. ``enter_scan`` is the twin of
-``Belief.update`` (``scenarios.drive.world.belief``) with the scan of a ``RaySensor``. ``authority_ahead`` is the twin
-of ``components.path.authority`` of a robot on its path. Tests hold the twins together. Points and cells are as in
+``Belief.update`` (``system.scenarios.drive.world.belief``) with the scan of a ``RaySensor``. ``authority_ahead`` is the
+twin of ``components.path.authority`` of a robot on its path. Tests hold the twins together. Points and cells are as in
 ``components.path``.
 """
 

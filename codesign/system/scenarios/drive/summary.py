@@ -204,7 +204,7 @@ def _bottleneck(
 ) -> Bottleneck | None:
     """The place where the time was seen to go: late turns, plans that are waited for, or the robot's motion.
 
-    It does not show what a change of the design would save: see ``scenarios.drive.levers``.
+    It does not show what a change of the design would save: see ``system.scenarios.drive.levers``.
     """
     log, robot = done.log, done.scene.robot
     span = done.scene.machine.now / PICOSECONDS_PER_SECOND
