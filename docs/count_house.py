@@ -193,32 +193,33 @@ def pronouns() -> int:
     return sum(len(re.findall(r"\b(?:that|those) of\b", text)) for text in docstrings())
 
 
-FIGURES: dict[str, tuple[Callable[[], object], str]] = {
-    "lines of Python": (lines, "at most 82,000"),
-    "files that name BusLink": (lambda: namers("BusLink"), "3"),
-    "isinstance on kinds": (
+FIGURES: dict[str, tuple[Callable[[], int], int]] = {
+    "lines of Python": (lines, 82_000),
+    "files that name `BusLink`, a kind of link": (lambda: namers("BusLink"), 3),
+    "places that test the type of a component or link": (
         lambda: type_tests(classes("inputs.components", "inputs.links", "components")),
-        "at most 10",
+        10,
     ),
-    "isinstance on records": (lambda: type_tests(classes("ground.records") - {"Record"}), "at most 10"),
-    "imports inside functions": (late_imports, "at most 60"),
-    "hand-made group-bys": (group_bys, "at most 10"),
-    "modules that a plain run loads": (lambda: modules_of_a_run()[0], "at most 250"),
-    "modules with a function that a plain run runs": (lambda: modules_of_a_run()[1], "at most 110"),
-    "circles, typing included": (circles, "0"),
-    "modules in circles": (modules_in_circles, "0"),
-    "rooms at the top level": (rooms, "at most 12"),
-    "docstrings that begin with a subordinate clause": (subordinate, "few"),
-    "“that of”, “those of” in docstrings": (pronouns, "few"),
+    "places that test the type of a record": (lambda: type_tests(classes("ground.records") - {"Record"}), 10),
+    "imports inside functions": (late_imports, 60),
+    "groupings written by hand": (group_bys, 10),
+    "modules that a plain run loads": (lambda: modules_of_a_run()[0], 250),
+    "modules with a function that a plain run calls": (lambda: modules_of_a_run()[1], 110),
+    "circles of imports, imports for types included": (circles, 0),
+    "modules in such circles": (modules_in_circles, 0),
+    "packages at the top level": (rooms, 12),
+    "docstrings that begin with a subordinate clause": (subordinate, 40),
+    "“that of”, “those of” in docstrings": (pronouns, 30),
 }
+"""What is counted, and the most that it may be."""
 
 
 def main() -> None:
     """Print the table."""
-    print("| figure | now | required |\n|---|---|---|")
-    for name, (count, required) in FIGURES.items():
+    print("| figure | now | at most | met |\n|---|---|---|---|")
+    for name, (count, most) in FIGURES.items():
         found = count()
-        print(f"| {name} | {f'{found:,}' if isinstance(found, int) else found} | {required} |")
+        print(f"| {name} | {found:,} | {most:,} | {'yes' if found <= most else 'no'} |", flush=True)
 
 
 if __name__ == "__main__":
