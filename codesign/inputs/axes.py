@@ -26,6 +26,8 @@ from decimal import Context, Decimal, localcontext
 from fractions import Fraction
 from typing import Any, Literal
 
+from more_itertools import map_reduce
+
 from codesign.ground.errors import Fault, InputError, WrittenFloat, choose_hint, clip, show
 from codesign.ground.models import RefusalError
 from codesign.ground.units import SCALES, Dimension, format_exact, parse_quantity
@@ -324,10 +326,8 @@ def _combined(
 def _classes(count: int, axis: str, allowed: _Allowed) -> list[tuple[int, ...]]:
     """The numbers of the values of an axis, parted by the axes that exist for them."""
     of_axis = [conditions[axis] for conditions in allowed.values() if axis in conditions]
-    classes: dict[tuple[bool, ...], list[int]] = {}
-    for number in range(count):
-        classes.setdefault(tuple(number in numbers for numbers in of_axis), []).append(number)
-    return [tuple(numbers) for numbers in classes.values()]
+    classes = map_reduce(range(count), lambda number: tuple(number in numbers for numbers in of_axis), None, tuple)
+    return list(classes.values())
 
 
 def _numbers(values: Sequence[Any], chosen: Sequence[Any]) -> set[int]:
@@ -578,9 +578,9 @@ def axis_form(text: str, place: str) -> dict[str, Any]:
     """
     values, *conditions = _WHEN.split(text, maxsplit=1)
     form: dict[str, Any] = {"values": axis_values(values, place)}
-    for condition in _AND.split(conditions[0]) if conditions else ():
-        axis, _, chosen = condition.partition("=")
-        form.setdefault("when", {})[axis] = axis_values(chosen, f"{place} when {axis}")
+    if conditions:
+        of_axis = (condition.partition("=") for condition in _AND.split(conditions[0]))
+        form["when"] = {axis: axis_values(chosen, f"{place} when {axis}") for axis, _, chosen in of_axis}
     return form
 
 

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable
+from operator import itemgetter
 from typing import Any, Protocol, TypeVar
 
+from more_itertools import map_reduce
 from pydantic import BaseModel, ValidationError
 
 from codesign.ground.errors import Fault, SpecError, choose_hint, clip, show
@@ -135,18 +137,16 @@ def _locate(tree: Any, line: Any) -> tuple[KeyPath, tuple[KeyPath, str] | None]:
 
 def _without_noise(lines: list[_Line]) -> list[_Line]:
     """Keep of each union the branch that was meant: of the right kind, with the fewest complaints."""
-    unions: dict[KeyPath, dict[str, list[_Line]]] = {}
-    for line in lines:
-        if line.branch:
-            unions.setdefault(line.branch[0], {}).setdefault(line.branch[1], []).append(line)
     kept = [line for line in lines if not line.branch and not _miscounted(line)]
-    for union, branches in unions.items():
-        begun = [branch for branch in branches.values() if not any(_wrong_kind(line, union) for line in branch)]
+    branched = ((*line.branch, line) for line in lines if line.branch)
+    for union, inside in map_reduce(branched, itemgetter(0)).items():
+        branches = map_reduce(inside, itemgetter(1), itemgetter(2)).values()
+        begun = [branch for branch in branches if not any(_wrong_kind(line, union) for line in branch)]
         if begun:
             kept += sorted(begun, key=len)[0]
         else:
-            first = next(iter(branches.values()))[0]
-            kinds = dict.fromkeys(_kind(line) for branch in branches.values() for line in branch)
+            first = next(iter(branches))[0]
+            kinds = dict.fromkeys(_kind(line) for branch in branches for line in branch)
             first.type, first.context = "union", {"expected": " or ".join(filter(None, kinds))}
             kept.append(first)
     return kept

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Generator, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, Protocol
@@ -101,7 +102,7 @@ def plan_chain(
     memo: Memo | None,
     start: Any = None,
     warm: bool | None = None,
-    sent: dict[str, SentMap] | None = None,
+    sent: defaultdict[str, SentMap] | None = None,
     preemptible: bool = False,
 ) -> Generator[Any, Any, Answer]:
     """Process generator: make one plan. For task ``field`` it ends where the task that decides holds the plan.
@@ -149,7 +150,7 @@ class _Chain:
     """
 
     def __init__(
-        self, machine: PlanMachine, problem: Problem, sent: dict[str, SentMap] | None, memo: Memo | None
+        self, machine: PlanMachine, problem: Problem, sent: defaultdict[str, SentMap] | None, memo: Memo | None
     ) -> None:
         self.machine, self.problem, self.ledger = machine, problem, Ledger()
         self._sent, self._memo = sent, memo
@@ -189,7 +190,7 @@ class _Chain:
         if self._sent is None:
             yield from self.carry(LOAD, task)
             return
-        held, plans = self._sent.setdefault(task, SentMap()), task != LOWER_BOUND
+        held, plans = self._sent[task], task != LOWER_BOUND
         for flow in self._flows.between(LOAD, task):
             if flow.name != POSE:
                 message = held.message(self.problem, flow.bits)

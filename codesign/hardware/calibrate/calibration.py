@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from operator import itemgetter
 from pathlib import Path
 from typing import Any
 
 import yaml
+from more_itertools import map_reduce, unique_everseen
 
 from codesign.ground.errors import InputError, SpecError, WrittenFloat, choose_hint
 from codesign.ground.figures import Figure, label
@@ -73,26 +75,24 @@ def fit_calibration(
         if of != here:
             what = f"{added_to.name} is of {_words(of)}, and the reports are of {_words(here)}"
             raise InputError(what, "--with", "name a calibration of the same style and family")
-    samples: dict[str, list[Sample]] = {
-        term: list(fitted.samples) for term, fitted in (added_to.terms if added_to else {}).items()
-    }
+    before = added_to.terms if added_to else {}
+    taken = [(term, sample) for term, fitted in before.items() for sample in fitted.samples]
     widths: dict[str, tuple[float, float]] = {}
     for row in rows:
         law = row.predicted
         if law.value and row.reported:
             sample = Sample(design=row.design, predicted=float(law.value), reported=row.reported, report=row.report)
-            if sample not in samples.setdefault(row.term, []):
-                samples[row.term].append(sample)
+            taken.append((row.term, sample))
             low, high = (bound / law.value for bound in law.interval)
             width = widths.get(row.term, (1.0, 1.0))
             widths[row.term] = min(low, width[0]), max(high, width[1])
-    if not samples:
+    if not taken:
         return None
-    before = added_to.terms if added_to else {}
     for term in before.keys() - widths.keys():
         low, high = (bound / before[term].factor.value for bound in before[term].factor.interval)
         widths[term] = low, high
     reasons = {term: fitted.explained for term, fitted in before.items()} | dict(explained)
+    samples = map_reduce(taken, itemgetter(0), itemgetter(1), lambda held: list(unique_everseen(held)))
     terms = _fitted(samples, widths, point, reasons)
     tools = dict.fromkeys([*(added_to.tools if added_to else ()), *(report.made_by for report, _ in reports)])
     files = {**(added_to.reports if added_to else {}), **{each.file: each.digest for each, _ in reports}}

@@ -19,6 +19,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
+from more_itertools import map_reduce
+
 from codesign.ground.errors import RunError
 from codesign.ground.files import cache_folder, kept_folder
 from codesign.study.advice.answer import Advice, BoardAdvice, Design, advice_schema, cheaper_than, judged, met_alone
@@ -133,10 +135,11 @@ def _of_next(laboratory: Laboratory, best: Mapping[str, Candidate], cheaper: Seq
 
 
 def _left(findings: Findings) -> tuple[str, ...]:
-    """The chains that the budget did not reach: planner, style and precision, with the boards."""
-    groups: dict[str, list[str]] = {}
-    for candidate in findings.left:
+    """What the budget did not reach: planner, style and precision, with the boards."""
+
+    def what(candidate: Candidate) -> str:
         bits = f" at {candidate.bits} bits and more" if candidate.bits else ""
-        what = f"{candidate.planner.name} ({candidate.style.style}){bits}"
-        groups.setdefault(what, []).append(candidate.board.name)
-    return tuple(f"{what} on {', '.join(sorted(set(boards)))}" for what, boards in sorted(groups.items()))
+        return f"{candidate.planner.name} ({candidate.style.style}){bits}"
+
+    boards_of = map_reduce(findings.left, what, lambda candidate: candidate.board.name)
+    return tuple(f"{left} on {', '.join(sorted(set(boards)))}" for left, boards in sorted(boards_of.items()))

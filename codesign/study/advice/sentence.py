@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from operator import attrgetter
+
+from more_itertools import map_reduce
 
 from codesign.ground.units import Dimension, counted, format_power, format_quantity
 from codesign.study.advice.answer import BoardAdvice, Design, cheaper_than
@@ -130,9 +133,7 @@ def _cheaper(best: BoardAdvice, boards: Sequence[BoardAdvice], needs: Needs, nex
 
 def _unsure(boards: Sequence[BoardAdvice]) -> str:
     """Boards by the reason why they may suffice, the reason of most boards first."""
-    by_reason: dict[str, list[str]] = {}
-    for board in boards:
-        by_reason.setdefault(board.perhaps, []).append(board.board)
+    by_reason = map_reduce(boards, attrgetter("perhaps"), attrgetter("board"))
     reasons = sorted(by_reason.items(), key=lambda each: -len(each[1]))
     shown = [f"{_named(names)} ({reason})" for reason, names in reasons[:_MOST_NAMED]]
     left = sum(len(names) for _, names in reasons[_MOST_NAMED:])
@@ -141,11 +142,8 @@ def _unsure(boards: Sequence[BoardAdvice]) -> str:
 
 def _nothing(boards: Sequence[BoardAdvice], needs: Needs, alone: Mapping[str, tuple[str, ...]]) -> str:
     """No board suffices: the needs that exclude them, each with its nearest board."""
-    by_need: dict[str, list[BoardAdvice]] = {}
-    for board in boards:
-        by_need.setdefault(_worst(board).need, []).append(board)
     parts = []
-    for need, excluded in by_need.items():
+    for need, excluded in map_reduce(boards, lambda board: _worst(board).need).items():
         nearest = min(excluded, key=_distance)
         names = counted(len(excluded), "board") if len(excluded) > 1 else nearest.board
         the_nearest = f"of these the nearest is {nearest.board}: " if len(excluded) > 1 else ""

@@ -4,6 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
+from functools import reduce
+from operator import itemgetter, or_
+
+from more_itertools import map_reduce
 
 from codesign.ground.figures import FIGURES, Figure
 from codesign.laws import Monomial
@@ -119,17 +123,19 @@ def _inputs(each: Monomial, inputs: Mapping[str, Figure]) -> dict[str, Figure]:
 
 def _why(figure: str, shares: Iterable[Share], note: str = "") -> Why:
     """The parts of one place and kind as one, the largest first; parts of nothing are left out."""
-    amounts: dict[tuple[str, str], float] = {}
-    figures: dict[tuple[str, str], dict[str, Figure]] = {}
-    for where, what, amount, rests_on in shares:
-        key = where, what
-        amounts[key] = amounts.get(key, 0.0) + amount
-        figures.setdefault(key, {}).update(rests_on)
+    alike = map_reduce(shares, itemgetter(0, 1))
+    amounts = {key: sum(share[2] for share in of_key) for key, of_key in alike.items()}
     whole = math.fsum(amounts.values())
     ordered = sorted(amounts.items(), key=lambda item: (-item[1], item[0]))
     parts = tuple(
-        Amount(where=key[0], what=key[1], amount=amount, share=amount / whole if whole else 0.0, figures=figures[key])
-        for key, amount in ordered
+        Amount(
+            where=where,
+            what=what,
+            amount=amount,
+            share=amount / whole if whole else 0.0,
+            figures=reduce(or_, (dict(share[3]) for share in alike[where, what])),
+        )
+        for (where, what), amount in ordered
         if amount
     )
     return Why(figure=figure, value=whole, parts=parts, note=note)

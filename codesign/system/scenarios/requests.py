@@ -6,6 +6,7 @@ Where a plan serves every start, starts that are answered alike (``Planner.answe
 from __future__ import annotations
 
 import math
+from collections import defaultdict
 from collections.abc import Generator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -114,7 +115,7 @@ def _ask(machine: PlanMachine, problem: Any, boards: Boards, memo: Memo | None) 
             answer = yield from plan_chain(machine, problem, memo=memo)
             answers.append((answer, answer))
             return
-        sent: dict[str, SentMap] = {}
+        sent = defaultdict[str, SentMap](SentMap)
         before = yield from plan_chain(machine, problem, memo=memo, sent=sent)
         spent.append(machine.joules(boards))
         policy = _policy(machine.system)

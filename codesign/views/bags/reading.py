@@ -94,6 +94,7 @@ _FAR = 1e7
 """Metres: no robot is farther from the origin of its map."""
 
 _MAGIC = b"\x89MCAP0\r\n"
+_Row = tuple[float, ...]
 _REINDEX = "a bag that was cut is repaired by: ros2 bag reindex DIR -s mcap"
 
 
@@ -169,8 +170,11 @@ class _Gatherer:
         self._out = Recording(path)
         self._topics: Mapping[str, str] = {}
         self._maps = 0
-        self._rows: dict[str, list[tuple[float, ...]]] = defaultdict(list)
-        self._edges: dict[tuple[str, str], list[tuple[float, ...]]] = defaultdict(list)
+        self._commands: list[float] = []
+        self._odometry: list[_Row] = []
+        self._scan_times: list[_Row] = []
+        self._kept_times: list[_Row] = []
+        self._edges: dict[tuple[str, str], list[_Row]] = defaultdict(list)
         self._scans: list[Any] = []
         self._seen_scans = 0
         self._every = 1
@@ -198,7 +202,7 @@ class _Gatherer:
             self._under_way = f", of {connection.topic}"
             seconds = (time - begin) * 1e-9
             if connection.topic == self._topics["command"]:
-                self._rows["command"].append((seconds,))
+                self._commands.append(seconds)
             else:
                 message: Any = read(data, connection.msgtype)
                 if not self._every and connection.topic == self._topics["scan"]:
@@ -281,11 +285,11 @@ class _Gatherer:
             turn = _quaternion(message.pose.pose.orientation)
             speed = math.hypot(twist.linear.x, twist.linear.y)
             row = (time, _stamp(message.header.stamp), place.x, place.y, place.z, *turn, speed, twist.angular.z)
-            self._rows["odom"].append(row)
+            self._odometry.append(row)
 
     def _scan(self, time: float, message: Any) -> None:
         self._seen_scans += 1
-        self._rows["scan"].append((time, _stamp(message.header.stamp)))
+        self._scan_times.append((time, _stamp(message.header.stamp)))
         if (self._seen_scans - 1) % self._every:
             return
         if len(message.ranges) > MAX_RAYS:
@@ -294,10 +298,10 @@ class _Gatherer:
         shape = len(message.ranges), _frame(message.header.frame_id)
         if shape != (len(first.ranges), _frame(first.header.frame_id)):
             self._remark("scans of another frame or another number of rays than the first are left out")
-            self._rows["scan"].pop()
+            self._scan_times.pop()
             return
         self._scans.append(message)
-        self._rows["kept scan"].append((time, _stamp(message.header.stamp)))
+        self._kept_times.append((time, _stamp(message.header.stamp)))
 
     def _goal(self, time: float, message: Any) -> None:
         place = message.pose.position
@@ -327,7 +331,7 @@ class _Gatherer:
             which = "last" if self._last_map else "first"
             name = f"{self._maps} different maps on {self._topics['map']}"
             self._remark(f"{name}: the {which} one is taken, of {out.map.time:.3f} s")
-        clocks = [self._rows["odom"], self._rows["scan"], *self._edges.values()]
+        clocks = [self._odometry, self._scan_times, *self._edges.values()]
         shift = common_clock([(row[0], row[1]) for rows in clocks for row in rows], out.begin)
         if shift:
             self._remark(
@@ -337,25 +341,25 @@ class _Gatherer:
             name = f"{self._topics['tf']} from {parent} to {child}"
             moving = any(math.isfinite(row[1]) for row in rows)
             out.edges[parent, child] = _series(self._timed(rows, shift, name), moving)
-        odom = self._timed(self._rows["odom"], shift, self._topics["odom"])
+        odom = self._timed(self._odometry, shift, self._topics["odom"])
         if len(odom):
             out.speeds = odom[:, [0, 8, 9]]
             assert out.odometry is not None
             # Where transforms join the two frames, the odometry says the same once more.
             if all(out.odometry) and chain(out.edges, *out.odometry) is None:
                 out.edges[out.odometry] = _series(odom)
-        out.commands = np.array([row[0] for row in self._rows["command"]])
+        out.commands = np.array(self._commands)
         out.scans = self._scans_of(shift)
         return out
 
-    def _timed(self, rows: list[tuple[float, ...]], shift: float, name: str) -> np.ndarray[Any, np.dtype[np.float64]]:
+    def _timed(self, rows: list[_Row], shift: float, name: str) -> np.ndarray[Any, np.dtype[np.float64]]:
         return checked_clock(rows, self._out.begin, shift, self._where, name, self._remark)
 
     def _scans_of(self, shift: float) -> Scans | None:
-        times = self._timed(self._rows["scan"], shift, self._topics["scan"])
+        times = self._timed(self._scan_times, shift, self._topics["scan"])
         if not self._scans:
             return None
-        kept = self._timed(self._rows["kept scan"], shift, self._topics["scan"])[:, 0]
+        kept = self._timed(self._kept_times, shift, self._topics["scan"])[:, 0]
         first, rays = self._scans[0], len(self._scans[0].ranges)
         step, least, most = float(first.angle_increment), float(first.range_min), float(first.range_max)
         if rays < 1 or not 1e-6 <= abs(step) <= 7 or not 0 <= least < most <= _FAR:

@@ -17,8 +17,10 @@ from __future__ import annotations
 
 import heapq
 import re
+from collections import defaultdict
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
+from itertools import count
 from operator import itemgetter
 from pathlib import Path
 from typing import Any, Literal
@@ -46,12 +48,12 @@ class Signal:
 
     kind: Kind
     changes: list[Change] = field(default_factory=list)
-    names: dict[str, int] = field(default_factory=lambda: {NOTHING: 0})
+    names: dict[str, int] = field(default_factory=lambda: defaultdict(count(1).__next__, {NOTHING: 0}))
 
     def put(self, time: int, value: Any) -> None:
         """The signal has this value from ``time`` (ps) on. A name becomes its number."""
         if self.kind == "name":
-            value = self.names.setdefault(value, len(self.names))
+            value = self.names[value]
         self.changes.append((time, value))
 
     @property

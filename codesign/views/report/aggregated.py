@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+from more_itertools import map_reduce
+
 from codesign.ground.figures import ResultFigure
 from codesign.ground.units import counted
 from codesign.inputs.aggregate import Share
@@ -69,9 +71,9 @@ def aggregated_cell(study: Study, design: Design, figure: ResultFigure, *, sprea
 def rules_text(study: Study) -> str:
     """The rule of each objective and constrained figure, in words; figures of one rule together."""
     figures = dict.fromkeys((*study.objectives, *(limit.figure for limit in study.constraints)))
-    by_rule: dict[str, list[str]] = {}
-    for figure in figures:
-        by_rule.setdefault(str(study.world.rule(figure)), []).append(figure_label(study, figure))
+    by_rule = map_reduce(
+        figures, lambda figure: str(study.world.rule(figure)), lambda figure: figure_label(study, figure)
+    )
     if len(by_rule) == 1:
         return f"by the {next(iter(by_rule))} over the conditions"
     texts = (f"{', '.join(names)} by the {rule}" for rule, names in by_rule.items())

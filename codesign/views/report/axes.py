@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from codesign.inputs.edit import PLATFORM_AXIS
+from codesign.study.groups import Groups
 from codesign.views.report.wording import axis_text
 
 if TYPE_CHECKING:
@@ -73,10 +74,9 @@ def _platform_texts(study: Study) -> dict[str, str]:
     done = np.flatnonzero(which >= 0)[::-1]
     levels = study.space.levels(done)[PLATFORM_AXIS]
     pairs = (levels.astype(np.int64) * len(templates) + which[done])[levels >= 0]
-    numbers, lasts = np.unique(pairs, return_index=True)
     texts: dict[str, str] = {}
     # Of several parts the last one is shown.
-    for number in numbers[np.argsort(-lasts)].tolist():
+    for number in pairs[Groups.of(pairs).in_turn.firsts[::-1]].tolist():
         place, template = divmod(number, len(templates))
         value, result = study.every_axis[PLATFORM_AXIS][place], templates[template]
         part = None if moved else result.part

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from operator import attrgetter
 from typing import Any
+
+from more_itertools import map_reduce
 
 from codesign.ground.figures import ResultFigure, label, named
 from codesign.ground.units import counted
@@ -302,10 +305,8 @@ def _sure_table(explanation: Explanation) -> Table:
 
 
 def effects_table(effects: Sequence[AxisEffect], figures: Sequence[ResultFigure]) -> Table:
-    """The axes that move objectives: the share of its spread that the axis moves by itself, and its total share."""
-    by_axis: dict[str, dict[str, AxisEffect]] = {}
-    for effect in effects:
-        by_axis.setdefault(effect.axis, {})[effect.figure] = effect
+    """Which axis moves which objective: the share of its spread that the axis moves by itself, and its total share."""
+    by_axis = map_reduce(effects, attrgetter("axis"), None, lambda held: {each.figure: each for each in held})
     moving = [
         figure for figure in figures if any(each.figure == figure.name and each.main is not None for each in effects)
     ]

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import astuple, fields
 
+from more_itertools import map_reduce
+
 from codesign.planners.reproduction import Reproduction, Row
 from codesign.system.results.provenance import Provenance
 from codesign.views.report.table import Cell, Table, left, right, word, words
@@ -79,9 +81,9 @@ def joined_findings_table(reproduction: Reproduction) -> Table:
 
 def reproduction_sources_table(reproduction: Reproduction) -> Table:
     """Each source once, with the tables, figures and sections of the paper that rest on it."""
-    tables: dict[tuple[str, str], dict[str, None]] = {}
-    for row in reproduction.rows:
-        tables.setdefault((str(row.status), row.source), {})[row.table] = None
+    tables = map_reduce(
+        reproduction.rows, lambda row: (str(row.status), row.source), lambda row: row.table, dict.fromkeys
+    )
     return Table(
         "Where the modelled figures come from",
         left("status", "tables", "source"),

@@ -3,6 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from itertools import chain
+from operator import itemgetter
+
+from more_itertools import map_reduce
 
 from codesign.ground.figures import FIGURES, Figure, label
 from codesign.ground.units import counted
@@ -263,14 +267,11 @@ def _energy_tables(result: Result) -> list[Table]:
 
 
 def sources_table(results: Iterable[Result]) -> Table:
-    """The sources of the figures: each source once, with its status and the figures that rest on it."""
-    figures: dict[tuple[str, str], dict[str, dict[str, None]]] = {}
-    for result in results:
-        items_of = ((label(use.resource), item.name, item.figure) for use in result.resources for item in use.items)
-        for name, item, figure in (*items_of, *_sourced(result)):
-            items = figures.setdefault((figure.status.value, figure.source), {}).setdefault(name, {})
-            items |= {item: None} if item else {}
-    lines = sorted(figures.items(), key=lambda line: (_STRENGTH.index(line[0][0]), line[0][1]))
+    """Where the figures come from: each source once, with its status and the figures that rest on it."""
+    rows = map_reduce(
+        chain.from_iterable(map(_sourced, results)), lambda row: (row[2].status.value, row[2].source), itemgetter(0, 1)
+    )
+    lines = sorted(rows.items(), key=lambda line: (_STRENGTH.index(line[0][0]), line[0][1]))
     left_out = len(lines) - _MOST_SOURCES
     return Table(
         "Where the figures come from",
@@ -280,12 +281,16 @@ def sources_table(results: Iterable[Result]) -> Table:
     )
 
 
-def _listed(names: dict[str, dict[str, None]]) -> str:
+def _listed(rows: Iterable[tuple[str, str]]) -> str:
+    names = map_reduce(rows, itemgetter(0), itemgetter(1), lambda items: list(filter(None, dict.fromkeys(items))))
     return "; ".join(f"{name}: {', '.join(items)}" if items else name for name, items in names.items())
 
 
 def _sourced(result: Result) -> Iterable[tuple[str, str, Figure]]:
-    """Each figure with a source but resources: its name, the FPGA without a task that it is of or "", the figure."""
+    """Each figure with a source: its name, the item or the FPGA without a task that it is of or "", the figure."""
+    for use in result.resources:
+        for item in use.items:
+            yield label(use.resource), item.name, item.figure
     for name, figure in result.processor.items():
         yield label(name), "", figure
     if result.clock is not None:

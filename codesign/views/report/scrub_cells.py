@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codesign.ground.records import BeliefRecord, MapRecord, ObstacleRecord, RobotRecord
+from codesign.study.groups import Groups
 
 LARGEST_SIDE = 800
 MOST_CHANGES = 400_000
@@ -40,10 +41,9 @@ class Changes:
             return self
         spans = self.times * _BINS // max(end, 1)
         of_belief = self.kinds >= NOW_UNKNOWN
-        keys = np.column_stack([spans, of_belief, self.cells])
         # The last of each is the first of the reversed.
-        _, place = np.unique(keys[::-1], axis=0, return_index=True)
-        kept = np.sort(len(keys) - 1 - place)
+        lasts = Groups.of(spans[::-1], of_belief[::-1], self.cells[::-1]).firsts
+        kept = np.sort(len(spans) - 1 - lasts)
         return Changes(self.times[kept], self.cells[kept], self.kinds[kept])
 
 

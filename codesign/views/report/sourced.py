@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from codesign.ground.errors import CodesignError
+from codesign.study.groups import Groups
 from codesign.system.results.result import Result
 
 if TYPE_CHECKING:
@@ -21,10 +20,9 @@ def sourced_results(study: Study) -> Iterator[Result]:
     so one point of each kind is simulated; where its files are missing, it is left out.
     """
     outcomes = study.outcomes
-    numbers, firsts = np.unique(outcomes.which, return_index=True)
     kinds = set()
-    for place in np.argsort(firsts).tolist():
-        number, first = int(numbers[place]), int(firsts[place])
+    for first in Groups.of(outcomes.which).in_turn.firsts.tolist():
+        number = int(outcomes.which[first])
         if number < 0:
             continue
         template = outcomes.templates[number]

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import count
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -151,7 +153,7 @@ def chart_data(study: Study, figures: tuple[ResultFigure, ...] = ()) -> dict[str
     """
     conditions = study.world.each[:MOST_CONDITIONS] if study.conditions else []
     kept = _kept(study, MOST_POINTS // (len(conditions) + 1))
-    columns, numbers = Columns(), dict[str, int]()
+    columns, numbers = Columns(), defaultdict[str, int](count().__next__)
     axes, figures = varying_axes(study), figures or offered_figures(study)
     names = [rules_text(study) if conditions else "", *map(lambda n: condition_text(study, n), range(len(conditions)))]
     frames = [
@@ -207,7 +209,7 @@ def _frame(
     return {
         "feasible": columns.add(study.judged.feasible[kept]),
         "front": columns.add(study.on_front[kept]),
-        "why": columns.add(np.array([numbers.setdefault(why, len(numbers)) for why in whys], np.intp)),
+        "why": columns.add(np.array([numbers[why] for why in whys], np.intp)),
         "figures": [*(_figure(study, figure, kept, columns) for figure in figures), *misses],
     }
 

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from operator import attrgetter
+
+from more_itertools import map_reduce
 
 from codesign.ground.figures import label
 from codesign.ground.units import format_count
@@ -23,18 +26,14 @@ def _count(value: float | None) -> Cell:
 
 
 def _lines(result: Compared) -> Table:
-    rows = []
-    totals: dict[str, list[int]] = {}
-    for each in result.lines:
-        name = each.line or "no line"
-        rows.append((*words(name, label(each.resource)), *_pair(each.predicted, each.synthesised)))
-        sums = totals.setdefault(each.resource, [0, 0])
-        sums[0] += each.predicted or 0
-        sums[1] += each.synthesised
+    rows = [
+        (*words(each.line or "no line", label(each.resource)), *_pair(each.predicted, each.synthesised))
+        for each in result.lines
+    ]
     first_total = len(rows)
-    for resource, (predicted, synthesised) in totals.items():
-        known = None if result.lines[0].predicted is None else predicted
-        rows.append((*words("all", label(resource)), *_pair(known, synthesised)))
+    for resource, lines in map_reduce(result.lines, attrgetter("resource")).items():
+        known = None if result.lines[0].predicted is None else sum(each.predicted or 0 for each in lines)
+        rows.append((*words("all", label(resource)), *_pair(known, sum(each.synthesised for each in lines))))
     columns = (*left("line", "resource"), *right("predicted", "synthesised", "predicted / synthesised"))
     strong = frozenset(range(first_total, len(rows)))
     return Table(f"Lines of the demand, {result.synthesis.family}", columns, tuple(rows), result.notes, strong)

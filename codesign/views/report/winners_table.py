@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import cached_property
+from itertools import count
 from operator import itemgetter
 from typing import TYPE_CHECKING
 
@@ -165,11 +166,11 @@ class _Settings:
     @cached_property
     def _differs(self) -> NDArray[np.bool_]:
         """In which settings the points were asked different questions."""
-        numbers: dict[str, int] = {}
+        numbers = defaultdict[str, int](count().__next__)
 
         def number(template: Result) -> int:
             task = template.task
-            return -1 if task is None else numbers.setdefault(task.question, len(numbers))
+            return -1 if task is None else numbers[task.question]
 
         asked = self._alone.outcomes.each(number, -1)[self._points]
         known = asked >= 0

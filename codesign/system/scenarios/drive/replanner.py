@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Generator
 from contextlib import suppress
 from dataclasses import replace
@@ -44,7 +45,7 @@ class Replanner:
         self._since: tuple[int, int] | None = None
         self.unanswered: PlanRequest | None = None
         self.refusal: str | None = None
-        self._sent: dict[str, SentMap] = {}
+        self._sent = defaultdict[str, SentMap](SentMap)
         self._unseen: Sight | None = None
         self._pending: PlanRequest | None = None
         self.request_under_way: PlanRequest | None = None
