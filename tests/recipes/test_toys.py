@@ -107,24 +107,14 @@ GENERATOR_MODEL = '''class StripesMap(_Sized):
 STEP_KEY = """    mirrored: bool = Field(default=False, description="Turns the map's columns around.")
 """
 
-READER_OF_REPORTS = '''"""What a toy writes: ``TOY SLICES 12``."""
+ENTRY_OF_REPORTS = """TOY = Tool(
+    "Toy",
+    marks=("^TOY SLICES",),
+    head=lambda _text: {"version": "1"},
+    kinds=(Kind("", lambda text: counted(text, rows(text, r"TOY (SLICES) (\\d+)"), {"slices": ({"SLICES": 1.0},)})),),
+)
 
-from __future__ import annotations
-
-from codesign.hardware.calibrate.reports.record import Reading, Report, Stage
-from codesign.hardware.calibrate.reports.text import Text
-
-
-def is_report(text: Text) -> bool:
-    """True if the toy wrote it."""
-    return text.whole.startswith("TOY SLICES")
-
-
-def read(text: Text) -> Report:
-    """A report of the toy."""
-    used = {"slices": Reading(float(text.whole.split()[2]), 1)}
-    return Report(text.file, text.digest, "Toy", "1", Stage.SYNTHESISED, used=used)
-'''
+"""
 
 REQUEST = '''class Greet(Request):
     """Greet NAME."""
@@ -379,12 +369,9 @@ TOYS = [
         "report = read_report(pathlib.Path('toy.rpt')); print(report.tool, report.used['slices'].value)",
         "Toy 12.0",
         edits={
-            "hardware/calibrate/reports/__init__.py": (
-                ("vivado, yosys\n", "toytool, "),
-                ('    "nextpnr": (nextpnr.is_report', '    "Toy": (toytool.is_report, toytool.read),\n'),
-            )
+            "hardware/calibrate/reports/__init__.py": (("VIVADO\n", "TOY, "), ("VIVADO, ISE, QUARTUS", "TOY, ")),
+            "hardware/calibrate/reports/tools.py": (("# --- Quartus:", ENTRY_OF_REPORTS),),
         },
-        files={"hardware/calibrate/reports/toytool.py": READER_OF_REPORTS},
     ),
     Toy(
         "a part that is placed",

@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from codesign.ground.errors import SpecError
-from codesign.hardware.calibrate.reports import READERS, Report, Stage, read_report
+from codesign.hardware.calibrate.reports import TOOLS, Report, Stage, read_report
 
 SAMPLES = Path(__file__).parent / "samples"
 TOP = "hwsw_00112233aabb"
@@ -263,7 +263,7 @@ def test_every_reader_knows_only_its_own() -> None:
 
     for name in EXPECTED:
         text = read_text(SAMPLES / name, name)
-        assert sum(is_report(text) for is_report, _ in READERS.values()) == 1, name
+        assert sum(tool.wrote(text) for tool in TOOLS) == 1, name
 
 
 @pytest.mark.parametrize("name", EXPECTED)

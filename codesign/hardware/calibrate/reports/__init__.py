@@ -8,31 +8,21 @@ power, and need pandas and pyparsing. So these readers are our own; a test holds
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from codesign.ground.errors import SpecError
-from codesign.hardware.calibrate.reports import gowin, ise, lattice, nextpnr, quartus, vivado, yosys
+from codesign.hardware.calibrate.reports.engine import Tool
 from codesign.hardware.calibrate.reports.record import ClockReading, Reading, Report, Stage
 from codesign.hardware.calibrate.reports.text import Text, read_text
+from codesign.hardware.calibrate.reports.tools import GOWIN, ISE, LATTICE, NEXTPNR, QUARTUS, VIVADO
+from codesign.hardware.calibrate.reports.yosys import YOSYS
 
-Reader = tuple[Callable[[Text], bool], Callable[[Text], Report]]
-"""True if a tool wrote a text, by its content; and its reader."""
-
-READERS: Mapping[str, Reader] = {
-    "Vivado": (vivado.is_report, vivado.read),
-    "ISE": (ise.is_report, ise.read),
-    "Quartus": (quartus.is_report, quartus.read),
-    "Diamond, Radiant": (lattice.is_report, lattice.read),
-    "Gowin EDA": (gowin.is_report, gowin.read),
-    "Yosys": (yosys.is_report, yosys.read),
-    "nextpnr": (nextpnr.is_report, nextpnr.read),
-}
-"""The reader of each tool."""
+TOOLS: tuple[Tool, ...] = (VIVADO, ISE, QUARTUS, LATTICE, GOWIN, YOSYS, NEXTPNR)
+"""Every tool whose reports are read."""
 
 _NAMES = ("Vivado", "Xilinx", "Quartus", "Lattice", "Gowin", "GOWIN", "Yosys", "nextpnr")
 
-__all__ = ["READERS", "ClockReading", "Reading", "Report", "Stage", "read_report"]
+__all__ = ["TOOLS", "ClockReading", "Reading", "Report", "Stage", "read_report"]
 
 
 def read_report(path: Path) -> Report:
@@ -42,10 +32,10 @@ def read_report(path: Path) -> Report:
         SpecError: it is no report that a reader knows, is cut off or is in another language; with the line.
     """
     text = read_text(path, str(path))
-    read = next((read for is_report, read in READERS.values() if is_report(text)), None)
-    if read is None:
+    tool = next((tool for tool in TOOLS if tool.wrote(text)), None)
+    if tool is None:
         raise _unknown(text)
-    report = read(text)
+    report = tool.read(text)
     if not report.used and not report.clocks and report.dynamic is None:
         raise text.fault(0, "has no resource, no clock and no power", "name another report of the run")
     return report
@@ -53,7 +43,7 @@ def read_report(path: Path) -> Report:
 
 def _unknown(text: Text) -> SpecError:
     """The fault of a file that no reader knows."""
-    hint = f"reports of {', '.join(READERS)} are read, as text or JSON"
+    hint = f"reports of {', '.join(tool.name for tool in TOOLS)} are read, as text or JSON"
     named = next((name for name in _NAMES if name in text.whole), None)
     foreign = next((number for number, line in enumerate(text.lines, 1) if _is_foreign(line)), None)
     if named is not None and foreign is not None:

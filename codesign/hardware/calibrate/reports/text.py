@@ -6,10 +6,12 @@ A reader refuses what it cannot take by a fault with the line. So every number o
 from __future__ import annotations
 
 import hashlib
+import json
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from codesign.ground.errors import Fault, SpecError, clip, reason_of
 from codesign.hardware.calibrate.reports.record import Reading
@@ -68,14 +70,39 @@ class Text:
             if match:
                 yield number, match
 
-    def value(self, pattern: str) -> str:
-        """The first group of the first match, stripped; "" where there is none."""
-        found = self.find(pattern)
-        return found[1].group(1).strip() if found else ""
+    def value(self, *patterns: str) -> str:
+        """The groups of the first match, as one text; of several patterns the first one with a text, else ""."""
+        matches = filter(None, map(self.find, patterns))
+        return next(filter(None, ("".join(match.groups()).strip() for _, match in matches)), "")
 
     def has(self, words: str) -> bool:
         """True if the text has these words anywhere."""
         return words in self.whole
+
+    @property
+    def is_json(self) -> bool:
+        """True if it is JSON, or the begin of it."""
+        return self.whole.lstrip().startswith("{")
+
+    def json(self) -> dict[str, Any]:
+        """The object of JSON that it is.
+
+        Raises:
+            SpecError: it is none, with the place.
+        """
+        try:
+            tree = json.loads(self.whole)
+        except (ValueError, RecursionError) as error:
+            line = getattr(error, "lineno", len(self.lines))
+            raise self.fault(line, "no JSON: the report is cut off or was edited", "write it again") from None
+        if not isinstance(tree, dict):
+            raise self.fault(1, "no JSON object", "write it again")
+        return tree
+
+    def line_of(self, name: str) -> int:
+        """The first line that has a name of JSON; 1 where none has."""
+        found = self.find(re.escape(json.dumps(name)))
+        return found[0] if found else 1
 
     def number(self, text: str, line: int) -> float:
         """A number as tools write it: ``1,329``, ``-3.463``, ``0.5``. It is finite, and no larger than a chip.

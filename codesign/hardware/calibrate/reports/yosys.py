@@ -5,13 +5,13 @@ Cells are counted as ``rtl.cells`` counts them for ``hwsw synth``.
 
 from __future__ import annotations
 
-import json
 import re
 from collections.abc import Mapping
 from dataclasses import asdict
 from typing import Any
 
-from codesign.hardware.calibrate.reports.record import Inside, Reading, Report, Stage, added
+from codesign.hardware.calibrate.reports.engine import Fields, Kind, Tool
+from codesign.hardware.calibrate.reports.record import Inside, Reading, Stage, added
 from codesign.hardware.calibrate.reports.text import Text
 from codesign.hardware.rtl.cells import COUNTED, Counts
 
@@ -23,23 +23,13 @@ Modules = dict[str, dict[str, tuple[int, int]]]
 """Of each module, the count and the line of each type of cell, inner modules included."""
 
 
-def is_report(text: Text) -> bool:
-    """True if Yosys wrote it."""
-    if text.whole.lstrip().startswith("{"):
-        return '"num_cells_by_type"' in text.whole and '"modules"' in text.whole
-    return (
-        text.find(_TITLE) is not None and text.find(r"^\s*(?:[\d-]+ +)?(?:[\d-]+ cells$|Number of cells:)") is not None
-    )
-
-
-def read(text: Text) -> Report:
+def _stat(text: Text) -> Fields:
     """The counts of ``stat``.
 
     Raises:
         SpecError: it is cut off or no JSON, or has several designs.
     """
-    is_json = text.whole.lstrip().startswith("{")
-    modules, version = _of_json(text) if is_json else (_of_text(text), "")
+    modules, version = _of_json(text) if text.is_json else (_of_text(text), "")
     inner = {name for cells in modules.values() for name in cells if name in modules}
     tops = [name for name in modules if name not in inner]
     if len(tops) != 1:
@@ -47,19 +37,11 @@ def read(text: Text) -> Report:
         what = f"has {len(tops)} modules at the top: {listed}"
         raise text.fault(0, what, "run stat on one design, after hierarchy -top")
     places = _places(text, modules, tops[0])
-    used: dict[str, Reading] = {resource: Reading(0.0, 1) for resource in asdict(Counts())}
+    used: Mapping[str, Reading] = {resource: Reading(0.0, 1) for resource in asdict(Counts())}
     for place in places:
         used = added(used, place.used)
-    return Report(
-        file=text.file,
-        digest=text.digest,
-        tool="Yosys",
-        version=version,
-        stage=Stage.SYNTHESISED,
-        top=_plain(tops[0]),
-        used=used,
-        hierarchy=places if len(places) > 1 else (),
-    )
+    hierarchy = places if len(places) > 1 else ()
+    return {"version": version, "top": _plain(tops[0]), "used": used, "hierarchy": hierarchy}
 
 
 def _plain(name: str) -> str:
@@ -126,15 +108,15 @@ def _cells(text: Text, begin: int, end: int) -> tuple[dict[str, tuple[int, int]]
 
 
 def _of_json(text: Text) -> tuple[Modules, str]:
-    tree = load_json(text)
+    tree = text.json()
     modules: Modules = {}
     listed = tree.get("modules")
     for name, module in (listed if isinstance(listed, dict) else {}).items():
         if not isinstance(module, dict):
-            raise text.fault(_line_of(text, name), f"module {_plain(name)} is no object", "write it again")
+            raise text.fault(text.line_of(name), f"module {_plain(name)} is no object", "write it again")
         sections = [module.get(key) for key in ("num_cells_by_type", "num_submodules_by_type")]
         cells = {
-            kind: (_count(text, kind, count), _line_of(text, name))
+            kind: (_count(text, kind, count), text.line_of(name))
             for section in sections
             if isinstance(section, dict)
             for kind, count in section.items()
@@ -144,34 +126,13 @@ def _of_json(text: Text) -> tuple[Modules, str]:
     return modules, version.group(1) if version else ""
 
 
-def load_json(text: Text) -> dict[str, Any]:
-    """The JSON object of a report.
-
-    Raises:
-        SpecError: it is no JSON, with the place.
-    """
-    try:
-        tree = json.loads(text.whole)
-    except (ValueError, RecursionError) as error:
-        line = getattr(error, "lineno", len(text.lines))
-        raise text.fault(line, "no JSON: the report is cut off or was edited", "write it again") from None
-    if not isinstance(tree, dict):
-        raise text.fault(1, "no JSON object", "write it again")
-    return tree
-
-
 def _count(text: Text, kind: str, count: Any) -> int:
     if isinstance(count, dict):
         hint = "write it with stat -json alone, or as text"
-        raise text.fault(_line_of(text, kind), "counts inner modules twice: the JSON of stat -hierarchy", hint)
+        raise text.fault(text.line_of(kind), "counts inner modules twice: the JSON of stat -hierarchy", hint)
     if isinstance(count, bool) or not isinstance(count, int) or not 0 <= count <= 10**9:
-        raise text.fault(_line_of(text, kind), f"the number of {_plain(kind)} is no count", "write it again")
+        raise text.fault(text.line_of(kind), f"the number of {_plain(kind)} is no count", "write it again")
     return count
-
-
-def _line_of(text: Text, name: str) -> int:
-    found = text.find(re.escape(json.dumps(name)))
-    return found[0] if found else 1
 
 
 def _places(text: Text, modules: Modules, top: str) -> tuple[Inside, ...]:
@@ -203,3 +164,11 @@ def _own(cells: Mapping[str, tuple[int, int]], modules: Modules) -> dict[str, Re
             amounts = {name: Reading(count * each, line) for name, each in asdict(counts).items() if each}
             used = added(used, amounts)
     return used
+
+
+YOSYS = Tool(
+    "Yosys",
+    marks=(_TITLE, r"^\s*(?:[\d-]+ +)?(?:[\d-]+ cells$|Number of cells:)"),
+    keys=("num_cells_by_type", "modules"),
+    kinds=(Kind("", _stat, stage=Stage.SYNTHESISED),),
+)
