@@ -17,7 +17,7 @@ from codesign.planners.velocity_obstacle.styles.timing import update_costs
 from codesign.system import catalog
 from codesign.system.build import build
 from codesign.system.scenarios import bind
-from codesign.system.scenarios.fleet.flight import fly
+from codesign.system.scenarios.fleet.scenario import fly
 from codesign.views.trace.listeners import McapListener
 
 MOST_SECONDS = 10.0

@@ -18,8 +18,7 @@ from unittest.mock import patch
 import numpy as np
 
 from codesign.hardware.rtl import bench_runs, tools
-from codesign.hardware.rtl.simulate import simulate
-from codesign.hardware.rtl.verify import compared
+from codesign.hardware.rtl.verify import compared, simulate
 from codesign.maps.generate import rooms
 from codesign.planners.circuits import CircuitStyle
 from codesign.planners.harmonic.plan import relax

@@ -26,7 +26,7 @@ from codesign.ground.files import (
 )
 from codesign.hardware.rtl.cache import kept
 from codesign.hardware.rtl.tools import run
-from codesign.study.advice.cache import kept_trials
+from codesign.study.advice import kept_trials
 from codesign.study.store import MemoryStore
 from codesign.views.bags.folder import BagFolder
 from codesign.views.trace.listeners import McapListener

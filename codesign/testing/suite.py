@@ -10,12 +10,8 @@ from typing import Any, ClassVar
 
 from codesign.planners.plug_in import PlugIn
 from codesign.system import catalog
-from codesign.testing import circuits, members, paths, styles
-from codesign.testing import planner as planners
 from codesign.testing.case import Case, Rule
-
-RULES: tuple[Rule, ...] = (*members.RULES, *planners.RULES, *paths.RULES, *styles.RULES, *circuits.RULES)
-"""Every rule; rules of declarations come first."""
+from codesign.testing.rules import RULES
 
 
 @dataclass(frozen=True)

@@ -38,7 +38,7 @@ from codesign.views.report.pictures import run_map_picture, run_timeline_picture
 from codesign.views.report.result_page import scrub_data
 from codesign.views.report.scrub import SCRUB_KINDS, scrub_of
 from codesign.views.trace import McapListener, MemoryListener, moment, open_trace, timeline
-from codesign.views.trace.scan import scan
+from codesign.views.trace.reader import scan
 
 SHAPE = (4, 6)
 BEGIN, TIME, END = 1_000_000, 2_000_000, 3_000_000

@@ -425,7 +425,7 @@ TOYS = [
             "system/results/mission.py": (
                 ("    contacts: int", '    songs: int = Field(default=0, title="songs sung", description="a toy")\n'),
             ),
-            "system/scenarios/drive/summary.py": (("        turns=log.turns,", "        songs=7,\n"),),
+            "system/scenarios/drive/scenario.py": (("        turns=log.turns,", "        songs=7,\n"),),
         },
     ),
     Toy(

@@ -283,6 +283,7 @@ RULE_BREAKERS: list[tuple[str, str, PlugIn]] = [
         "'bf': ",
         work_longer(lambda job: not job.does("track"), "bf"),
     ),
+    ("designs_are_accepted", "rubber", styles(designs=lambda self, job: (({"rubber": 1},),))),
     ("demand_names_resources_of_a_part", "'rubber'", demand(lambda found, _: replace(found, items=plus("rubber", 1)))),
     (
         "demand_names_resources_of_a_part",

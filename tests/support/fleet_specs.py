@@ -13,7 +13,7 @@ from codesign.planners.velocity_obstacle.plan import Avoidance, AvoidParameters,
 from codesign.system import catalog
 from codesign.system.build import Machine, build
 from codesign.system.scenarios import bind
-from codesign.system.scenarios.fleet.flight import Flight, fly
+from codesign.system.scenarios.fleet.scenario import Flight, fly
 
 PLATFORM = """\
 kind: platform

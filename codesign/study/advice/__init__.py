@@ -16,23 +16,104 @@ Mean power, not power while planning, is held against ``--power``: a battery see
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import json
+import os
+import shlex
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
 from pathlib import Path
+from typing import Any
 
+import yaml
 from more_itertools import map_reduce
 
-from codesign.ground.errors import RunError
-from codesign.ground.files import cache_folder, kept_folder
+from codesign.ground.errors import RunError, StoreError
+from codesign.ground.files import cache_folder, kept_folder, write_atomically
 from codesign.study.advice.answer import Advice, BoardAdvice, Design, advice_schema, cheaper_than, judged, met_alone
-from codesign.study.advice.boards import Board, boards_of
-from codesign.study.advice.cache import kept_trials
+from codesign.study.advice.boards import Board, boards_of, is_file
 from codesign.study.advice.candidates import Candidate
 from codesign.study.advice.certainty import Certainty, certainty_of
-from codesign.study.advice.files import command_of, design_file, write_design
-from codesign.study.advice.needs import Needs, Question, ask, parse_needs, problem_section
+from codesign.study.advice.needs import Needs, Question, ask, parse_needs, problem_section, workload_tree
 from codesign.study.advice.search import BUDGET_S, Findings, Progress, search
 from codesign.study.advice.sentence import verdict
 from codesign.study.advice.trials import Laboratory, trial_of
+from codesign.study.store import FileStore, MemoryStore, Store
+
+# The workload of a design as a file, and the command that runs it.
+
+
+def write_design(candidate: Candidate, question: Question, folder: Path, *, portable: bool) -> Path:
+    """Write the workload of a design into ``folder``, which is made if it is missing.
+
+    ``portable``: the path of the map is relative to the folder, so that both can be moved together.
+
+    Raises:
+        RunError: the folder cannot be written to.
+    """
+    section = dict(question.section)
+    if portable:
+        file = os.path.relpath(section["map"]["file"], folder.resolve())
+        section["map"] = {**section["map"], "file": file}
+    tree = workload_tree(candidate.planner.name, section, candidate.mapping)
+    # YAML has no tuples, which samples of plug-ins may hold.
+    plain = json.loads(json.dumps(tree))
+    text = f"# {_first_line(candidate)}\n{yaml.safe_dump(plain, sort_keys=False, allow_unicode=True)}"
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as fault:
+        raise RunError(f"cannot make the folder: {fault.strerror}", str(folder), "name another") from fault
+    path = design_file(folder, candidate.board)
+    write_atomically(path, text.encode())
+    return path
+
+
+def design_file(folder: Path, board: Board) -> Path:
+    """The workload of a design for a board, in ``folder``."""
+    return folder / f"{board.name}.yaml"
+
+
+def command_of(candidate: Candidate, workload: Path) -> str:
+    """The command that runs a design, quoted for a shell."""
+    board = candidate.board
+    source = str(board.source) if is_file(board) else board.name
+    words = ["hwsw", "run", source, str(workload)]
+    return shlex.join([*words, *_settings(candidate.settings)])
+
+
+def _settings(settings: Mapping[str, Any]) -> list[str]:
+    return [word for axis, value in settings.items() for word in ("--set", f"{axis}={value}")]
+
+
+def _first_line(candidate: Candidate) -> str:
+    return f"The design that hwsw advise chose for {candidate.board.name}."
+
+
+# The cache of trials: a second question about a map takes what the first one computed.
+
+MOST_BYTES = 64 * 2**20
+"""A larger file is removed before the next question. It holds some 100,000 trials."""
+
+
+@contextmanager
+def kept_trials() -> Iterator[tuple[Store, str]]:
+    """The cache until the end of the block, with a remark where it cannot be used: then nothing is kept."""
+    store: Store = MemoryStore()
+    remark = ""
+    path = cache_folder() / "advice.sqlite"
+    try:
+        kept_folder()
+        if path.exists() and path.stat().st_size > MOST_BYTES:
+            path.unlink()
+        store = FileStore(path)
+    except (StoreError, OSError) as fault:
+        why = fault.what if isinstance(fault, StoreError) else fault.strerror
+        remark = f"no trial is kept for a second question: {path}: {why}"
+    try:
+        yield store, remark
+    finally:
+        with suppress(StoreError):
+            store.close()
+
 
 __all__ = [
     "BUDGET_S",

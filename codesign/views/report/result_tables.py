@@ -268,9 +268,8 @@ def _energy_tables(result: Result) -> list[Table]:
 
 def sources_table(results: Iterable[Result]) -> Table:
     """Where the figures come from: each source once, with its status and the figures that rest on it."""
-    rows = map_reduce(
-        chain.from_iterable(map(_sourced, results)), lambda row: (row[2].status.value, row[2].source), itemgetter(0, 1)
-    )
+    figures = chain.from_iterable((*_resources(result), *_sourced(result)) for result in results)
+    rows = map_reduce(figures, lambda row: (row[2].status.value, row[2].source), itemgetter(0, 1))
     lines = sorted(rows.items(), key=lambda line: (_STRENGTH.index(line[0][0]), line[0][1]))
     left_out = len(lines) - _MOST_SOURCES
     return Table(
@@ -286,11 +285,13 @@ def _listed(rows: Iterable[tuple[str, str]]) -> str:
     return "; ".join(f"{name}: {', '.join(items)}" if items else name for name, items in names.items())
 
 
+def _resources(result: Result) -> Iterable[tuple[str, str, Figure]]:
+    """Each figure of a resource: the name of the resource, the item that needs it, the figure."""
+    return ((label(use.resource), item.name, item.figure) for use in result.resources for item in use.items)
+
+
 def _sourced(result: Result) -> Iterable[tuple[str, str, Figure]]:
-    """Each figure with a source: its name, the item or the FPGA without a task that it is of or "", the figure."""
-    for use in result.resources:
-        for item in use.items:
-            yield label(use.resource), item.name, item.figure
+    """Each figure with a source but resources: its name, the FPGA without a task that it is of or "", the figure."""
     for name, figure in result.processor.items():
         yield label(name), "", figure
     if result.clock is not None:

@@ -8,7 +8,7 @@ import pytest
 from full_disk import full_disk
 
 from codesign.ground.errors import RunError
-from codesign.hardware.reproduce import plots
+from codesign.hardware import reproduce as plots
 
 
 def test_plots_on_a_full_disk_are_a_failed_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -17,8 +17,7 @@ from waveform_reader import VCDVCD
 from codesign.ground.errors import RunError
 from codesign.hardware.rtl import tools
 from codesign.hardware.rtl.runs import Run
-from codesign.hardware.rtl.simulate import BACKENDS, simulate
-from codesign.hardware.rtl.verify import Verified, compared, verify
+from codesign.hardware.rtl.verify import BACKENDS, Verified, compared, simulate, verify
 from codesign.planners.circuits import Circuit, Expected, Image
 from codesign.planners.job import Job
 
@@ -47,7 +46,7 @@ def test_a_large_array_is_simulated_by_verilator_where_it_is(monkeypatch: pytest
     def backend(name: str) -> Callable[..., Run]:
         return lambda *_: used.append(name) or run  # type: ignore[func-returns-value]
 
-    monkeypatch.setattr("codesign.hardware.rtl.simulate.BACKENDS", {name: backend(name) for name in BACKENDS})
+    monkeypatch.setattr("codesign.hardware.rtl.verify.BACKENDS", {name: backend(name) for name in BACKENDS})
     monkeypatch.setattr(tools, "command_of", lambda _name: ("tool",))
     large = replace(circuit, elements=10_000)
     expected = replace(expected, cycles={"load": 12, "sum": 10_000})

@@ -12,8 +12,7 @@ from advice_boards import CELLS, FABRIC, Run, asked, board, by_name, powered
 
 from codesign.planners.styles import Architecture
 from codesign.study import advice
-from codesign.study.advice import candidates
-from codesign.study.advice.files import write_design
+from codesign.study.advice import candidates, write_design
 from codesign.study.advice.trials import Laboratory
 from codesign.system import catalog
 

@@ -13,12 +13,15 @@ from report_samples import ROWS, a_reproduction
 
 from codesign.ground.errors import RunError
 from codesign.planners.reproduction import Reproduction, Row, Use
-from codesign.views.report.reproduction_page import against, reproduction_html, reproduction_page, strips
-from codesign.views.report.reproduction_score import (
+from codesign.views.report.reproduction_page import (
+    against,
     missed_table,
+    reproduction_html,
+    reproduction_page,
     score_of,
     score_table,
     scores,
+    strips,
     unheld_table,
     why_unheld,
 )

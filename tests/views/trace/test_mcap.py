@@ -31,7 +31,7 @@ from codesign.ground.records import (
 )
 from codesign.views.trace import McapListener, MemoryListener, open_trace
 from codesign.views.trace.messages import decode, encode
-from codesign.views.trace.scan import MAX_RECORD_BYTES
+from codesign.views.trace.reader import MAX_RECORD_BYTES
 from codesign.views.trace.schemas import PICOSECONDS, descriptor_set, message_class, schema_name
 from codesign.views.trace.values import MAX_ELEMENTS, MAX_MESSAGE_BYTES
 

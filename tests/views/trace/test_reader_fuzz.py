@@ -26,8 +26,7 @@ from codesign.views.exports.waveform import waveform_of, write_waveform
 from codesign.views.report.render import render_text
 from codesign.views.trace import MOMENT_KINDS, Trace, moment, moment_lines, open_trace, timeline, trace_thumbnail
 from codesign.views.trace.messages import decode, encode
-from codesign.views.trace.reader import decode_json
-from codesign.views.trace.scan import scan
+from codesign.views.trace.reader import decode_json, scan
 
 
 def exercise(trace: Trace) -> None:

@@ -11,7 +11,7 @@ from mission_specs import SECOND, Ground, rectangle
 from codesign.ground.records import MissionRecord, Record
 from codesign.system.results.mission import CONTACT_POINTS, ContactPoint, Mission
 from codesign.system.scenarios.drive.mission import drive
-from codesign.system.scenarios.drive.summary import mission_of
+from codesign.system.scenarios.drive.scenario import mission_of
 from codesign.views.report.scenario_tables import mission_tables
 from codesign.views.trace.show import row_of
 

@@ -173,7 +173,7 @@ def test_a_start_below_the_answer_changes_no_bit_of_it(
         starts.append((named["warm"], named["start"]))
         return answer
 
-    monkeypatch.setattr("codesign.system.scenarios.drive.replanner.plan_chain", spied)
+    monkeypatch.setattr("codesign.system.scenarios.drive.mission.plan_chain", spied)
     # One stage: from nothing, a schedule ends at the first precision that leads everywhere; a start goes to its last.
     point = Ground(tmp_path).point(
         "harmonic-warm",

@@ -22,7 +22,7 @@ from codesign.system.results.ledger import Ledger
 from codesign.system.scenarios import bind, simulate
 from codesign.system.scenarios.drive.active import ActivePlan
 from codesign.system.scenarios.drive.mission import drive
-from codesign.system.scenarios.drive.summary import first_plan_fields
+from codesign.system.scenarios.drive.scenario import first_plan_fields
 
 NODE_UPDATE = 10_000
 """ps, of the platform's kernel ``relaxation_node_update``."""

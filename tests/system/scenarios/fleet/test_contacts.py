@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 from codesign.ground.records import MissionRecord, PositionsRecord, Record
 from codesign.planners.velocity_obstacle.plan.gaps import first_touches
-from codesign.system.scenarios.fleet.flight import ARRIVED, fly
+from codesign.system.scenarios.fleet.scenario import ARRIVED, fly
 
 FINE = 20_001
 coordinate = st.floats(-8.0, 8.0, allow_subnormal=False)

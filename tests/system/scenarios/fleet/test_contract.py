@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from codesign.ground.records import MissionRecord, PositionsRecord, Record
 from codesign.plugin import FleetUpdates, Step
-from codesign.system.scenarios.fleet.flight import ARRIVED, fly
+from codesign.system.scenarios.fleet.scenario import ARRIVED, fly
 
 CYCLES = 1000
 THROUGH = f"{ARRIVED}, but 1 pair of them touched on the way and drove on"

@@ -23,7 +23,7 @@ from codesign.planners.velocity_obstacle.styles.timing import run_cycles
 from codesign.system import catalog
 from codesign.system.build import build
 from codesign.system.scenarios import bind
-from codesign.system.scenarios.fleet.flight import ARRIVED, fly
+from codesign.system.scenarios.fleet.scenario import ARRIVED, fly
 
 
 @pytest.fixture

@@ -182,7 +182,7 @@ def test_late_decisions_are_the_same_at_every_granularity(ground: Ground) -> Non
 
 def test_the_quality_of_a_fleet_is_that_of_its_own_run(ground: Ground) -> None:
     machine = ground.machine(clock="1500 Hz", count=5, scenario="pace: real_time", parameters="updates: 200")
-    from codesign.system.scenarios.fleet.flight import fly
+    from codesign.system.scenarios.fleet.scenario import fly
 
     problem: Any = machine.system.problem
     plan = fly(machine).plan

@@ -20,7 +20,7 @@ from codesign.ground.records import MessageRecord, MissionRecord, PositionsRecor
 from codesign.planners.velocity_obstacle.plan import AvoidParameters, avoid, generate, quality
 from codesign.planners.velocity_obstacle.published import Style
 from codesign.planners.velocity_obstacle.styles.timing import run_cycles, update_costs
-from codesign.system.scenarios.fleet.flight import ARRIVED, fly
+from codesign.system.scenarios.fleet.scenario import ARRIVED, fly
 
 
 @pytest.fixture
