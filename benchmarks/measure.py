@@ -10,7 +10,7 @@ a circuit.
 
 Rows go to ``codesign/planners/ROOM/measured``; each is written as soon as it is there, and a later one of the same
 design takes its place. In the end the rows of circuits that are no longer among the designs are removed, in the
-families or parts that were measured. The designs stand in ``codesign/hardware/fidelity/designs/ROOM.py``.
+families or parts that were measured. The designs stand in ``codesign/hardware/fidelity/designs.yaml``.
 """
 
 from __future__ import annotations

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from codesign.study.budget import Budget
     from codesign.system import MissionProgress, Result
     from codesign.system.explanation import Explanation
-    from codesign.system.results.provenance import Provenance
+    from codesign.system.results.result import Provenance
 
 
 def load_platform(source: Source) -> Platform:

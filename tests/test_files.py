@@ -24,11 +24,11 @@ from codesign.ground.files import (
     write_folder,
     written_atomically,
 )
-from codesign.hardware.rtl.cache import kept
+from codesign.hardware.rtl.design import kept
 from codesign.hardware.rtl.tools import run
 from codesign.study.advice import kept_trials
 from codesign.study.store import MemoryStore
-from codesign.views.bags.folder import BagFolder
+from codesign.views.bags.export import BagFolder
 from codesign.views.trace.listeners import McapListener
 
 

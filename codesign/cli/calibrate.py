@@ -25,7 +25,7 @@ from codesign.inputs import load_platform
 from codesign.inputs.calibration_file import CALIBRATIONS, TERMS
 from codesign.system import catalog
 from codesign.views.report import render_text
-from codesign.views.report.calibration_tables import calibration_document, calibration_tables
+from codesign.views.report.hardware_tables import calibration_document, calibration_tables
 
 if TYPE_CHECKING:
     from codesign.hardware.calibrate.design import DesignPoint

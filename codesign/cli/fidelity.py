@@ -21,9 +21,8 @@ from codesign.ground.progress import Advance, Pace
 from codesign.hardware.fidelity import QUICK_SAMPLES, SAMPLES, measure
 from codesign.hardware.fidelity import asked as points_of
 from codesign.views.report import render_text
-from codesign.views.report.fidelity_page import fidelity_page
+from codesign.views.report.fidelity_page import fidelity_page, fidelity_tables
 from codesign.views.report.fidelity_picture import fidelity_picture
-from codesign.views.report.fidelity_tables import fidelity_tables
 
 if TYPE_CHECKING:
     from codesign.hardware.fidelity import Fidelity

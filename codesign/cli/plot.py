@@ -27,7 +27,7 @@ from codesign.views.report import (
 )
 from codesign.views.report.canvas import format_of
 from codesign.views.trace import moment, open_trace
-from codesign.views.trace.floor import UNKNOWN
+from codesign.views.trace.shapes import UNKNOWN
 
 if TYPE_CHECKING:
     from codesign.ground.figures import ResultFigure

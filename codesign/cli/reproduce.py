@@ -29,7 +29,7 @@ from codesign.views.report import (
     reproduction_table,
     write_csv,
 )
-from codesign.views.report.planner_tables import settings_table
+from codesign.views.report.reproduction_page import settings_table
 
 if TYPE_CHECKING:
     from codesign.planners.reproduction import Plot, Reproduction

@@ -24,7 +24,7 @@ from codesign.hardware.rtl.export import MANIFEST, Origin, export_files
 from codesign.hardware.rtl.placed import placed, refuse_what_does_not_fit
 from codesign.system import catalog, point_of
 from codesign.views.report import render_text
-from codesign.views.report.verification_tables import difference_text, verification_table
+from codesign.views.report.hardware_tables import difference_text, verification_table
 
 if TYPE_CHECKING:
     from codesign.hardware.rtl.campaign import Checked, StyleChecked

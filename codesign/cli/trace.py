@@ -19,7 +19,7 @@ from codesign.ground.files import write_atomically
 from codesign.ground.units import counted
 from codesign.views.report import moment_picture
 from codesign.views.trace import HEADER, MOMENT_KINDS, moment, moment_lines, open_trace, timeline, trace_thumbnail
-from codesign.views.trace.floor import UNKNOWN
+from codesign.views.trace.shapes import UNKNOWN
 
 if TYPE_CHECKING:
     from codesign.views.trace import Moment, Trace

@@ -33,7 +33,7 @@ from codesign.views.report import records_page, result_page, run_pictures
 from codesign.views.report.render import render_text
 from codesign.views.report.scrub import SCRUB_KINDS
 from codesign.views.trace import open_trace
-from codesign.views.trace.show import row_of
+from codesign.views.trace.moment import row_of
 
 if TYPE_CHECKING:
     from codesign.views.exports.statistics import Statistics

@@ -16,7 +16,7 @@ from codesign.study.identity import canonical_digest
 from codesign.study.space import Space
 from codesign.study.specs import Specs
 from codesign.system.outcome import provenance_of
-from codesign.system.results.provenance import Provenance
+from codesign.system.results.result import Provenance
 
 MAX_STUDY_POINTS = 4_000_000
 """Most points of one exploration: a study holds them all in memory."""

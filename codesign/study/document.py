@@ -12,8 +12,7 @@ from codesign.inputs.constraint import FigureName
 from codesign.study.designs import Design, StudyPoint, designs_of, points_of
 from codesign.study.table import Table
 from codesign.system.results.model import ResultModel
-from codesign.system.results.provenance import Provenance
-from codesign.system.results.result import Reason, Result
+from codesign.system.results.result import Provenance, Reason, Result
 
 
 class DerivedEntry(ResultModel):

@@ -41,8 +41,7 @@ from codesign.study.rivals import StudyRivals
 from codesign.study.search import Searched
 from codesign.study.space import Box, Sample, Space, canonical
 from codesign.study.specs import Specs
-from codesign.system.results.provenance import Provenance
-from codesign.system.results.result import Result
+from codesign.system.results.result import Provenance, Result
 
 Indices = NDArray[np.intp]
 

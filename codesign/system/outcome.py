@@ -25,8 +25,7 @@ from codesign.system.energy import board_powers, energy, idle_boards
 from codesign.system.fit import TellLevers, fit_design
 from codesign.system.problem_map import length_error
 from codesign.system.results.mission import LinkUse
-from codesign.system.results.provenance import Provenance
-from codesign.system.results.result import DisplayUse, Power, Reason, Times
+from codesign.system.results.result import DisplayUse, Power, Provenance, Reason, Times
 
 # The provenance of what is simulated or explored.
 

@@ -20,7 +20,7 @@ from codesign.inputs.places import Point, ScenarioLine, cell_text, point_text
 from codesign.inputs.problem import ProblemSpec
 from codesign.maps import Crop, MovingAiScenario, OccupancyGrid, Steps
 from codesign.planners.interface import Problem
-from codesign.system.results.task import reach_text
+from codesign.system.results.result import reach_text
 
 Cell = tuple[int, int]
 

@@ -5,6 +5,7 @@ It checks every installed plug-in if it names none. Neither needs pytest to be i
 """
 
 from codesign.testing.case import Case, Rule
-from codesign.testing.suite import RULES, Breach, PlugInContract, broken_rules, cases_of, check_plug_in
+from codesign.testing.rules import RULES
+from codesign.testing.suite import Breach, PlugInContract, broken_rules, cases_of, check_plug_in
 
 __all__ = ["RULES", "Breach", "Case", "PlugInContract", "Rule", "broken_rules", "cases_of", "check_plug_in"]

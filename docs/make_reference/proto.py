@@ -5,7 +5,7 @@ from __future__ import annotations
 import inspect
 
 from codesign.ground.records import RECORD_TYPES
-from codesign.views.trace.schemas import ARRAY, PACKAGE, plan_of
+from codesign.views.trace.messages import ARRAY, PACKAGE, plan_of
 
 _HEAD = f"""\
 // The messages of records in the traces of hwsw, made from codesign/ground/records.py by python -m docs.make_reference.

@@ -17,7 +17,7 @@ from codesign import plugin
 from codesign.cli import main as cli
 from codesign.cli.requests import COMMANDS
 from codesign.ground.records import RECORD_TYPES, ArrayOf, Record
-from codesign.views.trace.schemas import plan_of, schema_name, topic_of
+from codesign.views.trace.messages import plan_of, schema_name, topic_of
 from docs.make_reference.docstrings import markdown, signature_text
 from docs.make_reference.model_tables import cell, sentence, table
 

@@ -15,7 +15,7 @@ pytest.importorskip("rosbags", reason="rosbags is not installed: pip install 'hw
 from recorded_bags import Hall, record
 
 from codesign.views.bags import Rule
-from codesign.views.bags.topics import ROLES, option_of
+from codesign.views.bags.reading import ROLES, option_of
 
 PAGE = (ROOT / "docs" / "ros2.md").read_text(encoding="utf-8")
 

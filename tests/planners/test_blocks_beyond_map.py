@@ -26,7 +26,7 @@ from codesign.planners.job import Job
 from codesign.planners.wavefront.plan.parameters import PropagateParameters
 from codesign.planners.wavefront.styles import timing as wave_timing
 from codesign.system import Result, catalog
-from codesign.system.results.task import reach_text
+from codesign.system.results.result import reach_text
 from codesign.system.scenarios import simulate
 
 TASKS = {"harmonic": "relax", "wavefront": "propagate"}

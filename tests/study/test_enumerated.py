@@ -19,8 +19,8 @@ from codesign.study.budget import Budget
 from codesign.study.search import Problem
 from codesign.study.search_run import search_of
 from codesign.study.space import Space
-from codesign.views.report.search_tables import search_picture, search_table
 from codesign.views.report.study_page import study_html
+from codesign.views.report.study_tables import search_picture, search_table
 
 pytest.importorskip("optuna")
 

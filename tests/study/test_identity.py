@@ -17,8 +17,7 @@ from codesign.inputs.files import data_folder
 from codesign.inputs.part_file import PARTS
 from codesign.planners.plug_in import GROUP
 from codesign.study import Progress, explore, identity, load_study
-from codesign.study.advice.boards import Board
-from codesign.study.advice.candidates import chains_of
+from codesign.study.advice.candidates import Board, chains_of
 from codesign.study.advice.needs import ask, parse_needs, problem_section
 from codesign.study.advice.trials import Laboratory
 from codesign.study.check import check_points

@@ -14,20 +14,23 @@ from codesign.planners.quality import Quality, RobotsQuality
 from codesign.planners.reproduction import Finding, Reproduction, Row, Use
 from codesign.study.outcomes import Outcomes
 from codesign.study.study import Study
-from codesign.system.results.fleet import FleetFigures, Frames, Spread
 from codesign.system.results.mission import Account, Bottleneck, LatencyShare, LinkUse, Mission, MissionEnergy
 from codesign.system.results.result import (
     Clock,
     Energy,
+    FleetFigures,
+    Frames,
     Power,
     Reason,
     ResourceItem,
     ResourceUse,
     Result,
+    Spread,
     StageUse,
+    TaskFigures,
     Times,
+    times_of,
 )
-from codesign.system.results.task import TaskFigures, times_of
 
 OBJECTIVES = (
     FIGURES["first_plan_s"],

@@ -14,8 +14,7 @@ import numpy as np
 
 from codesign.ground.errors import RunError
 from codesign.ground.files import scratch
-from codesign.hardware.rtl.bench_runs import icarus
-from codesign.hardware.rtl.runs import Waves
+from codesign.hardware.rtl.bench_runs import Waves, icarus
 from codesign.planners.circuits import Circuit, Expected
 
 MOST_CYCLES = 4000
@@ -37,7 +36,7 @@ class Activity:
 
 
 def activity(circuit: Circuit, expected: Expected, most: int = MOST_CYCLES) -> Activity:
-    """The activity of a run of a circuit, on its netlist of LUT and flip-flops (``rtl.gates``).
+    """The activity of a run of a circuit, on its netlist of LUT and flip-flops (``write_gates``).
 
     Of a run of more than ``most`` cycles, those in its middle count.
 

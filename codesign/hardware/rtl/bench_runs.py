@@ -2,23 +2,244 @@
 
 from __future__ import annotations
 
+import re
 import shutil
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import suppress
+from dataclasses import dataclass
+from functools import cache
+from importlib.resources import files
 from os import cpu_count
 from pathlib import Path
+from typing import Any
 
+import jinja2
 import numpy as np
+from numpy.typing import NDArray
 
 from codesign.ground.errors import RunError
 from codesign.ground.files import scratch
 from codesign.hardware.rtl import tools
-from codesign.hardware.rtl.bench import BENCH, bench_files
-from codesign.hardware.rtl.cache import digest_of, kept
-from codesign.hardware.rtl.design import sources_of, work_of, write_design
-from codesign.hardware.rtl.gates import write_gates
-from codesign.hardware.rtl.runs import HINT, Progress, Run, Waves, events_of, phases_of, pins_of, silent
-from codesign.planners.circuits import Circuit, Expected, Pins
+from codesign.hardware.rtl.design import (
+    bound_of,
+    digest_of,
+    kept,
+    range_of,
+    sources_of,
+    top_name,
+    work_of,
+    write_design,
+)
+from codesign.hardware.rtl.tools import require, yosys
+from codesign.planners.circuits import Circuit, Events, Expected, Pins
+
+# One run of a circuit, whichever simulator runs it.
+
+Progress = Callable[[str, int, int], None]
+"""Called with what a simulator does, the cycles that it has simulated, and those expected: 0 while it builds."""
+
+
+def silent(_words: str, _done: int, _expected: int) -> None:
+    """Report no progress."""
+
+
+HINT = "verify a smaller design, such as one with smaller blocks or a smaller map, or try another --backend"
+"""The remedy where a simulator does not end in time."""
+
+
+@dataclass(frozen=True)
+class Waves:
+    """A waveform that is wanted: the VCD file, and its first and last cycle."""
+
+    file: Path
+    first: int
+    last: int
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """One run of a circuit.
+
+    - ``events``: what it reported. ``cycles``: by phase, and under "" those outside of all phases.
+    - ``taken``: words of the stream that it took. ``ended``: whether ``done`` was seen within the bound.
+    - ``pins``: what its further outputs showed, up to the cycle that was simulated last; None where it has none.
+    """
+
+    events: Events
+    cycles: Mapping[str, int]
+    taken: int
+    ended: bool
+    pins: Pins | None = None
+
+
+def phases_of(circuit: Circuit, counts: Mapping[int, int]) -> dict[str, int]:
+    """The cycles by the name of the phase, from those by its number. A number without a name keeps it as its name."""
+    names = ("", *circuit.phases)
+    return {names[i] if i < len(names) else f"phase {i}": count for i, count in counts.items() if count}
+
+
+def stream_chunks(circuit: Circuit) -> bytes:
+    """The words of the stream in chunks of 32 bits, the lowest first, as the native simulator reads them."""
+    width = -(-circuit.stream.width // 32) * 4
+    return b"".join(int(word).to_bytes(width, "little") for word in circuit.stream.words)
+
+
+def events_of(records: NDArray[np.uint64]) -> Events:
+    """Events from rows of (cycle, kind, value) as uint64."""
+    return Events(records[:, 0].astype(np.int64), records[:, 1].astype(np.uint8), records[:, 2].copy())
+
+
+def pins_of(circuit: Circuit, changes: NDArray[np.uint64], end: int, known: NDArray[np.uint64] | None = None) -> Pins:
+    """Pins from rows of (cycle, anything, value) as uint64; ``known``: the bits that are 0 or 1, by default all."""
+    every = np.uint64((1 << sum(circuit.pins.values())) - 1)
+    known = np.full(len(changes), every) if known is None else known
+    return Pins(changes[:, 0].astype(np.int64), changes[:, 2].copy(), known, end)
+
+
+# The test bench of a design point: Verilog-2005 that feeds the stream, and compares every event with the model.
+
+BENCH = "hwsw_bench"
+"""The module of the bench."""
+
+_CYCLE_DIGITS = 12
+
+
+@cache
+def template(name: str) -> Any:
+    """A template of this package."""
+    environment = jinja2.Environment(undefined=jinja2.StrictUndefined, keep_trailing_newline=True, autoescape=False)
+    folder = files("codesign.hardware.rtl") / "templates"
+    return environment.from_string((folder / f"{name}.jinja").read_text(encoding="utf-8"))
+
+
+def bench_files(circuit: Circuit, expected: Expected) -> dict[str, str]:
+    """The bench, and the files that it reads from the current folder."""
+    return {
+        f"{BENCH}.v": _bench_text(circuit, expected),
+        "stream.hex": circuit.stream.hex_text() or "0\n",
+        "expected.hex": _expected_text(circuit, expected),
+        **({"pins.hex": _pins_text(circuit, expected.pins)} if circuit.pins and expected.pins else {}),
+    }
+
+
+def _expected_text(circuit: Circuit, expected: Expected) -> str:
+    """The expected events for ``$readmemh``: cycle, kind and value in hexadecimal, joined by ``_``."""
+    digits = _digits(circuit)
+    events = expected.events
+    rows = zip(events.cycle.tolist(), events.kind.tolist(), events.value.tolist(), strict=True)
+    lines = [f"{cycle:0{_CYCLE_DIGITS}x}_{kind:x}_{value:0{digits}x}\n" for cycle, kind, value in rows]
+    return "".join(lines) or "0\n"
+
+
+def _pins_text(circuit: Circuit, pins: Pins) -> str:
+    """The changes of the further outputs for ``$readmemh``: cycle, value and the bits that count, joined by ``_``."""
+    digits = _pin_digits(circuit)
+    rows = zip(pins.cycle.tolist(), pins.value.tolist(), pins.known.tolist(), strict=True)
+    lines = (f"{cycle:0{_CYCLE_DIGITS}x}_{value:0{digits}x}_{known:0{digits}x}\n" for cycle, value, known in rows)
+    return "".join(lines)
+
+
+def _pin_digits(circuit: Circuit) -> int:
+    return -(-sum(circuit.pins.values()) // 4)
+
+
+def _digits(circuit: Circuit) -> int:
+    """Hexadecimal digits of the value of an event."""
+    return -(-circuit.event_bits // 4)
+
+
+def _bench_text(circuit: Circuit, expected: Expected) -> str:
+    text: str = template("hwsw_bench.v").render(
+        top=top_name(circuit),
+        words=len(circuit.stream.words),
+        events=len(expected.events.cycle),
+        event_bits=circuit.event_bits,
+        value_bits=4 * _digits(circuit),
+        bound=bound_of(expected),
+        contention=expected.contention,
+        in_range=range_of(circuit.stream.width),
+        event_range=range_of(circuit.event_bits),
+        pins={name: range_of(width) for name, width in circuit.pins.items()},
+        pin_bits=sum(circuit.pins.values()),
+        pin_width=4 * _pin_digits(circuit),
+        changes=len(expected.pins.cycle) if expected.pins else 0,
+        watched=expected.pins.end if expected.pins else 0,
+        kinds=circuit.kinds,
+        phases=circuit.phases,
+        cycles_by_phase=[expected.cycles.get(phase, 0) for phase in circuit.phases],
+    )
+    return text
+
+
+# A circuit as a flattened netlist of LUT of four inputs, flip-flops and memories, which the bench runs as its source.
+
+NETLIST = "netlist.v"
+
+_MOST_SECONDS = 1800.0
+_PASSES = (
+    "proc",
+    "flatten",
+    "opt -full",
+    "wreduce",
+    "peepopt",
+    "opt_clean",
+    "alumacc",
+    "opt",
+    # Memories stay what they are.
+    "memory -nomap",
+    "opt_clean",
+    "opt -full",
+    "techmap",
+    "opt -fast",
+    "abc -lut 4",
+    "opt -fast",
+    "opt_clean -purge",
+    "setundef -zero -init",
+    f"write_verilog -noattr {NETLIST}",
+)
+
+_UNKNOWN_BITS = re.compile(r"'([hb])([0-9a-f]*x[0-9a-fx]*)")
+_REGISTER = re.compile(r"^( +reg (?:\[\d+:\d+\] )?\S+) *;", re.MULTILINE)
+_MEMORY = re.compile(r"^ +reg (?:\[\d+:\d+\] )?(\S+) +\[(\d+):0\];", re.MULTILINE)
+
+
+def write_gates(circuit: Circuit, folder: Path) -> str:
+    """Write the netlist of a circuit and the images that it reads into ``folder``; the name of the netlist.
+
+    Raises:
+        MissingToolError: pyosys is not installed.
+        RunError: Yosys refuses the Verilog.
+    """
+    require("pyosys")
+    write_design(circuit, folder)
+    script = [
+        *(f"read_verilog {name}" for name in sources_of(circuit)),
+        f"hierarchy -check -top {top_name(circuit)}",
+        *_PASSES,
+    ]
+    yosys("\n".join(script) + "\n", folder, f"the gates of {circuit.top}", seconds=_MOST_SECONDS)
+    path = folder / NETLIST
+    path.write_text(without_unknowns(path.read_text(encoding="utf-8")), encoding="utf-8")
+    return NETLIST
+
+
+def without_unknowns(verilog: str) -> str:
+    """A netlist of Yosys in which every register and memory begins at 0, and no constant has an unknown bit.
+
+    >>> without_unknowns("  reg [1:0] a ;")
+    '  reg [1:0] a = 0;'
+    """
+    known = _UNKNOWN_BITS.sub(lambda constant: f"'{constant[1]}{constant[2].replace('x', '0')}", verilog)
+    known = _REGISTER.sub(r"\1 = 0;", known)
+    counters = iter(range(len(known)))
+
+    def cleared(memory: re.Match[str]) -> str:
+        name, last, i = memory[1], memory[2], f"word_{next(counters)}"
+        loop = f"initial for ({i} = 0; {i} <= {last}; {i} = {i} + 1) {name} [{i}] = 0;"
+        return f"{memory[0]}\n  integer {i};\n  {loop}"
+
+    return _MEMORY.sub(cleared, known)
+
 
 _BUILD_S = 1800.0
 _RUN_S = 3600.0
@@ -42,7 +263,7 @@ def icarus(
     *,
     gates: bool = False,
 ) -> Run:
-    """Run a circuit in Icarus. ``gates``: as the netlist that ``rtl.gates`` makes of it.
+    """Run a circuit in Icarus. ``gates``: as the netlist of ``write_gates``.
 
     Raises:
         MissingToolError: it is not installed.

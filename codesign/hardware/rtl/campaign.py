@@ -12,7 +12,7 @@ from more_itertools import map_reduce
 
 from codesign.ground.errors import CodesignError
 from codesign.ground.interrupts import end_children
-from codesign.hardware.rtl.runs import Progress, silent
+from codesign.hardware.rtl.bench_runs import Progress, silent
 from codesign.hardware.rtl.tools import MissingToolError
 from codesign.hardware.rtl.verify import MOST_DEVIATION, Verified, verify
 from codesign.planners.circuits import CircuitStyle

@@ -16,12 +16,12 @@ from typing import Any
 from codesign.ground.errors import printable
 from codesign.ground.models import Part
 from codesign.ground.units import PICOSECONDS_PER_SECOND, format_frequency
-from codesign.hardware.rtl.bench import BENCH, bench_files, template
+from codesign.hardware.rtl.bench_runs import BENCH, bench_files, template
 from codesign.hardware.rtl.cells import FAMILIES
 from codesign.hardware.rtl.design import bound_of, digest_of_circuit, ports_of, sources_of, top_name
-from codesign.hardware.rtl.flow import flow_files, holds_memories
 from codesign.hardware.rtl.place import placing_files
 from codesign.hardware.rtl.placed import Placed
+from codesign.hardware.rtl.synthesis import flow_files, holds_memories
 from codesign.planners import measured
 from codesign.planners.circuits import Circuit, Expected
 from codesign.version import __version__

@@ -19,12 +19,10 @@ from typing import Any
 
 from codesign.ground.errors import InputError, RunError, choose_hint
 from codesign.ground.units import counted
-from codesign.hardware.rtl.cache import digest_of, kept
 from codesign.hardware.rtl.cells import FAMILIES, Counts
-from codesign.hardware.rtl.design import top_name
+from codesign.hardware.rtl.design import digest_of, kept, top_name
 from codesign.hardware.rtl.few_pins import with_few_pins
-from codesign.hardware.rtl.flow import FLAT, program
-from codesign.hardware.rtl.synthesis import flatten, hierarchy, synthesis_digest, synthesise
+from codesign.hardware.rtl.synthesis import FLAT, flatten, hierarchy, program, synthesis_digest, synthesise
 from codesign.hardware.rtl.tools import require, run, version_of
 from codesign.inputs.part_file import load_part, name_and_grade
 from codesign.planners.circuits import Circuit

@@ -10,19 +10,59 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 from codesign.ground.errors import InputError, choose_hint
-from codesign.hardware.rtl.cache import digest_of, kept
 from codesign.hardware.rtl.cells import FAMILIES, Counts, Family
-from codesign.hardware.rtl.design import digest_of_circuit, sources_of, top_name, write_design
-from codesign.hardware.rtl.flow import HIERARCHY, MAPPED, flatten_script, holds_memories, map_script
+from codesign.hardware.rtl.design import digest_of, digest_of_circuit, kept, sources_of, top_name, write_design
 from codesign.hardware.rtl.netlist import Netlist, verilog_name
 from codesign.hardware.rtl.output_registers import finish
 from codesign.hardware.rtl.tools import version_of, yosys
 from codesign.planners.circuits import Circuit
+
+# The steps from Verilog to a flat netlist, as files. hwsw synth runs them; hwsw rtl puts them into a folder.
+
+MAPPED, HIERARCHY, FLAT = "mapped.json", "hierarchy.json", "flat.json"
+"""The netlists that the steps write."""
+
+TWO_PORTS = "ram_2rw.v"
+"""The shared memory with two ports, each of which reads or writes."""
+
+
+def holds_memories(circuit: Circuit, family: Family) -> bool:
+    """True if block RAMs of the family hold the memories of a circuit."""
+    return family.true_two_ports or all(source.name != TWO_PORTS for source in circuit.sources)
+
+
+def map_script(sources: Iterable[str], top: str, family: Family) -> str:
+    """The script of Yosys that maps every module of a design by itself."""
+    return (
+        f"read_verilog {' '.join(sorted(sources))}\nhierarchy -check -top {top}\n{family.command} -top {top}\n"
+        f"write_json {MAPPED}\n"
+    )
+
+
+def flatten_script(top: str) -> str:
+    """The script of Yosys that flattens the mapped modules."""
+    return f"read_json {HIERARCHY}\nhierarchy -top {top}\nflatten\nopt_clean\nstat\nwrite_json {FLAT}\n"
+
+
+def flow_files(circuit: Circuit, family: Family) -> dict[str, str]:
+    """The files of the steps by name, beside the Verilog of the circuit."""
+    top, step = top_name(circuit), "output_registers.py"
+    return {
+        "map.ys": map_script(sources_of(circuit), top, family),
+        step: program(step),
+        "flatten.ys": flatten_script(top),
+    }
+
+
+def program(name: str) -> str:
+    """The text of a program of this package that needs nothing but Python."""
+    return (Path(__file__).parent / name).read_text(encoding="utf-8")
+
 
 MOST_SECONDS = 1800.0
 """A longer synthesis is given up."""

@@ -20,10 +20,29 @@ from codesign.ground.files import scratch, write_atomically
 from codesign.ground.gtkwave import NOTHING, Shown, save_file, translation
 from codesign.ground.units import counted
 from codesign.hardware.rtl import tools
-from codesign.hardware.rtl.bench_runs import icarus, verilator
-from codesign.hardware.rtl.cache import digest_of, kept
-from codesign.hardware.rtl.design import bound_of, digest_of_circuit, sources_of, top_name, work_of, write_design
-from codesign.hardware.rtl.runs import HINT, Progress, Run, Waves, events_of, phases_of, pins_of, silent, stream_chunks
+from codesign.hardware.rtl.bench_runs import (
+    HINT,
+    Progress,
+    Run,
+    Waves,
+    events_of,
+    icarus,
+    phases_of,
+    pins_of,
+    silent,
+    stream_chunks,
+    verilator,
+)
+from codesign.hardware.rtl.design import (
+    bound_of,
+    digest_of,
+    digest_of_circuit,
+    kept,
+    sources_of,
+    top_name,
+    work_of,
+    write_design,
+)
 from codesign.planners.circuits import Circuit, CircuitStyle, Events, Expected, Pins
 from codesign.planners.job import Job
 

@@ -30,13 +30,11 @@ from more_itertools import map_reduce
 from codesign.ground.errors import RunError, StoreError
 from codesign.ground.files import cache_folder, kept_folder, write_atomically
 from codesign.study.advice.answer import Advice, BoardAdvice, Design, advice_schema, cheaper_than, judged, met_alone
-from codesign.study.advice.boards import Board, boards_of, is_file
-from codesign.study.advice.candidates import Candidate
+from codesign.study.advice.candidates import Board, Candidate, boards_of, is_file
 from codesign.study.advice.certainty import Certainty, certainty_of
 from codesign.study.advice.needs import Needs, Question, ask, parse_needs, problem_section, workload_tree
-from codesign.study.advice.search import BUDGET_S, Findings, Progress, search
 from codesign.study.advice.sentence import verdict
-from codesign.study.advice.trials import Laboratory, trial_of
+from codesign.study.advice.trials import BUDGET_S, Findings, Laboratory, Progress, search, trial_of
 from codesign.study.store import FileStore, MemoryStore, Store
 
 # The workload of a design as a file, and the command that runs it.
@@ -216,7 +214,7 @@ def _of_next(laboratory: Laboratory, best: Mapping[str, Candidate], cheaper: Seq
 
 
 def _left(findings: Findings) -> tuple[str, ...]:
-    """What the budget did not reach: planner, style and precision, with the boards."""
+    """The chains that the budget did not reach: planner, style and precision, with the boards."""
 
     def what(candidate: Candidate) -> str:
         bits = f" at {candidate.bits} bits and more" if candidate.bits else ""

@@ -8,13 +8,10 @@ from typing import Any, Literal
 
 from pydantic import Field
 
-from codesign.study.advice.boards import Board
-from codesign.study.advice.candidates import Candidate, Where
-from codesign.study.advice.certainty import Certainty
+from codesign.study.advice.candidates import Board, Candidate, Where
+from codesign.study.advice.certainty import Certainty, input_power, may_suffice, mean_power, shortfalls_of
 from codesign.study.advice.needs import Needs
-from codesign.study.advice.search import Findings, Tried
-from codesign.study.advice.shortfalls import input_power, may_suffice, mean_power, shortfalls_of
-from codesign.study.advice.trials import Shortfall, Trial
+from codesign.study.advice.trials import Findings, Shortfall, Trial, Tried
 from codesign.system.results.model import ResultModel
 
 

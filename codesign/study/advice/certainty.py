@@ -6,15 +6,129 @@ import math
 
 from pydantic import Field
 
-from codesign.ground.units import format_frequency, format_power, format_time
-from codesign.study.advice.boards import Board
+from codesign.ground.units import (
+    PICOSECONDS_PER_SECOND,
+    Dimension,
+    format_frequency,
+    format_power,
+    format_quantity,
+    format_time,
+)
+from codesign.study.advice.candidates import Board
 from codesign.study.advice.needs import Needs
-from codesign.study.advice.shortfalls import power_interval
-from codesign.study.advice.trials import WORST_TIME, trial_of
+from codesign.study.advice.trials import WORST_TIME, Shortfall, Trial, trial_of
 from codesign.system.results.model import ResultModel
 from codesign.system.results.result import Result
 from codesign.system.verdicts import Fit, Verdict, fit_verdict, need_verdict
 from codesign.system.verdicts.fits import ends_text
+
+# A design against the needs: what it falls short of, whether that is sure, and the power of its board.
+
+
+def mean_power(trial: Trial, board: Board, needs: Needs) -> float | None:
+    """Mean power of the components of a board at the rate that is asked for, W; None of a design that was not run.
+
+    The energy of a plan at every period, and the idle power of the board for the rest of the period. A board that is
+    too slow plans all the time.
+    """
+    if trial.energy_j is None or trial.mean_time_s is None:
+        return None
+    busy = needs.rate_hz * trial.mean_time_s
+    if busy >= 1:
+        return trial.energy_j / trial.mean_time_s
+    return needs.rate_hz * trial.energy_j + (1 - busy) * board.idle_w
+
+
+def input_power(trial: Trial, board: Board, needs: Needs) -> float | None:
+    """Mean power at the input of a board, W: measured while it waits, and what a plan adds to its components' power."""
+    power, idle = mean_power(trial, board, needs), board.input_idle_w
+    if idle is None:
+        return None
+    return idle[0] + (0.0 if power is None else max(0.0, power - board.idle_w))
+
+
+def power_interval(trial: Trial, board: Board, needs: Needs) -> tuple[float, float] | None:
+    """Bounds of the mean power at the input inside all intervals, W; without such a figure, of the components' power.
+
+    A component draws no less while it works than while it waits: so the least belongs to the quickest plan, the most
+    to the slowest one. Of components alone the upper bound is infinite, as they are a part of a board. None if
+    energy or time has no interval.
+    """
+    ends = trial.time_low_s, trial.time_high_s, trial.energy_low_j, trial.energy_high_j
+    if None in ends:
+        return None
+    quick, slow, least, most = (end or 0.0 for end in ends)
+    (idle_low, idle_high), at_input = board.idle_interval_w, board.input_idle_w
+    often, seldom = (min(needs.rate_hz, 1 / max(time, 1e-12)) for time in (quick, slow))
+    if at_input is None:
+        return often * least + max(0.0, 1 - needs.rate_hz * quick) * idle_low, math.inf
+    adds = often * max(0.0, least - quick * idle_high), seldom * max(0.0, most - slow * idle_low)
+    return at_input[1] + adds[0], at_input[2] + adds[1]
+
+
+def shortfalls_of(trial: Trial, board: Board, needs: Needs) -> tuple[Shortfall, ...]:
+    """Every need that a design does not meet."""
+    short = list(trial.shortfalls)
+    if trial.time_s is not None and trial.time_s > needs.period_s:
+        short.append(Shortfall(need="rate", name="time of a plan", demand=trial.time_s, limit=needs.period_s, unit="s"))
+    if needs.power_w is not None:
+        power, parts = input_power(trial, board, needs), mean_power(trial, board, needs) or board.idle_w
+        lowest = parts if power is None else power
+        name, demand = "mean power", lowest if lowest > needs.power_w else power
+        if demand is None:
+            name = "power at its input (board.power)"
+        if demand is None or demand > needs.power_w:
+            short.append(Shortfall(need="power", name=name, demand=demand, limit=needs.power_w, unit="W"))
+    if needs.price_usd is not None and (board.price_usd is None or board.price_usd > needs.price_usd):
+        price = board.price_usd
+        short.append(Shortfall(need="price", name="price", demand=price, limit=needs.price_usd, unit="USD"))
+    return tuple(short)
+
+
+def may_suffice(trial: Trial, board: Board, needs: Needs) -> str:
+    """The reason why a design that falls short may suffice inside the intervals; "" if it falls short everywhere."""
+    whys = [_may(short, trial, board, needs) for short in shortfalls_of(trial, board, needs)]
+    return "; ".join(dict.fromkeys(whys)) if all(whys) else ""
+
+
+def _may(short: Shortfall, trial: Trial, board: Board, needs: Needs) -> str:
+    """The reason for which a need may be met inside the intervals; "" if it is not."""
+    if short.need == "fit":
+        return f"whether it fits depends on {trial.may_fit}" if trial.may_fit else ""
+    if short.need in {"arrive", "refused"}:
+        return ""
+    if short.demand is None:
+        return f"its {short.name} is not known"
+    power = power_interval(trial, board, needs)
+    least = {
+        "rate": trial.time_low_s,
+        "power": board.idle_interval_w[0] if power is None else power[0],
+        "price": (board.price_interval_usd or (None,))[0],
+    }[short.need]
+    if least is None:
+        return f"its {short.name} has no bound"
+    return f"its {short.name} may be as low as {amount(least, short.unit)}" if least <= short.limit else ""
+
+
+def amount(value: float, unit: str) -> str:
+    """A number in ``unit`` for people."""
+    if unit == "s":
+        return format_time(round(float(f"{value:.3g}") * PICOSECONDS_PER_SECOND))
+    if unit in _DIMENSIONS:
+        return format_quantity(value, _DIMENSIONS[unit], 3)
+    return f"{number_text(value)} {unit}".rstrip()
+
+
+def number_text(value: float) -> str:
+    """A number with at most two decimals.
+
+    >>> number_text(31.5), number_text(1500)
+    ('31.5', '1,500')
+    """
+    return f"{value:,.2f}".rstrip("0").rstrip(".")
+
+
+_DIMENSIONS = {"W": Dimension.POWER, "Hz": Dimension.FREQUENCY}
 
 
 class Certainty(ResultModel):

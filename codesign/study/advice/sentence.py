@@ -9,9 +9,8 @@ from more_itertools import map_reduce
 
 from codesign.ground.units import Dimension, counted, format_power, format_quantity
 from codesign.study.advice.answer import BoardAdvice, Design, cheaper_than
-from codesign.study.advice.certainty import Certainty
+from codesign.study.advice.certainty import Certainty, amount
 from codesign.study.advice.needs import Needs
-from codesign.study.advice.shortfalls import amount
 from codesign.study.advice.trials import Shortfall
 
 _MOST_NAMED = 3

@@ -18,8 +18,7 @@ from codesign.system.messages import Content, Routes
 from codesign.system.outcome import quality_of
 from codesign.system.results.ledger import CYCLES, Ledger
 from codesign.system.results.model import ResultModel
-from codesign.system.results.result import Reason, Result
-from codesign.system.results.task import TaskFigures
+from codesign.system.results.result import Reason, Result, TaskFigures
 from codesign.system.scenarios.plan_once import task_figures
 from codesign.system.scenarios.requests import Request, requests_of
 from codesign.system.trials import arrival_reason, arrivals_of

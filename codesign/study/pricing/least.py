@@ -18,7 +18,7 @@ from codesign.study.pricing.machines import Column, Machines, Specs
 from codesign.study.pricing.price import parts_of
 from codesign.system.bind import System
 from codesign.system.results.ledger import Ledger
-from codesign.system.results.task import times_of
+from codesign.system.results.result import times_of
 from codesign.system.scenarios.requests import mean_of_requests
 
 _ROUNDED = {"plan_time_95_s", "energy_j"}

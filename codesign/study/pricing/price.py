@@ -20,8 +20,7 @@ from codesign.system.fit import fit_part
 from codesign.system.outcome import head_fields
 from codesign.system.results.ledger import Ledger
 from codesign.system.results.mission import LinkUse
-from codesign.system.results.result import Power, Reason, Result
-from codesign.system.results.task import times_of
+from codesign.system.results.result import Power, Reason, Result, times_of
 from codesign.system.scenarios.requests import mean_of_requests
 from codesign.system.terms import TIMES, plan_terms
 

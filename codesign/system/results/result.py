@@ -7,25 +7,236 @@ the figures that only a run gives are None.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any, Literal
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
+import numpy as np
 from pydantic import Field, field_validator
 
 from codesign.ground.errors import clip
 from codesign.ground.figures import FIGURES, Figure, ResultFigure, described, figure_of, label
+from codesign.ground.files import date_of_writing
 from codesign.ground.notebooks import InNotebooks, data_frame
+from codesign.ground.units import PICOSECONDS_PER_SECOND
 from codesign.inputs.derived import DerivedFigure, derived_interval
 from codesign.planners.quality import Quality, RobotsQuality
-from codesign.system.results.fleet import FleetFigures
 from codesign.system.results.mission import LinkUse, Mission
 from codesign.system.results.model import ResultModel
-from codesign.system.results.provenance import Provenance
-from codesign.system.results.task import TaskFigures
 from codesign.system.results.terms import Terms
+from codesign.version import __version__
 
 if TYPE_CHECKING:
     from pandas import DataFrame
+
+# What a fleet's run comes to: how fast the updates follow each other, what sets their pace, and what the display saw.
+
+Pacemaker = Literal["fpga", "line", "time_step"]
+PACEMAKERS: tuple[Pacemaker, ...] = ("fpga", "line", "time_step")
+
+
+class Spread(ResultModel):
+    """Some spans of time: their median, 95th percentile and worst, s; each is one of them."""
+
+    median_s: float = Field(description="median, s")
+    share_95_s: float = Field(title="95th percentile", description="95th percentile, s")
+    worst_s: float = Field(description="worst, s")
+
+
+class Frames(ResultModel):
+    """The coordinates of all robots in messages to the display, one message an update.
+
+    ``made`` = ``skipped`` + ``dropped`` + ``shown`` + ``under_way``. A free-running fleet skips none, it waits.
+    """
+
+    receiver: str = Field(description="the component that draws them")
+    bits: int = Field(title="bits of a frame", description="bits of one message, framing left out")
+    made: int = Field(description="messages made, one an update")
+    skipped: int = Field(description="not sent, as the one before was not in the line's FIFO yet")
+    dropped: dict[str, int] = Field(description="lost, by reason")
+    shown: int = Field(description="drawn")
+    late: int = Field(
+        title="of these later than a time step",
+        description="of those shown, later than a time step after their update was decided",
+    )
+    under_way: int = Field(title="under way at the end", description="at the end of the run")
+    age: Spread | None = Field(description="from the decision of an update to its picture")
+
+
+class FleetFigures(ResultModel):
+    """The figures of one run of scenario ``fleet``."""
+
+    robots: int = Field(description="robots of the fleet")
+    fpgas: int = Field(
+        title="FPGAs", description="one for each robot, all alike: the platform file declares one of them"
+    )
+    ended: str = Field(description="why the run ended")
+    completed: bool = Field(description="whether all robots stand at their targets and no two touched on the way")
+    updates: int = Field(description="updates of all velocities that were done")
+    span_s: float = Field(
+        title="time of all updates", description="from the begin of the first update to the end of the last, s"
+    )
+    robots_s: float = Field(
+        title="time that passed for the robots",
+        description="time that passed for the robots, s: of a fleet in real time the same as span_s; a free-running"
+        " fleet simulates its robots, and takes them one time step on with every update",
+    )
+    arrived_s: float | None = Field(
+        title="time until the last arrival",
+        description="from the begin of the first update until the last arrival of a robot, s, by the clock of span_s;"
+        " None where none arrived",
+    )
+    time_step_s: float = Field(description="time step of the planner, s")
+    decide: Spread | None = Field(description="from the begin of an update until the last robot has decided")
+    period: Spread | None = Field(description="from the begin of an update to its end, where the next one begins")
+    updates_a_second: float = Field(description="that were done")
+    reachable_a_second: float = Field(
+        title="updates a second that FPGAs and line allow, at most",
+        description="an upper bound of what FPGA and line allow in the long run: the lesser of the two rates, each by"
+        " its mean. A FIFO shorter than a frame, and decisions that vary, keep a fleet below it",
+    )
+    pace: Pacemaker | None = Field(description="what most of the time went into")
+    shares: dict[Pacemaker, float] = Field(
+        description="shares of the time: robots decided, waited for the line, waited for the time step"
+    )
+    missed_updates: int = Field(
+        title="updates longer than the time step",
+        description="that took longer to decide than the time step; in real time they act late",
+    )
+    frames: Frames | None = Field(description="messages of coordinates to the display; None where there is none")
+    fpga_busy_s: float = Field(
+        title="busy time of all FPGAs together", description="the sum over the FPGAs of all robots, s"
+    )
+    fpga_utilisation: tuple[float, float] = Field(description="of the least and the most busy FPGA")
+
+
+def spread(spans: Sequence[int]) -> Spread | None:
+    """Median, 95th percentile and worst of some spans, ps; None of none."""
+    if not spans:
+        return None
+    ordered = sorted(spans)
+
+    def rank(percent: int) -> float:
+        return ordered[max(0, -(-len(ordered) * percent // 100) - 1)] / PICOSECONDS_PER_SECOND
+
+    return Spread(median_s=rank(50), share_95_s=rank(95), worst_s=rank(100))
+
+
+# Where figures come from: version, digests of specs and map, seeds, and the date of what is written.
+
+
+class Provenance(ResultModel):
+    """The inputs that made a result or a study. The same specs give the same, but for the date of what is written."""
+
+    codesign: str = Field(default=__version__, description="version of hwsw")
+    platform_digests: dict[str, str] = Field(
+        default={}, description="SHA-256 of each platform by its name: of all that can change a result"
+    )
+    workload_digest: str | None = Field(
+        default=None, description="SHA-256 of the workload: of all that can change a result"
+    )
+    calibration_digests: dict[str, str] = Field(
+        default={}, description="SHA-256 of the calibration of each FPGA that names one, as PLATFORM.COMPONENT"
+    )
+    map_digest: str | None = Field(
+        default=None, description="SHA-256 of the cells of the map; null without one, or where an axis moves it"
+    )
+    seeds: dict[str, int] = Field(
+        default={}, description="each seed of the workload by the path of its key, but those that an axis moves"
+    )
+    date: str | None = Field(
+        default=None, description="the day on which it was written, UTC, or that of SOURCE_DATE_EPOCH; else null"
+    )
+
+    def stamped(self) -> Provenance:
+        """The same with the date of today, for what is written now."""
+        return self.model_copy(update={"date": date_of_writing()})
+
+    @property
+    def constants(self) -> dict[str, str]:
+        """The texts that identify it besides its platforms, for columns of CSV and for traces."""
+        texts = {
+            "codesign": self.codesign,
+            "workload_digest": self.workload_digest,
+            "map_digest": self.map_digest,
+            "seeds": " ".join(f"{path}={seed}" for path, seed in self.seeds.items()),
+            "date": self.date,
+        }
+        return {name: text for name, text in texts.items() if text}
+
+
+# What was asked of a planner, and the time from each request to its answer.
+
+TaskName = Literal["path", "field", "replan", "robots"]
+
+
+class TaskFigures(ResultModel):
+    """A task, and what it took. A request begins as the map is sent, and ends as the answer is received."""
+
+    task: TaskName = Field(
+        description="what was asked; robots: the paths of all robots at once, of a planner with a problem of its own"
+    )
+    text: str = Field(title="what the planner does", description="what the planner does for it")
+    map: str = Field(default="", description="the map, in words")
+    question: str = Field(
+        default="",
+        description="digest of map, goals, starts, task and change: results with one digest were asked the same",
+    )
+    starts: int = Field(description="starts of the problem")
+    reach: float | None = Field(
+        default=None,
+        title="share of the free cells that reach a goal",
+        description="share of the free cells of the whole map with a path to a goal across the sides of cells",
+    )
+    changed_cells: int | None = Field(default=None, description="cells that change, of task replan")
+    plan_time_mean_s: float = Field(title="request to answer, mean", description=described("plan_time_mean_s"))
+    plan_time_95_s: float = Field(title="request to answer, 95th percentile", description=described("plan_time_95_s"))
+    plan_time_worst_s: float = Field(title="request to answer, worst", description=described("plan_time_worst_s"))
+    map_mean_s: float = Field(
+        title="until the map is there, mean",
+        description="the part of it until the map, or its change, stands in the component that plans, mean, s",
+    )
+    planning_mean_s: float = Field(
+        title="planning, mean", description="the part of it from there until the plan stands, mean, s"
+    )
+    answer_mean_s: float = Field(
+        title="answering, mean", description="the part of it from there until the answer is received, mean, s"
+    )
+    arrive: Annotated[float | None, Field(title="share of the starts that arrive", description=described("arrive"))] = (
+        None
+    )
+
+
+def reach_text(shares: Sequence[float]) -> str:
+    """From how much of the free space a path leads to a goal, over one map or several, as a clause.
+
+    >>> reach_text([1.3e-5, 1.0])
+    'a path leads to a goal from 0.0013 % to 100 % of the free cells'
+    """
+    texts = dict.fromkeys(
+        ">99.9 %" if 0.999 < share < 1 else f"{100 * share:.3g} %" for share in (min(shares), max(shares))
+    )
+    return f"a path leads to a goal from {' to '.join(texts)} of the free cells"
+
+
+def times_of(requests: Sequence[tuple[Any, Any, Any]]) -> dict[str, Any]:
+    """The times of a ``TaskFigures``.
+
+    ``requests``: ps for the map, the planning and the answer of each, in any order: whole numbers, or int64 arrays with
+    an entry a machine. Each time is then a number, or an array of float64.
+
+    >>> float(times_of([(10**12, 2 * 10**12, 0), (10**12, 4 * 10**12, 0)])["plan_time_mean_s"])
+    4.0
+    """
+    # Requests × parts (× machines). Sums of whole picoseconds: no figure depends on the order of the starts.
+    parts = np.array(requests, np.int64)
+    totals = parts.sum(axis=1)
+    means = parts.sum(axis=0) / len(requests) / PICOSECONDS_PER_SECOND
+    return {
+        "plan_time_mean_s": totals.sum(axis=0) / len(requests) / PICOSECONDS_PER_SECOND,
+        "plan_time_95_s": np.quantile(totals, 0.95, axis=0) / PICOSECONDS_PER_SECOND,
+        "plan_time_worst_s": totals.max(axis=0) / PICOSECONDS_PER_SECOND,
+        **dict(zip(("map_mean_s", "planning_mean_s", "answer_mean_s"), means, strict=True)),
+    }
 
 
 class ResourceItem(ResultModel):

@@ -5,7 +5,6 @@
 changes nothing.
 """
 
-from codesign.system.scenarios.check import check_files
-from codesign.system.scenarios.run import SCENARIOS, bind, outlook, scenario_of, simulate, simulate_system
+from codesign.system.scenarios.run import SCENARIOS, bind, check_files, outlook, scenario_of, simulate, simulate_system
 
 __all__ = ["SCENARIOS", "bind", "check_files", "outlook", "scenario_of", "simulate", "simulate_system"]

@@ -21,8 +21,7 @@ from codesign.system.chain import Answer
 from codesign.system.energy import energy_of, watts_of
 from codesign.system.outcome import plan_fields, times_until, use_fields
 from codesign.system.results.ledger import Ledger
-from codesign.system.results.result import Power, Result
-from codesign.system.results.task import TaskFigures, times_of
+from codesign.system.results.result import Power, Result, TaskFigures, times_of
 from codesign.system.results.terms import Terms
 from codesign.system.scenario import LeverProgress, ProgressOfMission
 from codesign.system.scenarios.records import tell_field, tell_map

@@ -5,8 +5,7 @@ limits of a constraint, ``winner_verdict`` compares designs by one figure, ``fit
 A verdict is ``proved`` for the intervals that are declared: the form of the laws is taken as right.
 """
 
-from codesign.system.verdicts.document import RunDocument, run_document
-from codesign.system.verdicts.fits import Fit, fit_verdict
+from codesign.system.verdicts.fits import Fit, RunDocument, fit_verdict, run_document
 from codesign.system.verdicts.verdict import (
     Decider,
     Swing,

@@ -1,4 +1,4 @@
-"""The fit of a design on its part: at every value of its demand and of its clock limit, at some, or at none."""
+"""The fit of a design on its part, and the document of a result: with intervals, fit and date."""
 
 from __future__ import annotations
 
@@ -7,7 +7,8 @@ from typing import Literal
 
 from pydantic import Field
 
-from codesign.ground.figures import Figure, Status, label
+from codesign.ground.figures import FIGURES, Figure, Status, label
+from codesign.inputs.constraint import FigureName
 from codesign.system.results.model import ResultModel
 from codesign.system.results.result import BoundUse, Clock, ResourceUse, Result
 
@@ -93,3 +94,26 @@ def ends_text(fit: Fit) -> str:
 
 def _number(value: float) -> str:
     return f"{value:,.0f}" if value >= 1e4 else f"{value:,.6g}"
+
+
+class RunDocument(Result):
+    """All the figures of one design point, with what the intervals of others leave open of them."""
+
+    intervals: dict[FigureName, tuple[float, float]] = Field(
+        description="least and greatest value of each figure that rests on figures with intervals, in its unit"
+    )
+    fit: Fit | None = Field(
+        description="whether it fits at every value of its demand and its limits; null without a part or a limit"
+    )
+
+
+def run_document(result: Result) -> RunDocument:
+    """The document of a result, with the date of today."""
+    intervals = {figure: result.interval(figure) for figure in FIGURES.values()}
+    fields = dict(result) | {
+        "provenance": None if result.provenance is None else result.provenance.stamped(),
+        "intervals": {figure: ends for figure, ends in intervals.items() if ends is not None},
+        "fit": None if result.part is None and not result.bounds else fit_verdict(result),
+    }
+    # Every field is of a result that was checked when it was made.
+    return RunDocument.model_construct(**fields)

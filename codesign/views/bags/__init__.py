@@ -4,13 +4,20 @@ The library rosbags reads and writes them, and is imported when it is used (``pi
 ROS is needed. Bags have the MCAP storage of rosbag2; those with SQLite are read too.
 """
 
-from codesign.views.bags.drawing import BagFacts, Choices, facts_of
-from codesign.views.bags.export import BAG_KINDS, BagListener, export_bag
-from codesign.views.bags.folder import check_new
+from codesign.views.bags.drawing import (
+    BagFacts,
+    Choices,
+    facts_of,
+    file_name,
+    goals_csv,
+    latency,
+    map_files,
+    settings_of,
+    workload_text,
+)
+from codesign.views.bags.export import BAG_KINDS, BagListener, check_new, export_bag
 from codesign.views.bags.obstacles import Rule
-from codesign.views.bags.reading import read_bag
-from codesign.views.bags.texts import file_name, goals_csv, latency, map_files, settings_of, workload_text
-from codesign.views.bags.topics import Topics
+from codesign.views.bags.reading import Topics, read_bag
 
 __all__ = [
     "BAG_KINDS",

@@ -26,8 +26,7 @@ from more_itertools import map_reduce
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from codesign.views.bags.recording import RecordedMap, Scans
-from codesign.views.bags.transforms import Floats, Poses
+from codesign.views.bags.recording import Floats, Poses, RecordedMap, Scans
 
 MAX_CANDIDATES = 20_000
 """Most cells that may become obstacles: of more, those with the most hits."""

@@ -14,7 +14,7 @@ from more_itertools import map_reduce
 
 from codesign.ground.records import Record, Subject
 from codesign.ground.units import PICOSECONDS_PER_SECOND, format_time
-from codesign.views.report.table import Cell, Column, Table, left, right, word
+from codesign.views.report.wording import Cell, Column, Table, left, right, word
 
 Records = Callable[[], Iterable[Record]]
 """Reads a trace from its beginning, in the order of emission."""

@@ -16,7 +16,7 @@ from typing import Any
 
 from codesign.ground.records import MapRecord
 from codesign.views.trace import Trace
-from codesign.views.trace.floor import Floor, floor_of
+from codesign.views.trace.shapes import Floor, floor_of
 
 _GRID, _SCENE, _SCAN = "foxglove.Grid", "foxglove.SceneUpdate", "foxglove.LaserScan"
 _VOXELS, _POINTS = "foxglove.VoxelGrid", "foxglove.PointCloud"

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from codesign.ground.activity import WORKS, Span, depth_over_time, spans_by_place, spans_of, union
 from codesign.ground.records import Record
 from codesign.ground.units import PICOSECONDS_PER_SECOND, format_time
-from codesign.views.report.table import Cell, Column, Table, left, right, word
+from codesign.views.report.wording import Cell, Column, Table, left, right, word
 
 _BARS = "▁▂▃▄▅▆▇█"
 _HISTOGRAM = 12

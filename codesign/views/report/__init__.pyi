@@ -1,7 +1,5 @@
-from .aggregated import spread_table
-from .answer import Answer, answer
+from .axes import spread_table
 from .canvas import Picture
-from .certainty import winners_certainty_table
 from .comparison_page import comparison_page, comparison_table
 from .explain_tables import effects_table, explanation_sentence, explanation_tables
 from .front_picture import front_picture
@@ -14,13 +12,19 @@ from .pictures import (
     run_timeline_picture,
     workload_map_picture,
 )
-from .planner_tables import planner_tables
 from .render import render_csv, render_markdown, render_text, write_csv
-from .reproduction_page import reproduction_page
-from .reproduction_tables import findings_table, reproduction_csv, reproduction_sources_table, reproduction_table
+from .reproduction_page import (
+    findings_table,
+    planner_tables,
+    reproduction_csv,
+    reproduction_page,
+    reproduction_sources_table,
+    reproduction_table,
+)
 from .result_page import records_page, result_page
 from .result_tables import result_reasons_table, result_tables
 from .schedule_picture import schedule_picture
+from .sentences import Answer, answer, winners_certainty_table
 from .study_answer import study_sentence, study_tables
 from .study_page import study_page
 from .study_tables import (
@@ -33,9 +37,9 @@ from .study_tables import (
     study_table,
     write_study_csv,
 )
-from .table import Cell, Column, Table
 from .timelines import account_picture, mission_timeline_picture, timeline_picture
 from .winners_table import winners_table
+from .wording import Cell, Column, Table
 
 __all__ = [
     "Answer",

@@ -5,12 +5,23 @@ from __future__ import annotations
 from codesign.ground.figures import label
 from codesign.ground.units import counted
 from codesign.study.advice.answer import Advice, BoardAdvice, Design
+from codesign.study.advice.certainty import number_text
 from codesign.study.advice.needs import Needs
 from codesign.study.advice.sentence import design_text, shortfall_text
-from codesign.study.advice.shortfalls import number_text
-from codesign.system.results.task import reach_text
-from codesign.views.report.table import Cell, Table, left, right, word
-from codesign.views.report.wording import ABSENT, axis_text, quantity_cell, quantity_text, share_text, yes_cell
+from codesign.system.results.result import reach_text
+from codesign.views.report.wording import (
+    ABSENT,
+    Cell,
+    Table,
+    axis_text,
+    left,
+    quantity_cell,
+    quantity_text,
+    right,
+    share_text,
+    word,
+    yes_cell,
+)
 
 _KEYS = {"component", "style"}
 

@@ -8,7 +8,7 @@ from codesign.ground.errors import printable
 from codesign.ground.records import Record, Subject
 from codesign.ground.units import counted, format_time
 from codesign.views.bags import BagFacts, latency
-from codesign.views.report.table import Cell, Table, left, right
+from codesign.views.report.wording import Cell, Table, left, right
 
 
 def board_latencies(records: Iterable[Record]) -> list[int | None]:

@@ -15,16 +15,39 @@ from codesign.ground.units import counted
 from codesign.inputs.constraint import Constraint, limit_text
 from codesign.inputs.exploration import DEFAULT_OBJECTIVES
 from codesign.planners.quality import Quality
-from codesign.system.results.provenance import Provenance
-from codesign.system.results.result import Reason, Result
+from codesign.system.results.result import Provenance, Reason, Result
 from codesign.system.verdicts import constraint_verdict
-from codesign.views.report.answer import answer
-from codesign.views.report.certainty import Winner, measure_text, need_text, sure_cell, winner_of, winner_text
 from codesign.views.report.page import rendered, write_page
 from codesign.views.report.result_tables import SHORTEST, figure_tables, result_reasons_table, sources_table
-from codesign.views.report.sentences import arrivals_of, arrived_cell, asked_notes, headline, questions_of, reach_notes
-from codesign.views.report.table import Cell, Column, Table, left, right, word, words
-from codesign.views.report.wording import ABSENT, figure_cell, quantity_text, wants_logarithm, yes_cell
+from codesign.views.report.sentences import (
+    Winner,
+    answer,
+    arrivals_of,
+    arrived_cell,
+    asked_notes,
+    headline,
+    measure_text,
+    need_text,
+    questions_of,
+    reach_notes,
+    sure_cell,
+    winner_of,
+    winner_text,
+)
+from codesign.views.report.wording import (
+    ABSENT,
+    Cell,
+    Column,
+    Table,
+    figure_cell,
+    left,
+    quantity_text,
+    right,
+    wants_logarithm,
+    word,
+    words,
+    yes_cell,
+)
 
 # Several results side by side, as a table.
 

@@ -14,11 +14,23 @@ from codesign.inputs.constraint import BOUNDS
 from codesign.system.explanation import AxisEffect, Explanation, Moved, Why
 from codesign.system.results.result import Reason
 from codesign.views.report.axes import short_names
-from codesign.views.report.certainty import figure_text, verdict_text
 from codesign.views.report.render import printable
-from codesign.views.report.sentences import reach_notes
-from codesign.views.report.table import Cell, Column, Table, left, right, word, words
-from codesign.views.report.wording import ABSENT, axis_text, figure_cell, quantity_cell, quantity_text, share_text
+from codesign.views.report.sentences import figure_text, reach_notes, verdict_text
+from codesign.views.report.wording import (
+    ABSENT,
+    Cell,
+    Column,
+    Table,
+    axis_text,
+    figure_cell,
+    left,
+    quantity_cell,
+    quantity_text,
+    right,
+    share_text,
+    word,
+    words,
+)
 
 _FEW = 6
 """Rows of a table without -v; the rest is summed, or counted in a note."""
@@ -305,7 +317,7 @@ def _sure_table(explanation: Explanation) -> Table:
 
 
 def effects_table(effects: Sequence[AxisEffect], figures: Sequence[ResultFigure]) -> Table:
-    """Which axis moves which objective: the share of its spread that the axis moves by itself, and its total share."""
+    """The axes that move objectives: the share of its spread that the axis moves by itself, and its total share."""
     by_axis = map_reduce(effects, attrgetter("axis"), None, lambda held: {each.figure: each for each in held})
     moving = [
         figure for figure in figures if any(each.figure == figure.name and each.main is not None for each in effects)

@@ -2,9 +2,179 @@
 
 from __future__ import annotations
 
-from codesign.hardware.fidelity import Fidelity
-from codesign.views.report.fidelity_tables import fidelity_tables
+from collections.abc import Iterator, Sequence
+
+from more_itertools import map_reduce
+
+from codesign.ground.figures import label
+from codesign.ground.units import counted, format_count
+from codesign.hardware.fidelity import Fidelity, Mismatch, Spread, reason_of
+from codesign.hardware.fidelity.claims import Claim
+from codesign.hardware.fidelity.points import TOTAL, Point, width_of
+from codesign.planners.measured import PARTS
+from codesign.views.report.hardware_tables import verification_table
 from codesign.views.report.render import render_markdown
+from codesign.views.report.wording import Cell, Table, left, right, words
+
+# The comparison of laws, circuits and papers as tables.
+
+FAMILY_NAMES = {family: ", ".join(name for name, rows in PARTS.items() if rows == family) for family in PARTS.values()}
+"""A family of rows by the names of its families of parts."""
+
+
+def fidelity_tables(result: Fidelity) -> Iterator[Table]:
+    """Cycles, resources by family and by line, clocks, papers, and what does not match."""
+    yield verification_table(result.cycles)
+    yield _families(result)
+    yield _lines(result)
+    yield _clocks(result.points)
+    yield _paths(result.points)
+    yield _claims("Power, laws against published figures", [each for each in result.claims if each.unit == "W"])
+    yield _claims("Papers against circuits", [each for each in result.claims if each.unit != "W"])
+    yield _open(result)
+
+
+def _percent(value: float | None, *, signed: bool = False) -> Cell:
+    if value is None:
+        return Cell("-")
+    return Cell(f"{value:+z.1%}" if signed else f"{value:.1%}", value)
+
+
+def _errors(errors: Sequence[float]) -> tuple[Cell, Cell, Cell]:
+    """Rows, mean and worst."""
+    mean = sum(errors) / len(errors) if errors else None
+    return Cell(str(len(errors)), len(errors)), _percent(mean), _percent(max(errors, default=None))
+
+
+_ERRORS = right("fitted rows", "mean", "worst", "rows held out", "their mean", "their worst")
+
+
+def _families(result: Fidelity) -> Table:
+    rows = [
+        (
+            *words(each.planner, each.style, FAMILY_NAMES[each.family], label(each.quantity)),
+            *_errors(each.fitted),
+            *_errors(each.held),
+        )
+        for each in result.by_family
+        if each.line == TOTAL
+    ]
+    columns = (*left("planner", "style", "family", "resource"), *_ERRORS)
+    stale = sum(not point.present for point in result.points if point.line == TOTAL)
+    total = sum(point.line == TOTAL for point in result.points)
+    notes = ["errors are sizes: law over synthesised less 1, of whole circuits"]
+    if stale:
+        notes.append(
+            f"{format_count(stale)} of {counted(total, 'sum')} are of an earlier state of the Verilog: its digest has"
+            " changed since"
+        )
+    return Table("Resources, law against synthesis", columns, tuple(rows), tuple(notes))
+
+
+def _lines(result: Fidelity) -> Table:
+    rows = [
+        (
+            *words(each.planner, each.style, each.line, label(each.quantity)),
+            *_errors(each.fitted),
+            *_errors(each.held),
+            _range(each),
+        )
+        for each in result.by_line
+        if each.line != TOTAL
+    ]
+    columns = (*left("planner", "style", "line", "resource"), *_ERRORS, *right("law / synthesised"))
+    notes = ("others: lines and modules that only the demand, or only the circuit, has by that name",)
+    return Table("Resources by line of the demand, all families", columns, tuple(rows), notes)
+
+
+def _range(each: Spread) -> Cell:
+    if each.least is None or each.most is None:
+        return Cell("-")
+    same = f"{each.least:.2f}" == f"{each.most:.2f}"
+    return Cell(f"{each.least:.2f}" if same else f"{each.least:.2f} to {each.most:.2f}", each.most)
+
+
+def _clock_points(points: Sequence[Point]) -> list[Point]:
+    return [point for point in points if point.quantity == "clock"]
+
+
+def _clocks(points: Sequence[Point]) -> Table:
+    rows = []
+    for point in _clock_points(points):
+        low, high = (bound / 1e6 for bound in point.predicted.interval)
+        rows.append(
+            (
+                *words(point.planner, point.style, point.part, point.design),
+                Cell(f"{point.predicted.value / 1e6:.0f}", point.predicted.value / 1e6),
+                Cell(f"{low:.0f} to {high:.0f}"),
+                _percent(width_of(point.predicted)),
+                Cell(f"{point.measured / 1e6:.1f}", point.measured / 1e6),
+                _percent(point.error, signed=True),
+                _percent(point.without, signed=True),
+                *words("yes" if point.holds else "no", point.note.split(";")[0]),
+            )
+        )
+    columns = (
+        *left("planner", "style", "part", "design"),
+        *right("law, MHz", "interval", "±", "placed, MHz", "error", "held out"),
+        *left("in it", "median of"),
+    )
+    notes = (
+        "error: law over placed less 1, with this placement in the fit; held out: by the fit to all others, - where"
+        " none of them speaks of it",
+    )
+    return Table("Clocks, law against placement", columns, tuple(rows), notes)
+
+
+def _paths(points: Sequence[Point]) -> Table:
+    """The critical path of the slowest placement of each style on each part."""
+    slowest: dict[tuple[str, str, str], Point] = {}
+    for point in _clock_points(points):
+        key = point.planner, point.style, point.part
+        if key not in slowest or point.measured < slowest[key].measured:
+            slowest[key] = point
+    rows = [words(*key, point.design, point.note.split("; ", 1)[1]) for key, point in slowest.items()]
+    columns = left("planner", "style", "part", "design", "critical path of the median seed")
+    return Table("What limits the slowest placement", columns, tuple(rows))
+
+
+def _value(claim: Claim, value: float | None) -> Cell:
+    if value is None:
+        return Cell("-")
+    scale, digits = {"Hz": (1e-6, "{:,.1f} MHz"), "W": (1e3, "{:,.1f} mW")}.get(claim.unit, (1, "{:,.4g}"))
+    text = f"{value:,.0f}" if claim.unit == "1" and value >= 1000 else digits.format(value * scale)
+    return Cell(text, value)
+
+
+def _claims(title: str, claims: Sequence[Claim]) -> Table:
+    rows = tuple(
+        (
+            *words(claim.place, claim.quantity),
+            _value(claim, claim.published),
+            _value(claim, claim.law),
+            _value(claim, claim.circuit),
+            _percent(claim.error, signed=True),
+            *words(claim.how),
+        )
+        for claim in claims
+    )
+    columns = (*left("paper", "figure"), *right("published", "law", "circuit", "error"), *left("what it is taken from"))
+    notes = ("error: of the circuit against the paper; of the law where no circuit was counted",)
+    return Table(title, columns, rows, notes)
+
+
+def _explained(mismatch: Mismatch) -> tuple[str, str]:
+    reason = reason_of(mismatch)
+    return (reason.words, reason.experiment) if reason else ("open", "open")
+
+
+def _open(result: Fidelity) -> Table:
+    """The mismatches, gathered by their reason."""
+    groups = map_reduce(result.mismatches, _explained, lambda each: f"{each.key}: {each.words}")
+    rows = tuple(words("; ".join(texts), why, experiment) for (why, experiment), texts in groups.items())
+    columns = left("what does not match, or was never measured", "why", "the experiment that would settle it")
+    return Table("Open points", columns, rows)
+
 
 HEAD = """# How far the model carries
 

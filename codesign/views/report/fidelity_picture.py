@@ -5,11 +5,10 @@ from __future__ import annotations
 from more_itertools import map_reduce
 
 from codesign.ground.figures import label
-from codesign.hardware.fidelity import Fidelity
-from codesign.hardware.fidelity.mismatches import WORST, spread
+from codesign.hardware.fidelity import WORST, Fidelity, spread
 from codesign.hardware.fidelity.points import TOTAL, Point
 from codesign.views.report.canvas import canvas, legend, picture_bytes, style
-from codesign.views.report.fidelity_tables import FAMILY_NAMES
+from codesign.views.report.fidelity_page import FAMILY_NAMES
 
 MARKERS = {
     "xc2v": ("o", "#1b9e77"),

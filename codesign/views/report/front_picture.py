@@ -11,11 +11,9 @@ from numpy.typing import NDArray
 from codesign.ground.errors import InputError
 from codesign.ground.figures import FIGURES, ResultFigure
 from codesign.ground.units import counted
-from codesign.views.report.aggregated import figure_column, figure_label, kind_of_row
-from codesign.views.report.axes import axis_levels, varying_axes
+from codesign.views.report.axes import axis_levels, figure_column, figure_label, kind_of_row, varying_axes
 from codesign.views.report.canvas import Format, Picture, canvas, drawn, style
-from codesign.views.report.table import Column
-from codesign.views.report.wording import axis_text, labelled, prefix, wants_logarithm
+from codesign.views.report.wording import Column, axis_text, labelled, prefix, wants_logarithm
 
 if TYPE_CHECKING:
     from codesign.study import Study

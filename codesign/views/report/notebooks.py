@@ -11,14 +11,14 @@ from codesign.ground.units import format_count
 from codesign.planners.reproduction import Reproduction
 from codesign.study import Study
 from codesign.system.results.result import Result
-from codesign.views.report.answer import answer
 from codesign.views.report.canvas import Picture, picture_bytes
 from codesign.views.report.render import printable
-from codesign.views.report.reproduction_tables import findings_table
+from codesign.views.report.reproduction_page import findings_table
 from codesign.views.report.result_tables import result_reasons_table
+from codesign.views.report.sentences import answer
 from codesign.views.report.study_answer import study_sentence
 from codesign.views.report.study_tables import front_table, reasons_table
-from codesign.views.report.table import Table, pairs
+from codesign.views.report.wording import Table, pairs
 
 MOST_ROWS, MOST_COLUMNS = 20, 24
 """A notebook shows no more rows and columns of a table than these; a note says how many are left out."""

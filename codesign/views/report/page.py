@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from codesign.ground.files import write_atomically
-from codesign.system.results.provenance import Provenance
+from codesign.system.results.result import Provenance
 from codesign.views.report.wording import ABSENT
 
 if TYPE_CHECKING:

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 from codesign.ground.files import is_stream, write_atomically, written_atomically
 from codesign.ground.progress import Show, silent, tracked
-from codesign.views.report.table import Cell, Column, Table
+from codesign.views.report.wording import Cell, Column, Table
 
 if TYPE_CHECKING:
     from rich.console import ConsoleOptions

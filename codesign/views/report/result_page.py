@@ -18,12 +18,10 @@ from codesign.views.report.canvas import with_palette
 from codesign.views.report.columns import Columns, Entry
 from codesign.views.report.page import rendered, script_json, template_text, write_page
 from codesign.views.report.result_tables import figure_tables, result_reasons_table, sources_table
-from codesign.views.report.scrub import Event, Field, Scrub, Timed, Track, scrub_of
-from codesign.views.report.scrub_cells import UNKNOWN
+from codesign.views.report.scrub import UNKNOWN, Event, Field, Scrub, Timed, Track, scrub_of
 from codesign.views.report.sentences import headline, run_pace_text
-from codesign.views.report.table import Cell, Table, left, right
 from codesign.views.report.timelines import account_picture
-from codesign.views.report.wording import ABSENT, ENDED, PACE, number_scales, quantity_cell
+from codesign.views.report.wording import ABSENT, ENDED, PACE, Cell, Table, left, number_scales, quantity_cell, right
 
 if TYPE_CHECKING:
     from codesign.views.report.canvas import Picture

@@ -12,28 +12,38 @@ from codesign.ground.figures import FIGURES, Figure, label
 from codesign.ground.units import counted
 from codesign.planners.quality import RobotsQuality
 from codesign.system.results.result import DisplayUse, Reason, ResourceUse, Result, StageUse
-from codesign.views.report.certainty import certainty_table, sure_cell
-from codesign.views.report.fields import records_table, rows_of, shares_table
 from codesign.views.report.scenario_tables import end_rows, energy_table, fleet_tables, mission_tables
 from codesign.views.report.sentences import (
     ARRIVALS,
     all_arrive,
     arrivals_of,
     arrived_cell,
+    certainty_table,
     plan_pace_text,
     question_text,
+    sure_cell,
 )
-from codesign.views.report.table import Cell, Column, Table, left, pairs, right, word, words
 from codesign.views.report.wording import (
     ABSENT,
     PACE,
+    Cell,
+    Column,
+    Table,
     axis_text,
     count_cell,
     figure_cell,
     interval_text,
+    left,
+    pairs,
     part_cell,
     quantity_cell,
+    records_table,
+    right,
+    rows_of,
     share_cell,
+    shares_table,
+    word,
+    words,
     yes_cell,
 )
 
@@ -267,7 +277,7 @@ def _energy_tables(result: Result) -> list[Table]:
 
 
 def sources_table(results: Iterable[Result]) -> Table:
-    """Where the figures come from: each source once, with its status and the figures that rest on it."""
+    """The sources of the figures: each source once, with its status and the figures that rest on it."""
     figures = chain.from_iterable((*_resources(result), *_sourced(result)) for result in results)
     rows = map_reduce(figures, lambda row: (row[2].status.value, row[2].source), itemgetter(0, 1))
     lines = sorted(rows.items(), key=lambda line: (_STRENGTH.index(line[0][0]), line[0][1]))

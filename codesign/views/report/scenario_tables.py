@@ -7,22 +7,33 @@ from dataclasses import replace
 
 from codesign.ground.units import counted
 from codesign.planners.quality import RobotsQuality
-from codesign.system.results.fleet import FleetFigures, Frames, Pacemaker, Spread
 from codesign.system.results.ledger import SPENT
 from codesign.system.results.mission import Account, LatencyShare, LeverRun, LinkUse, Mission, MissionEnergy
-from codesign.system.results.result import Energy, Result
-from codesign.views.report.fields import Shown, records_table, row_of, rows_of, shares_table, shown_fields
+from codesign.system.results.result import Energy, FleetFigures, Frames, Pacemaker, Result, Spread
 from codesign.views.report.sentences import bottleneck_text, pace_text
-from codesign.views.report.table import Cell, Column, Table, left, pairs, right, word, words
 from codesign.views.report.wording import (
     ABSENT,
     ENDED,
     PACE,
+    Cell,
+    Column,
+    Shown,
+    Table,
     count_cell,
+    left,
+    pairs,
     part_cell,
     quantity_cell,
     quantity_text,
+    records_table,
+    right,
+    row_of,
+    rows_of,
     share_cell,
+    shares_table,
+    shown_fields,
+    word,
+    words,
     yes_cell,
 )
 

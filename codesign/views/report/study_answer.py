@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
+from codesign.ground.errors import CodesignError
 from codesign.ground.figures import label
 from codesign.ground.progress import Show, doing, silent
-from codesign.views.report.aggregated import aggregated_cell, aim_text, kind_of_row, spread_table
-from codesign.views.report.certainty import winners_certainty_table
+from codesign.study.groups import Groups
+from codesign.system.results.result import Result
+from codesign.views.report.axes import aggregated_cell, aim_text, kind_of_row, spread_table
 from codesign.views.report.explain_tables import effects_table
 from codesign.views.report.render import printable
 from codesign.views.report.result_tables import sources_table
-from codesign.views.report.search_tables import search_table
-from codesign.views.report.sourced import sourced_results
+from codesign.views.report.sentences import winners_certainty_table
 from codesign.views.report.study_tables import (
     best_design,
     best_table,
@@ -20,15 +22,46 @@ from codesign.views.report.study_tables import (
     infeasible_table,
     nearest_table,
     reasons_table,
+    search_table,
     study_table,
     summary,
     why_out,
 )
-from codesign.views.report.table import Table
 from codesign.views.report.winners_table import winners_table
+from codesign.views.report.wording import Table
 
 if TYPE_CHECKING:
     from codesign.study import Study
+
+# The results of a study whose figures have all of its sources.
+
+
+def sourced_results(study: Study) -> Iterator[Result]:
+    """Results that have every source of the figures of a study, in the order of the points.
+
+    Points that were priced differ in clock and power. Their sources follow from the laws of a style and from the part,
+    so one point of each kind is simulated; where its files are missing, it is left out.
+    """
+    outcomes = study.outcomes
+    kinds = set()
+    for first in Groups.of(outcomes.which).in_turn.firsts.tolist():
+        number = int(outcomes.which[first])
+        if number < 0:
+            continue
+        template = outcomes.templates[number]
+        yield template
+        kind = (
+            *(template.platform, template.planner, template.style, template.component, template.part),
+            *(template.feasible, *sorted(template.places.items())),
+        )
+        if number not in outcomes.whole and kind not in kinds:
+            kinds.add(kind)
+            try:
+                result = study.result(first)
+            except CodesignError:
+                continue
+            assert result is not None, "it has a template"
+            yield result
 
 
 def study_sentence(study: Study) -> str:

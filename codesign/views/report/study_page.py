@@ -19,34 +19,36 @@ from codesign.inputs.aggregate import Share
 from codesign.inputs.edit import PLATFORM_AXIS
 from codesign.study.reasons import relative_gaps
 from codesign.system.explanation import AxisEffect
-from codesign.views.report.aggregated import (
+from codesign.views.report.axes import (
     condition_text,
     figure_column,
     figure_label,
+    fixed_axes,
     kind_of_row,
+    level_texts,
     rules_text,
+    short_names,
     spread_table,
+    varying_axes,
 )
-from codesign.views.report.axes import fixed_axes, level_texts, short_names, varying_axes
 from codesign.views.report.columns import Columns
 from codesign.views.report.explain_tables import effects_table
 from codesign.views.report.page import rendered, script_json, template_text, write_page
 from codesign.views.report.result_tables import sources_table
-from codesign.views.report.search_tables import search_picture, search_table
-from codesign.views.report.sourced import sourced_results
-from codesign.views.report.study_answer import study_sentence
+from codesign.views.report.study_answer import sourced_results, study_sentence
 from codesign.views.report.study_tables import (
     PointWhys,
     best_table,
     front_table,
     nearest_table,
     reasons_table,
+    search_picture,
+    search_table,
     study_counts,
     why_out,
 )
-from codesign.views.report.table import Table
 from codesign.views.report.winners_table import winners_table
-from codesign.views.report.wording import ABSENT, number_scales, share_text
+from codesign.views.report.wording import ABSENT, Table, number_scales, share_text
 
 if TYPE_CHECKING:
     from codesign.study import Study

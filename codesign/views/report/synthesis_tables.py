@@ -10,7 +10,7 @@ from more_itertools import map_reduce
 from codesign.ground.figures import label
 from codesign.ground.units import format_count
 from codesign.hardware.rtl.compared import Compared
-from codesign.views.report.table import Cell, Table, left, right, words
+from codesign.views.report.wording import Cell, Table, left, right, words
 
 
 def synthesis_tables(result: Compared) -> Iterator[Table]:

@@ -25,9 +25,20 @@ from codesign.study.sensitivity import inside_of
 from codesign.study.table import first_of_equals
 from codesign.system.results.result import Result
 from codesign.views.report.axes import axis_levels, level_texts, short_names, varying_axes
-from codesign.views.report.certainty import verdict_text
-from codesign.views.report.table import Cell, Column, Table, left, right, word, words
-from codesign.views.report.wording import ABSENT, axis_text, figure_cell, quantity_cell
+from codesign.views.report.sentences import verdict_text
+from codesign.views.report.wording import (
+    ABSENT,
+    Cell,
+    Column,
+    Table,
+    axis_text,
+    figure_cell,
+    left,
+    quantity_cell,
+    right,
+    word,
+    words,
+)
 
 if TYPE_CHECKING:
     from codesign.study import Study, StudyPoint

@@ -1,15 +1,29 @@
-"""Numbers and parameters in a reader's words: one place, so that a page and a terminal say the same."""
+"""The numbers of a record as rows or columns of a table, with the labels, units and kinds that the record declares.
+
+The label of a field is its title, else the label of the declared figure of its name, else its name in words. Its unit
+is the unit of the declared figure, else the one that ``json_schema_extra`` declares, else the ending of its name:
+``_s``, ``_j`` or ``_m``. So a field that is added to a record of a result stands in its table.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cache
+from types import NoneType, UnionType
+from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 
-from codesign.ground.figures import ResultFigure
+from pydantic import BaseModel
+from pydantic.fields import FieldInfo
+
+from codesign.ground.errors import clip
+from codesign.ground.figures import FIGURES, Counted, ResultFigure, named_unit
+from codesign.ground.notebooks import InNotebooks
 from codesign.ground.units import (
     PICOSECONDS_PER_SECOND,
     Dimension,
+    counted,
     format_count,
     format_energy,
     format_frequency,
@@ -17,7 +31,79 @@ from codesign.ground.units import (
     format_time,
     shown_units,
 )
-from codesign.views.report.table import Cell
+
+# Numbers and parameters in a reader's words: one place, so that a page and a terminal say the same.
+
+# A table before anyone decided how to show it.
+
+Align = Literal["left", "right"]
+Value = float | int | str | bool | None
+
+
+@dataclass(frozen=True)
+class Column:
+    """A column: its name, the unit of its values (texts carry their own), and its alignment."""
+
+    name: str
+    unit: str = ""
+    align: Align = "left"
+
+
+@dataclass(frozen=True)
+class Cell:
+    """A cell: what a reader sees (``text``) and what a program takes (``value``, in the unit of the column)."""
+
+    text: str
+    value: Value = None
+
+
+@dataclass(frozen=True, repr=False)
+class Table(InNotebooks):
+    """A title, columns, rows of as many cells, and notes to be read below.
+
+    ``strong`` holds the numbers of the rows that stand out: totals, points of the front.
+    """
+
+    title: str
+    columns: tuple[Column, ...]
+    rows: tuple[tuple[Cell, ...], ...]
+    notes: tuple[str, ...] = ()
+    strong: frozenset[int] = field(default_factory=frozenset)
+
+    def __repr__(self) -> str:
+        size = f"{counted(len(self.rows), 'row')}, {counted(len(self.columns), 'column')}"
+        return f"Table({clip(self.title)!r}: {size})"
+
+    def __post_init__(self) -> None:
+        for number, row in enumerate(self.rows):
+            if len(row) != len(self.columns):
+                raise ValueError(f"row {number} of {self.title!r} has {len(row)} cells, not {len(self.columns)}")
+
+
+def left(*names: str) -> tuple[Column, ...]:
+    """Columns of words."""
+    return tuple(Column(name) for name in names)
+
+
+def right(*names: str, unit: str = "") -> tuple[Column, ...]:
+    """Columns of numbers in one unit."""
+    return tuple(Column(name, unit, "right") for name in names)
+
+
+def word(text: str) -> Cell:
+    """A word as a cell."""
+    return Cell(text, text)
+
+
+def words(*texts: str) -> tuple[Cell, ...]:
+    """Cells of words."""
+    return tuple(map(word, texts))
+
+
+def pairs(title: str, rows: Sequence[tuple[str, Cell]], notes: tuple[str, ...] = ()) -> Table:
+    """A table of two columns: what, and how much."""
+    return Table(title, left("figure", "value"), tuple((Cell(name, name), cell) for name, cell in rows), notes)
+
 
 ABSENT = "–"
 """Stands where there is no figure."""
@@ -215,3 +301,132 @@ def _cut(text: str) -> str:
 
 def _decimals(value: float, digits: int) -> str:
     return f"{value:.{digits}f}".rstrip("0").rstrip(".")
+
+
+@dataclass(frozen=True)
+class Shown:
+    """A field that holds a number: its name, its label, its unit, and whether it is a count or a share.
+
+    The unit of a count stands only in the heading of its column.
+    """
+
+    name: str
+    label: str
+    unit: str
+    counted: Counted
+
+    def cell(self, value: Any) -> Cell:
+        """One value. Counts by reason are added up."""
+        if isinstance(value, Mapping):
+            return count_cell(sum(value.values()))
+        if self.counted == "share":
+            return share_cell(value)
+        if self.counted == "count" or (self.unit == "1" and isinstance(value, int)):
+            return count_cell(value)
+        return quantity_cell(value, self.unit)
+
+    @property
+    def is_declared(self) -> bool:
+        """True if it is a declared figure of results."""
+        return self.name in FIGURES
+
+    @property
+    def column(self) -> Column:
+        """The column of its values."""
+        unit = "" if self.unit == "1" and self.counted != "share" else self.unit
+        return Column(self.label, unit, "right")
+
+
+@cache
+def shown_fields(kind: type) -> tuple[Shown, ...]:
+    """The fields of a record that hold numbers, in their order; counts by reason if they have a title."""
+    if issubclass(kind, BaseModel):
+        fields = dict(kind.model_fields)
+    else:
+        hints = get_type_hints(kind, include_extras=True)
+        fields = {name: FieldInfo.from_annotation(hint) for name, hint in hints.items()}
+    return tuple(
+        _shown(name, info)
+        for name, info in fields.items()
+        if _is_number(info.annotation) or (info.annotation == dict[str, int] and info.title)
+    )
+
+
+def _is_number(annotation: Any) -> bool:
+    """True if the field holds a number, or a number or None."""
+    optional = get_origin(annotation) in (Union, UnionType)
+    return annotation in (int, float) or (optional and set(get_args(annotation)) <= {int, float, NoneType})
+
+
+def _shown(name: str, info: FieldInfo) -> Shown:
+    if name in FIGURES:
+        figure = FIGURES[name]
+        return Shown(name, info.title or figure.label, figure.unit, figure.counted)
+    in_words, unit = named_unit(name)
+    if isinstance(info.json_schema_extra, dict):
+        unit = str(info.json_schema_extra.get("unit", unit))
+    share = unit == "1" and ("share" in name or name == "utilisation")
+    return Shown(name, info.title or in_words, unit, "share" if share else "measure")
+
+
+def _fields_of(record: Any) -> tuple[Shown, ...]:
+    kind: type = type(record)
+    return shown_fields(kind)
+
+
+def row_of(record: Any, name: str) -> tuple[str, Cell]:
+    """One number of a record: its label and its value."""
+    (field,) = (field for field in _fields_of(record) if field.name == name)
+    return field.label, field.cell(vars(record)[name])
+
+
+def rows_of(record: Any, *left_out: str, always: bool = True) -> list[tuple[str, Cell]]:
+    """A row for each number of a record, in the order of its fields: its label and its value.
+
+    Without ``always``, a number that is None has no row.
+    """
+    return [
+        (field.label, field.cell(value))
+        for field in _fields_of(record)
+        if field.name not in left_out and ((value := vars(record)[field.name]) is not None or always)
+    ]
+
+
+def records_table(
+    title: str, first: str, records: Iterable[tuple[str, Any]], kind: type, notes: tuple[str, ...] = ()
+) -> Table:
+    """A row for each named record of one ``kind``, and a column for each of its numbers.
+
+    ``first`` is the heading of the names; where it is "", no column shows them.
+    """
+    fields = shown_fields(kind)
+    names = left(first) if first else ()
+    return Table(
+        title,
+        (*names, *(field.column for field in fields)),
+        tuple(
+            (*words(name)[: len(names)], *(field.cell(vars(record)[field.name]) for field in fields))
+            for name, record in records
+        ),
+        notes,
+    )
+
+
+def shares_table(
+    title: str,
+    names: tuple[str, ...],
+    amount: Column,
+    parts: Iterable[tuple[Cell, ...]],
+    total: Cell | None = None,
+    notes: tuple[str, ...] = (),
+) -> Table:
+    """The parts of a whole, and their sum in the last row where it is given.
+
+    A part is a tuple of cells: its ``names``, its ``amount`` and its share of the whole.
+    """
+    rows = tuple(parts)
+    columns = (*left(*names), amount, *right("share", unit="1"))
+    if total is None:
+        return Table(title, columns, rows, notes)
+    last = (word("all"), total, share_cell(1.0 if total.value else None))
+    return Table(title, columns, (*rows, last), notes, strong=frozenset([len(rows)]))

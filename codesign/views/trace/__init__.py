@@ -10,9 +10,18 @@ space.
 
 from codesign.ground.records import Level, MemoryListener
 from codesign.views.trace.listeners import McapListener
-from codesign.views.trace.moment import MOMENT_KINDS, Moment, moment, moment_lines
+from codesign.views.trace.moment import (
+    HEADER,
+    MOMENT_KINDS,
+    Moment,
+    TimelineRow,
+    moment,
+    moment_lines,
+    thumbnail,
+    timeline,
+    trace_thumbnail,
+)
 from codesign.views.trace.reader import Channel, Trace, open_trace
-from codesign.views.trace.show import HEADER, TimelineRow, thumbnail, timeline, trace_thumbnail
 
 __all__ = [
     "HEADER",

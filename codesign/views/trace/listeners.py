@@ -40,9 +40,8 @@ from codesign.ground.records import (
 )
 from codesign.ground.units import PICOSECONDS_PER_SECOND
 from codesign.views.trace import shapes
-from codesign.views.trace.floor import BLOCKED, FREE, UNKNOWN, Floor, floor_of
-from codesign.views.trace.messages import encoder_of
-from codesign.views.trace.schemas import descriptor_set, schema_name, topic_of
+from codesign.views.trace.messages import descriptor_set, encoder_of, schema_name, topic_of
+from codesign.views.trace.shapes import BLOCKED, FREE, UNKNOWN, Floor, floor_of
 
 # Views of robots: their frames, their bodies with headings and numbers, and their trails.
 

@@ -32,11 +32,18 @@ from codesign.ground.progress import Show, silent, tracked
 from codesign.ground.records import RECORD_TYPES, ArrayOf, Record, SummaryRecord
 from codesign.ground.units import counted, format_count, format_time
 from codesign.version import __version__
-from codesign.views.trace.arrays import has_shape
 from codesign.views.trace.listeners import FORMAT, RUN
-from codesign.views.trace.messages import checked, decode
-from codesign.views.trace.schemas import FieldPlan, agrees, message_class, plan_of
-from codesign.views.trace.values import MAX_ELEMENTS, parse_json
+from codesign.views.trace.messages import (
+    MAX_ELEMENTS,
+    FieldPlan,
+    agrees,
+    checked,
+    decode,
+    has_shape,
+    message_class,
+    parse_json,
+    plan_of,
+)
 
 # Scan the records of an MCAP file in order. Each is bounded before it is read, and checked before it is used.
 

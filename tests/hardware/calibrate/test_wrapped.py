@@ -15,11 +15,11 @@ from codesign.hardware.calibrate.calibration import Compared
 from codesign.hardware.calibrate.design import DesignPoint, design_point
 from codesign.hardware.calibrate.fpga import Comparison, compare_reports
 from codesign.hardware.calibrate.reports import read_report
-from codesign.hardware.calibrate.reports.record import Stage
+from codesign.hardware.calibrate.reports.engine import Stage
 from codesign.inputs import load_platform
 from codesign.inputs.calibration_file import CALIBRATIONS, CLOCK, DYNAMIC, STATIC
 from codesign.system import catalog
-from codesign.views.report.calibration_tables import calibration_tables
+from codesign.views.report.hardware_tables import calibration_tables
 
 SETTINGS = {"fpga.part": "XC7A100T-1", "search.display": "none"}
 
@@ -166,7 +166,7 @@ def test_the_document_has_the_offset_and_the_reason(hwsw: Run, tmp_path: Path) -
 
 
 def test_an_offset_moves_a_small_design_more_than_a_large_one() -> None:
-    from codesign.hardware.calibrate.fit import fitted_term
+    from codesign.hardware.calibrate.calibration import fitted_term
     from codesign.inputs.calibration_file import Sample
 
     samples = [

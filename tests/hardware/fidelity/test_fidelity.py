@@ -18,8 +18,18 @@ from rtl_tools import needs
 
 import codesign.hardware.fidelity
 from codesign.ground.figures import Figure, Status
-from codesign.hardware.fidelity import REASONS, SAMPLES, Fidelity, asked, idle, measure, reason_of
-from codesign.hardware.fidelity.mismatches import Spread, mismatches, spreads
+from codesign.hardware.fidelity import (
+    REASONS,
+    SAMPLES,
+    Fidelity,
+    Spread,
+    asked,
+    idle,
+    measure,
+    mismatches,
+    reason_of,
+    spreads,
+)
 from codesign.hardware.fidelity.points import TOTAL, Point, known_of, rooms, rows_of
 from codesign.hardware.rtl.campaign import verify_all
 from codesign.views.report.fidelity_page import fidelity_page

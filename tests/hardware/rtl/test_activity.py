@@ -9,7 +9,7 @@ from toy_circuit import ToyCircuit, ToyParameters
 
 from codesign.ground.errors import RunError
 from codesign.hardware.rtl.activity import activity, count_toggles
-from codesign.hardware.rtl.gates import without_unknowns
+from codesign.hardware.rtl.bench_runs import without_unknowns
 from codesign.planners.job import Job
 
 WAVES = """

@@ -15,7 +15,7 @@ from examples import THOROUGH
 from rtl_tools import needs, quickest
 from verilog_tools import SIMULATORS, output_of
 
-from codesign.hardware.rtl.bench import bench_files
+from codesign.hardware.rtl.bench_runs import bench_files
 from codesign.hardware.rtl.design import sources_of, write_design
 from codesign.planners.circuits import Circuit, CircuitStyle, Expected
 from codesign.system import catalog

@@ -9,12 +9,7 @@ from typing import Any
 import pytest
 
 from codesign.ground.figures import Status
-from codesign.hardware.fidelity.designs import Design, circuit_of, job_of, laws_of
-from codesign.hardware.fidelity.designs.breadth_first import engine
-from codesign.hardware.fidelity.designs.harmonic import array as block
-from codesign.hardware.fidelity.designs.velocity_obstacle import design as robots
-from codesign.hardware.fidelity.designs.wavefront import ADDERS
-from codesign.hardware.fidelity.designs.wavefront import array as wave
+from codesign.hardware.fidelity.designs import Design, circuit_of, design_of, job_of, laws_of
 from codesign.hardware.rtl.place import place
 from codesign.hardware.rtl.synthesis import synthesise
 from codesign.inputs.part_file import load_part
@@ -23,27 +18,40 @@ PART, OTHER = "LFE5U-85F-8", "LFE5U-85F-6"
 Draw = Callable[[random.Random], Design]
 
 
-def _tile(draw: random.Random) -> Design:
+def block(draw: random.Random, pipeline: int) -> Design:
+    size = [draw.randint(6, 12), draw.randint(6, 24)]
+    common = {"iterations": 6, "schedule": {"first": 7, "step": 8, "last": 63}}
+    return design_of({"style": "bit_serial", "free": size, "of": {"block": size, "pipeline": pipeline, **common}})
+
+
+def engine(draw: random.Random) -> Design:
+    size = [draw.randint(30, 100), draw.randint(30, 100)]
+    micro_architecture = draw.choice(("three_cycles", "two_cycles", "pipelined"))
+    of = {"micro_architecture": micro_architecture, "address": "side_by_side", "display": "none"}
+    return design_of({"style": "state_machine", "free": size, "of": of})
+
+
+def wave(draw: random.Random, style: str, least: int, most: int) -> Design:
+    return design_of({"style": style, "free": [draw.randint(least, most), draw.randint(least, most)]})
+
+
+def tile(draw: random.Random) -> Design:
     rows, columns = draw.randint(4, 10), draw.randint(3, 10)
-    return wave(2 * rows, 2 * columns, "tiled", tile=(rows, columns))
+    return design_of({"style": "tiled", "free": [2 * rows, 2 * columns], "of": {"tile": [rows, columns]}})
+
+
+def robots(draw: random.Random) -> Design:
+    return design_of({"style": "sequential", "robots": draw.randint(2, 4), "of": {"width": draw.randint(16, 24)}})
 
 
 STYLES: dict[str, tuple[str, Draw]] = {
-    "harmonic, plain": ("harmonic", lambda draw: block(draw.randint(6, 12), draw.randint(6, 24), 0)),
-    "harmonic, pipelined": ("harmonic", lambda draw: block(draw.randint(6, 12), draw.randint(6, 24), 1)),
-    "breadth_first": (
-        "breadth_first",
-        lambda draw: engine(
-            draw.randint(30, 100), draw.randint(30, 100), draw.choice(("three_cycles", "two_cycles", "pipelined"))
-        ),
-    ),
-    "delay_line": ("wavefront", lambda draw: wave(draw.randint(8, 20), draw.randint(8, 20))),
-    "adder_comparator": ("wavefront", lambda draw: wave(draw.randint(4, 6), draw.randint(4, 6), ADDERS)),
-    "tiled": ("wavefront", _tile),
-    "velocity_obstacle": (
-        "velocity_obstacle",
-        lambda draw: robots("sequential", draw.randint(2, 4), draw.randint(16, 24)),
-    ),
+    "harmonic, plain": ("harmonic", lambda draw: block(draw, 0)),
+    "harmonic, pipelined": ("harmonic", lambda draw: block(draw, 1)),
+    "breadth_first": ("breadth_first", engine),
+    "delay_line": ("wavefront", lambda draw: wave(draw, "delay_line", 8, 20)),
+    "adder_comparator": ("wavefront", lambda draw: wave(draw, "adder_comparator", 4, 6)),
+    "tiled": ("wavefront", tile),
+    "velocity_obstacle": ("velocity_obstacle", robots),
 }
 
 

@@ -16,7 +16,7 @@ from waveform_reader import VCDVCD
 
 from codesign.ground.errors import RunError
 from codesign.hardware.rtl import tools
-from codesign.hardware.rtl.runs import Run
+from codesign.hardware.rtl.bench_runs import Run
 from codesign.hardware.rtl.verify import BACKENDS, Verified, compared, simulate, verify
 from codesign.planners.circuits import Circuit, Expected, Image
 from codesign.planners.job import Job

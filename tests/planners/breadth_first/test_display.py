@@ -10,7 +10,7 @@ import pytest
 from rtl_tools import needs
 from verilog_tools import in_icarus
 
-from codesign.hardware.rtl.bench import bench_files
+from codesign.hardware.rtl.bench_runs import bench_files
 from codesign.hardware.rtl.design import sources_of, write_design
 from codesign.hardware.rtl.verify import Verified, verify
 from codesign.planners.breadth_first.plan.parameters import Address, MicroArchitecture, SearchParameters, VgaController

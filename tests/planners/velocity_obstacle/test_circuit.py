@@ -11,7 +11,7 @@ import pytest
 
 from codesign.ground.errors import UnsuitedError
 from codesign.hardware.rtl import tools
-from codesign.hardware.rtl.runs import Run
+from codesign.hardware.rtl.bench_runs import Run
 from codesign.hardware.rtl.verify import simulate, verify
 from codesign.planners.circuits import Image
 from codesign.planners.job import Job

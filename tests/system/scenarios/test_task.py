@@ -17,8 +17,7 @@ from codesign.planners.quality import Quality
 from codesign.system import point_of
 from codesign.system.energy import watts_of
 from codesign.system.ready import ready
-from codesign.system.results.result import Result
-from codesign.system.results.task import TaskFigures
+from codesign.system.results.result import Result, TaskFigures
 from codesign.system.scenarios import bind, simulate
 from codesign.system.scenarios.requests import requests_of
 

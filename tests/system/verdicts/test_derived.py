@@ -127,7 +127,7 @@ def test_constraints_over_expressions_are_as_sure(result: Result) -> None:
 
 
 def test_the_best_design_by_a_derived_objective(tmp_path: object) -> None:
-    from codesign.views.report.certainty import winners_certainty_table
+    from codesign.views.report.sentences import winners_certainty_table
 
     workload = codesign.load_workload(
         {

@@ -22,8 +22,7 @@ from codesign.ground.records import GoalRecord
 from codesign.maps import read_map
 from codesign.views.bags import BagFacts, Choices, Rule, Topics, facts_of, read_bag
 from codesign.views.bags.obstacles import Appeared
-from codesign.views.bags.recording import Series
-from codesign.views.bags.transforms import poses
+from codesign.views.bags.recording import Series, poses
 from codesign.views.trace import MemoryListener
 
 SHORT = Hall(seconds=90.0, rays=180)

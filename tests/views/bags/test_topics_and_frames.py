@@ -22,9 +22,17 @@ from recorded_bags import EPOCH, GOALS, Hall, _Make, _messages, hall
 from codesign.ground.errors import InputError
 from codesign.ground.models import Frame
 from codesign.views.bags import Choices, Topics, facts_of, read_bag
-from codesign.views.bags.recording import RecordedGoal, RecordedMap, RecordedPlan, Recording, Series
-from codesign.views.bags.topics import ROLES, choose_topics
-from codesign.views.bags.transforms import chain, known_times, poses
+from codesign.views.bags.reading import ROLES, choose_topics
+from codesign.views.bags.recording import (
+    RecordedGoal,
+    RecordedMap,
+    RecordedPlan,
+    Recording,
+    Series,
+    chain,
+    known_times,
+    poses,
+)
 
 TYPES = {role: rule.types[0] for role, rule in ROLES.items()}
 OWN = ("scan", "odom", "goal", "plan", "command")

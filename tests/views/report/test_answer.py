@@ -11,8 +11,7 @@ from codesign.planners.quality import Quality
 from codesign.system.results.mission import Bottleneck
 from codesign.system.results.result import Clock, Result
 from codesign.views.report import answer, study_sentence, study_tables
-from codesign.views.report.answer import FIRST
-from codesign.views.report.sentences import plan_pace_text
+from codesign.views.report.sentences import FIRST, plan_pace_text
 
 PCI = {"pci": LINKS["uart"]}
 DIMM = {"external_memory": "dimm"}

@@ -19,7 +19,7 @@ from codesign.views.report import (
     winners_certainty_table,
     winners_table,
 )
-from codesign.views.report.certainty import (
+from codesign.views.report.sentences import (
     EXACT,
     HOLDS,
     certainty_table,

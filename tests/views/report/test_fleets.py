@@ -16,12 +16,12 @@ from report_samples import FRAMES, SECOND, a_fleet, a_fleet_result, a_result, a_
 from benchmarks.velocity_obstacle_pace import LineLaw
 from codesign.ground.records import MapRecord, MissionRecord, PositionsRecord, Record, TaskRecord
 from codesign.study.outcomes import Outcomes
-from codesign.system.results.fleet import FleetFigures, Frames, Spread
+from codesign.system.results.result import FleetFigures, Frames, Spread
 from codesign.views.report import comparison_table, result_tables, run_pictures, study_table
 from codesign.views.report.result_page import result_html
 from codesign.views.report.scenario_tables import fleet_tables
 from codesign.views.report.sentences import fleet_headline, pace_text
-from codesign.views.report.table import Table
+from codesign.views.report.wording import Table
 
 
 def in_real_time(decide_s: float = 0.001, **changes: Any) -> FleetFigures:
@@ -209,7 +209,7 @@ def test_where_robots_leave_the_map_the_picture_follows_them() -> None:
 
 def test_on_the_page_a_table_that_needs_more_than_half_of_it_has_all() -> None:
     from codesign.views.report.result_page import _is_narrow
-    from codesign.views.report.table import left, words
+    from codesign.views.report.wording import left, words
 
     assert _is_narrow(Table("", left("a", "b", "c"), (words("x" * 20, "y" * 20, "z" * 20),)))
     assert not _is_narrow(Table("", left("a", "b", "c"), (words("x" * 30, "y" * 30, "z" * 30),)))

@@ -41,8 +41,8 @@ from codesign.views.report.scenario_tables import (
     mission_table,
 )
 from codesign.views.report.sentences import mission_headline
-from codesign.views.report.table import Table
 from codesign.views.report.timelines import busy_shares
+from codesign.views.report.wording import Table
 
 SECOND = 10**12
 FREE = np.ones((12, 30), dtype=bool)

@@ -15,7 +15,7 @@ from codesign.ground.figures import Status
 from codesign.planners.reproduction import Finding, Reproduction, Use, row
 from codesign.views.report import Cell, Table, comparison_table, front_table
 from codesign.views.report.notebooks import MOST_COLUMNS, MOST_ROWS, notebook_html
-from codesign.views.report.table import left, words
+from codesign.views.report.wording import left, words
 from codesign.views.trace.reader import Channel, Trace
 
 EVIL = "<script>alert(1)</script>\x1b[31m"

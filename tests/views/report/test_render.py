@@ -14,7 +14,7 @@ from codesign.ground.errors import RunError
 from codesign.ground.figures import FIGURES
 from codesign.views.report import render_csv, render_markdown, render_text, study_table, write_csv, write_study_csv
 from codesign.views.report.render import printable
-from codesign.views.report.table import Cell, Column, Table, left, words
+from codesign.views.report.wording import Cell, Column, Table, left, words
 
 
 def of_words(*texts: str) -> Table:

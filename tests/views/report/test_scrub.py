@@ -36,8 +36,7 @@ from codesign.views.report.result_page import (
     scrub_part,
     tick_of,
 )
-from codesign.views.report.scrub import scrub_of
-from codesign.views.report.scrub_cells import Cells, Changes
+from codesign.views.report.scrub import Cells, Changes, scrub_of
 from codesign.views.trace.moment import moment
 
 

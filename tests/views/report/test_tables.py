@@ -29,10 +29,10 @@ from codesign.views.report import (
     write_study_csv,
 )
 from codesign.views.report.axes import fixed_axes, short_names, varying_axes
-from codesign.views.report.reproduction_tables import error_text
+from codesign.views.report.reproduction_page import error_text
 from codesign.views.report.study_tables import study_counts, summary
-from codesign.views.report.table import Cell, Column, Table
 from codesign.views.report.winners_table import winners_table
+from codesign.views.report.wording import Cell, Column, Table
 
 FRONT = """\
 Front

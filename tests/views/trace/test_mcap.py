@@ -30,10 +30,17 @@ from codesign.ground.records import (
     VisitsRecord,
 )
 from codesign.views.trace import McapListener, MemoryListener, open_trace
-from codesign.views.trace.messages import decode, encode
+from codesign.views.trace.messages import (
+    MAX_ELEMENTS,
+    MAX_MESSAGE_BYTES,
+    PICOSECONDS,
+    decode,
+    descriptor_set,
+    encode,
+    message_class,
+    schema_name,
+)
 from codesign.views.trace.reader import MAX_RECORD_BYTES
-from codesign.views.trace.schemas import PICOSECONDS, descriptor_set, message_class, schema_name
-from codesign.views.trace.values import MAX_ELEMENTS, MAX_MESSAGE_BYTES
 
 
 def test_every_class_of_record_is_written_here() -> None:

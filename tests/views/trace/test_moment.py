@@ -25,7 +25,7 @@ from codesign.ground.records import (
     TrajectoryRecord,
 )
 from codesign.views.trace import MOMENT_KINDS, moment, moment_lines, open_trace, timeline, trace_thumbnail
-from codesign.views.trace.show import SHADES, row_of
+from codesign.views.trace.moment import SHADES, row_of
 
 SECOND = 10**12
 

@@ -17,8 +17,7 @@ from codesign import __version__
 from codesign.ground.errors import TraceError
 from codesign.ground.records import RECORD_TYPES, ArrayOf, Record
 from codesign.views.trace import open_trace
-from codesign.views.trace.messages import encode
-from codesign.views.trace.schemas import descriptor_set, plan_of, schema_name
+from codesign.views.trace.messages import descriptor_set, encode, plan_of, schema_name
 
 SAMPLES: dict[str, Record] = {type(record).__name__: record for record in [*a_run(), *a_mission()]}
 
@@ -34,7 +33,7 @@ class NDArray(typing.Generic[Item]):
     "Of a form that NumPy may give it next: what is within is its own affair."
 numpy.typing.NDArray = NDArray
 from codesign.ground.records import RECORD_TYPES
-from codesign.views.trace.schemas import descriptor_set
+from codesign.views.trace.messages import descriptor_set
 for name, kind in RECORD_TYPES.items():
     print(name, descriptor_set(kind).hex())
 """
@@ -151,9 +150,9 @@ def test_a_format_that_would_be_misread_is_refused_and_its_facts_are_shown(tmp_p
 def test_a_fault_of_the_installation_is_not_said_of_the_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     record = SAMPLES["MapRecord"]
     trace = open_trace(written(tmp_path / "run.mcap", record, type(record)))
-    monkeypatch.setattr("codesign.views.trace.schemas._PLANS", {})
-    monkeypatch.setattr("codesign.views.trace.schemas._CLASSES", {})
-    monkeypatch.setattr("codesign.views.trace.schemas._PLAIN", {})
+    monkeypatch.setattr("codesign.views.trace.messages._PLANS", {})
+    monkeypatch.setattr("codesign.views.trace.messages._CLASSES", {})
+    monkeypatch.setattr("codesign.views.trace.messages._PLAIN", {})
     with pytest.raises(TraceError, match="which no message holds") as caught:
         list(trace.records())
     assert "damage" not in str(caught.value)

@@ -36,9 +36,8 @@ from codesign.ground.records import (
     VisitsRecord,
 )
 from codesign.views.trace import MOMENT_KINDS, moment, open_trace, timeline, trace_thumbnail
-from codesign.views.trace.messages import decode, encode
+from codesign.views.trace.messages import decode, encode, message_class
 from codesign.views.trace.reader import decode_json
-from codesign.views.trace.schemas import message_class
 
 times = st.integers(0, 2**62)
 sides = st.integers(1, 6)

@@ -16,8 +16,8 @@ from trace_samples import PluginRecord, a_run, write
 from codesign.ground.errors import TraceError, printable
 from codesign.ground.records import RECORD_TYPES, MapRecord, MessageRecord, StageRecord, TrajectoryRecord
 from codesign.views.trace import open_trace, thumbnail, timeline, trace_thumbnail
-from codesign.views.trace.schemas import schema_name, topic_of
-from codesign.views.trace.show import SHADES, WALL, row_of
+from codesign.views.trace.messages import schema_name, topic_of
+from codesign.views.trace.moment import SHADES, WALL, row_of
 
 TIMELINE = """
 0 ps||host|map|2 × 3 cells, 5 free, 2 goals, 0.05 m a cell

@@ -24,9 +24,8 @@ from codesign.ground.records import (
     TrajectoryRecord,
 )
 from codesign.views.trace import McapListener, open_trace
-from codesign.views.trace.floor import floor_of
 from codesign.views.trace.listeners import MOST_CUBES, MOST_SHOWN
-from codesign.views.trace.shapes import WALL, coloured
+from codesign.views.trace.shapes import WALL, coloured, floor_of
 
 SECOND = 10**12
 NO_GOALS = np.zeros((0, 2), np.int32)

@@ -11,9 +11,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from codesign.ground.errors import SpecError
-from codesign.hardware.calibrate.reports.engine import Tool
-from codesign.hardware.calibrate.reports.record import ClockReading, Reading, Report, Stage
-from codesign.hardware.calibrate.reports.text import Text, read_text
+from codesign.hardware.calibrate.reports.engine import ClockReading, Reading, Report, Stage, Text, Tool, read_text
 from codesign.hardware.calibrate.reports.tools import GOWIN, ISE, LATTICE, NEXTPNR, QUARTUS, VIVADO
 from codesign.hardware.calibrate.reports.yosys import YOSYS
 

@@ -9,9 +9,22 @@ from typing import Any
 
 from more_itertools import map_reduce
 
-from codesign.hardware.calibrate.reports.engine import Fields, Kind, Named, Tool, counted, rows, slowest
-from codesign.hardware.calibrate.reports.record import ClockReading, Inside, Reading, Stage, added
-from codesign.hardware.calibrate.reports.text import Row, Text
+from codesign.hardware.calibrate.reports.engine import (
+    ClockReading,
+    Fields,
+    Inside,
+    Kind,
+    Named,
+    Reading,
+    Row,
+    Stage,
+    Text,
+    Tool,
+    added,
+    counted,
+    rows,
+    slowest,
+)
 
 # --- Vivado: report_utilization (also -hierarchical), report_timing_summary, report_power
 
@@ -228,7 +241,7 @@ _ISE_USED = {
     ),
     "multipliers": ({"MULT18X18s|MULT18X18SIOs|DSP48s|DSP48As|DSP48A1s|DSP48Es|DSP48E1s": 1.0},),
 }
-"""What follows ``Number of``."""
+"""The words after ``Number of``."""
 
 _RELEASE = r"Release (\S+)\s*-?\s*(?:Map|par|xst|Trace|XPower Analyzer)\b"
 _NUMBER_OF = r"Number of (\S.*?)\s*:?\s+([\d,]+)(?:\s+out of\b.*|\s*)$"
@@ -476,7 +489,7 @@ _LATTICE_USED = {
     "block_rams": ({"block RAMs": 1.0}, {"EBRs": 1.0}),
     "multipliers": ({"DSPs": 1.0}, {r"MULT18X18\w*": 1.0}),
 }
-"""What follows ``Number of``, of either tool, and the macros of a DSP block."""
+"""The words after ``Number of``, of either tool, and the macros of a DSP block."""
 
 _LATTICE = r"(Diamond|Radiant)(?: Software)? \(64-bit\) (\d[\w.]*)"
 

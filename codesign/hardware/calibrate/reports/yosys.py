@@ -10,9 +10,7 @@ from collections.abc import Mapping
 from dataclasses import asdict
 from typing import Any
 
-from codesign.hardware.calibrate.reports.engine import Fields, Kind, Tool
-from codesign.hardware.calibrate.reports.record import Inside, Reading, Stage, added
-from codesign.hardware.calibrate.reports.text import Text
+from codesign.hardware.calibrate.reports.engine import Fields, Inside, Kind, Reading, Stage, Text, Tool, added
 from codesign.hardware.rtl.cells import COUNTED, Counts
 
 _TITLE = r"^=== (.*) ===$"

@@ -8,16 +8,18 @@ from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from typing import Any
 
+import numpy as np
 import simpy
+from numpy.typing import NDArray
 
 from codesign.components import PreemptedError
 from codesign.components.command import Command
-from codesign.components.path import authority
+from codesign.components.path import Polyline, authority, join, starts_clear
 from codesign.ground.errors import InputError, RunError
 from codesign.ground.memo import Memo
 from codesign.ground.records import CommandRecord, PlanRecord, TrajectoryRecord
 from codesign.ground.units import PICOSECONDS_PER_SECOND, format_time
-from codesign.inputs.scenario import ReplanPolicy, ReplanTrigger, WhenBusy
+from codesign.inputs.scenario import Drive, ReplanPolicy, ReplanTrigger, WhenBusy
 from codesign.planners.interface import COMMAND, LOAD, POSE, Problem
 from codesign.planners.styles import Step
 from codesign.planners.task_graph import Flow
@@ -28,16 +30,137 @@ from codesign.system.messages import Content, LostMessageError
 from codesign.system.place import DISPLAY, RENDER_KERNEL
 from codesign.system.results.ledger import Ledger, Spent
 from codesign.system.scenario import MissionProgress, ProgressOfMission
-from codesign.system.scenarios.drive.active import ActivePlan
 from codesign.system.scenarios.drive.goals import FrontierGoals, Goals, Tour
-from codesign.system.scenarios.drive.log import Log
-from codesign.system.scenarios.drive.progress import EVENTS_OF_A_TURN
-from codesign.system.scenarios.drive.request import Fate, PlanRequest, Sight, livelock_text
+from codesign.system.scenarios.drive.log import Fate, Log, PlanRequest, Sight, livelock_text
 from codesign.system.scenarios.drive.scene import Look, Scene
 from codesign.system.scenarios.drive.tasks import FOLLOWING, MOVE, OCCUPANCY, SEEN, SENSE
 from codesign.system.scenarios.drive.world.belief import Update
 from codesign.system.scenarios.records import tell_field
 from codesign.system.sent_map import CHANGE_BITS, SentMap
+
+# The plan that a robot follows, and the path that it makes of it.
+
+OFF_PATH = 1.0
+"""Cells: a robot farther than this from its path gets a new path of the same plan."""
+
+
+class ActivePlan:
+    """The plan that the robot follows, and the path that it makes of it.
+
+    Args:
+        answer: the plan.
+        planner: the one that made it.
+        position: where its path begins.
+        again: whether a decision is asked for at every turn (``planners.interface.POSE``). The plan is then asked for
+            another path where the robot was seen off this one. Otherwise the answer was sent once, and only this path
+            of the plan is known here.
+        number: which plan of the drive it is, from 1.
+    """
+
+    def __init__(
+        self, answer: Answer, planner: Any, position: tuple[float, float], *, again: bool, number: int = 1
+    ) -> None:
+        self.answer, self.number = answer, number
+        self._planner, self._again = planner, again
+        self.path, self.arrives = self._make(position)
+
+    def from_here(self, position: tuple[float, float], passable: NDArray[np.bool_]) -> Polyline:
+        """The path from ``position``. The plan makes a new one where the robot is off it and the plan can be asked."""
+        if self._again and self.path.closest(position)[1] > OFF_PATH:
+            self.path, self.arrives = self._make(position)
+        return join(self.path, position, passable)
+
+    @property
+    def target(self) -> tuple[int, int]:
+        """The cell in which the path ends."""
+        row, column = self.path.points[-1]
+        return round(float(row)), round(float(column))
+
+    def lost(self, position: tuple[float, float], passable: NDArray[np.bool_]) -> bool:
+        """True if the plan knows no path from ``position``, which is not where it was planned from."""
+        if not self._again:
+            off = self.path.closest(position)[1] > OFF_PATH
+            return off and not starts_clear(join(self.path, position, passable), passable)
+        return not self.arrives and self.path.length == 0.0 and self.target != self.answer.problem.starts[0]
+
+    def _make(self, position: tuple[float, float]) -> tuple[Polyline, bool]:
+        """The path from ``position``; else from where the plan begins: the robot left that while the plan was made."""
+        problem = self.answer.problem
+        points, arrives = self._ask(position)
+        if not arrives and len(points) == 1:
+            row, column = problem.starts[0]
+            begun = self._ask((float(row), float(column)))
+            if Polyline(begun[0]).closest(position)[1] <= OFF_PATH:
+                points, arrives = begun
+        return Polyline(around_corners(points, problem.free)), arrives
+
+    def _ask(self, position: tuple[float, float]) -> tuple[NDArray[np.float64], bool]:
+        """The planner's path from a position.
+
+        Raises:
+            RunError: the planner gives no path.
+        """
+        with planner_code(self._planner):
+            given, arrives = self._planner.path_from(self.answer.problem, self.answer.plan, position)
+            points = np.asarray(given, np.float64)
+            if points.ndim != 2 or points.shape[1] != 2 or not len(points) or not np.isfinite(points).all():
+                raise ValueError("its way is not n × 2 finite numbers, n at least 1")
+            if not _inside(points, self.answer.problem.free.shape):
+                raise ValueError("its way leaves the map")
+            return points, bool(arrives)
+
+
+def _inside(points: NDArray[np.float64], shape: tuple[int, ...]) -> bool:
+    """True if all points, float64 n × 2, lie on a map of ``shape``, its rim included."""
+    return bool(((points >= -0.5) & (points <= np.array(shape) - 0.5)).all())
+
+
+def around_corners(points: NDArray[np.float64], free: NDArray[np.bool_]) -> NDArray[np.float64]:
+    """The path with every diagonal step past one obstacle led through the free cell beside it.
+
+    Planners on eight neighbours may pass the corner of an obstacle; a robot would touch it. ``points``: float64 n × 2;
+    only steps between the middles of two cells are looked at.
+    """
+    cells = np.rint(points).astype(np.int64)
+    whole = np.abs(points - cells).max(axis=1) < 1e-9
+    diagonal = (np.abs(np.diff(cells, axis=0)) == 1).all(axis=1) & whole[:-1] & whole[1:]
+    bent = [points[0]]
+    for index in range(len(points) - 1):
+        if diagonal[index]:
+            (row, column), (next_row, next_column) = cells[index], cells[index + 1]
+            by_row, by_column = free[next_row, column], free[row, next_column]
+            if by_row != by_column:
+                bent.append(np.array((next_row, column) if by_row else (row, next_column), np.float64))
+        bent.append(points[index + 1])
+    return np.array(bent)
+
+
+# How long a drive may become at most.
+
+EVENTS_OF_A_TURN = 20
+"""Events that a turn of the control loop counts for: its scan and its path take about as long as so many messages."""
+
+LONG_DRIVE = 36_001
+"""Turns of the longest drive by default: an hour, ten turns a second, the first at 0. Measured: half a minute on a map
+of 16 × 16 cells."""
+
+
+def longest_turns(scenario: Drive) -> int:
+    """Turns of the control loop by which a drive has ended: at its limit, or by its events."""
+    by_events = scenario.events // EVENTS_OF_A_TURN
+    return min(scenario.limit // scenario.control_period, by_events) + 1
+
+
+def outlook(scenario: Drive) -> str | None:
+    """A warning that a drive may become long, for before it begins; None where it becomes no longer than usual."""
+    if longest_turns(scenario) <= LONG_DRIVE:
+        return None
+    seconds = f"{scenario.limit / PICOSECONDS_PER_SECOND:,.10g} s of simulated time"
+    return (
+        f"a long drive: it may take {longest_turns(scenario):,} turns of the control loop, and ends after {seconds}"
+        f" or {scenario.events:,} events at the latest; a lower scenario.limit or scenario.events ends it sooner"
+    )
+
 
 # Plans of a drive: made beside the control loop, one at a time, each from what the robot believes at its begin.
 

@@ -39,10 +39,8 @@ from codesign.system.results.result import Power, Result
 from codesign.system.scenario import Draft, LeverProgress, ProgressOfMission
 from codesign.system.scenarios.drive.faults import drive_faults, faults_of_robot
 from codesign.system.scenarios.drive.levers import with_levers
-from codesign.system.scenarios.drive.log import Log
-from codesign.system.scenarios.drive.mission import FinishedDrive, drive
-from codesign.system.scenarios.drive.progress import outlook
-from codesign.system.scenarios.drive.request import broken_off_text
+from codesign.system.scenarios.drive.log import Log, broken_off_text
+from codesign.system.scenarios.drive.mission import FinishedDrive, drive, outlook
 from codesign.system.scenarios.drive.scene import Scene
 from codesign.system.scenarios.drive.tasks import KERNELS, MOVE, SENSE, drive_flows, drive_of, robot_of
 from codesign.system.scenarios.drive.world.inflation import Inflation

@@ -13,7 +13,7 @@ from codesign.system.results.mission import CONTACT_POINTS, ContactPoint, Missio
 from codesign.system.scenarios.drive.mission import drive
 from codesign.system.scenarios.drive.scenario import mission_of
 from codesign.views.report.scenario_tables import mission_tables
-from codesign.views.trace.show import row_of
+from codesign.views.trace.moment import row_of
 
 OPEN = "\n".join(["." * 16] * 16) + "\n"
 BLIND: dict[str, Any] = {"components": {"robot": {"sensor": {"range": "0 m"}}}}

@@ -18,8 +18,7 @@ from codesign.ground.records import MissionRecord, PoseRecord, Record, TaskRecor
 from codesign.planners.job import Job
 from codesign.system.results.mission import Mission
 from codesign.system.scenarios import bind, simulate
-from codesign.system.scenarios.drive.active import around_corners
-from codesign.system.scenarios.drive.mission import drive
+from codesign.system.scenarios.drive.mission import around_corners, drive
 from codesign.views.trace import MemoryListener
 
 PERIOD = SECOND // 10

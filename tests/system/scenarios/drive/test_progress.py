@@ -16,7 +16,7 @@ from mission_specs import SECOND, Ground, rectangle
 from codesign.inputs.scenario import Drive
 from codesign.system import MissionProgress
 from codesign.system.scenarios import outlook, simulate
-from codesign.system.scenarios.drive.progress import EVENTS_OF_A_TURN, longest_turns
+from codesign.system.scenarios.drive.mission import EVENTS_OF_A_TURN, longest_turns
 
 Hwsw = Callable[..., Invoked]
 

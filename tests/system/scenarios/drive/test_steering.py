@@ -20,8 +20,7 @@ from codesign.planners.wavefront.plan.planner import PLANNER
 from codesign.system.chain import Answer
 from codesign.system.results.ledger import Ledger
 from codesign.system.scenarios import bind, simulate
-from codesign.system.scenarios.drive.active import ActivePlan
-from codesign.system.scenarios.drive.mission import drive
+from codesign.system.scenarios.drive.mission import ActivePlan, drive
 from codesign.system.scenarios.drive.scenario import first_plan_fields
 
 NODE_UPDATE = 10_000

@@ -1,18 +1,18 @@
 """The designs that are synthesised and placed, so that laws are fitted to them and held against them.
 
-``python -m benchmarks.measure`` writes their rows. ``designs/ROOM.py`` has the designs of a room: ``RESOURCES``, some
-``Design``, ``CLOCKS``, some ``Placed``, and ``ACTIVITIES``, some ``Design``. Any may be missing.
+``designs.yaml`` has them, by planner. ``python -m benchmarks.measure`` writes their rows.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from importlib import import_module
-from importlib.util import find_spec
+from functools import cache, partial
+from pathlib import Path
 from typing import Any
 
 import numpy as np
+import yaml
 
 from codesign import maps
 from codesign.ground.models import Part
@@ -20,6 +20,7 @@ from codesign.planners.circuits import Circuit, CircuitStyle
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
 from codesign.planners.styles import Architecture, TaskStyle
+from codesign.planners.velocity_obstacle.plan.problem import RobotsProblem, generate
 from codesign.system import catalog
 
 
@@ -38,6 +39,17 @@ def scattered_map(rows: int, columns: int, seed: int) -> Problem:
     return Problem(free, (goal,), ((row, column),))
 
 
+_NARROW = 15
+"""Below this width the words are too narrow for the robots of the paper's arena."""
+
+
+def circle(robots: int, width: int) -> RobotsProblem:
+    """Robots on a circle: in the paper's arena, or in one that words of ``width`` bits suffice for."""
+    if width >= _NARROW:
+        return generate("circle", robots)
+    return generate("circle", robots, radius=0.25, speed=24.0, acceleration=96.0, arena=(15.0, 15.0))
+
+
 @dataclass(frozen=True, eq=False)
 class Design:
     """A design point: what it plans on, the raw parameters of the planning task, and other fields of its ``Job``.
@@ -53,42 +65,57 @@ class Design:
     seed: int = 0
 
 
-FEW = 1, 2, 3
-"""Seeds of a design that a law is fitted to: five are for those that it is held against."""
-ONE = (1,)
-"""The seed of a design that takes minutes to place."""
-
-
 @dataclass(frozen=True)
 class Placed:
     """A design on a part, with the seeds that it is placed with."""
 
     design: Design
     part: str
-    seeds: Sequence[int] = (1, 2, 3, 4, 5)
+    seeds: Sequence[int]
 
 
+def design_of(entry: Mapping[str, Any]) -> Design:
+    """The design of an entry of ``designs.yaml``."""
+    parameters = {name: _frozen(value) for name, value in entry.get("of", {}).items()}
+    seed = entry.get("seed", 0)
+    if "free" in entry:
+        problem: Callable[[], Any] = partial(free_map, *entry["free"])
+    elif "scattered" in entry:
+        rows, columns = entry["scattered"]
+        problem = partial(scattered_map, rows, columns, seed)
+    else:
+        problem = partial(circle, entry["robots"], parameters["width"])
+    job = {"inside": frozenset(entry["inside"])} if "inside" in entry else {}
+    return Design(entry["style"], parameters, problem, entry.get("task", ""), job, seed)
+
+
+def _frozen(value: Any) -> Any:
+    return tuple(map(_frozen, value)) if isinstance(value, list) else value
+
+
+@cache
+def _entries() -> Mapping[str, Mapping[str, Any]]:
+    listed: Mapping[str, Mapping[str, Any]] = yaml.safe_load(Path(__file__).with_suffix(".yaml").read_text("utf-8"))
+    return listed
+
+
+@cache
 def resources(room: str) -> Sequence[Design]:
-    """The designs of a room that are synthesised; none where the room has no module here."""
-    designs: Sequence[Design] = vars(_module(room)).get("RESOURCES", ())
-    return designs
+    """The designs of a room that are synthesised."""
+    return tuple(map(design_of, _entries().get(room, {}).get("resources", ())))
 
 
+@cache
 def clocks(room: str) -> Sequence[Placed]:
-    """The designs of a room that are placed; none where the room has no module here."""
-    placed: Sequence[Placed] = vars(_module(room)).get("CLOCKS", ())
-    return placed
+    """The designs of a room that are placed."""
+    listed = _entries().get(room, {}).get("clocks", ())
+    return tuple(Placed(design_of(each), each["part"], range(1, each["seeds"] + 1)) for each in listed)
 
 
+@cache
 def activities(room: str) -> Sequence[Design]:
-    """The designs of a room that toggles are counted on, on maps of ``scattered_map``; none where it has none."""
-    designs: Sequence[Design] = vars(_module(room)).get("ACTIVITIES", ())
-    return designs
-
-
-def _module(room: str) -> Any:
-    name = f"{__name__}.{room}"
-    return import_module(name) if find_spec(name) else object
+    """The designs of a room that toggles are counted on, on maps of ``scattered_map``."""
+    return tuple(map(design_of, _entries().get(room, {}).get("activities", ())))
 
 
 def circuit_of(room: str, design: Design) -> CircuitStyle:
