@@ -147,7 +147,12 @@ def _explored(asked: Explore) -> tuple[Platform | list[Platform] | None, Workloa
     if chosen is not None and len(specs) == 2:
         raise InputError("PLATFORM is named too", f"--set {PLATFORM_AXIS}", "keep one of the two")
     workload = exploring(codesign.load_workload(specs[-1]), axes, asked.conditions, asked.needs)
-    platforms = load_platforms(names)
+    try:
+        platforms = load_platforms(names)
+    except InputError as wrong:
+        if chosen is None or wrong.where:
+            raise
+        raise InputError(wrong.what, f"--set {PLATFORM_AXIS}", wrong.hint) from wrong
     if len(platforms) == 1:
         return pin(platforms[0], workload, settings, "--set ") if settings else (platforms[0], workload)
     return platforms or None, held(workload, settings, "--set ")

@@ -244,8 +244,8 @@ def test_the_command_takes_platforms_from_the_axis_or_from_set(hwsw: Callable[..
     [
         (("labyrinth",), "workload labyrinth is explored on no platform"),
         (("zynq", "labyrinth", "--set", "platform=zynq"), "--set platform: PLATFORM is named too"),
-        (("labyrinth", "--set", "platform=7"), "7 names no platform"),
-        (("labyrinth", "--set", "platform=[zynq, zinq]"), "there is no shipped platform 'zinq'"),
+        (("labyrinth", "--set", "platform=7"), "--set platform: 7 names no platform"),
+        (("labyrinth", "--set", "platform=[zynq, zinq]"), "--set platform: there is no shipped platform 'zinq'"),
         (("a", "b", "c"), "3 arguments"),
         (
             ("labyrinth", "--set", "platform=[zynq, arty-a7]", "--set", "fabric.clock=9 THz"),
