@@ -10,13 +10,12 @@ import os
 import pickle
 import platform
 import threading
-import time
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from functools import cached_property
 from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
-from codesign.ground.kernel_cache import compiled_once, is_cold, keep_kernels_on_node
+from codesign.ground.kernel_cache import is_cold, keep_kernels_on_node
 
 COMPARED = ("numba", "llvmlite", "numpy", "scipy")
 """The packages that a figure may depend on, to the last bit."""
@@ -58,9 +57,9 @@ class Held:
         self._data = data
 
     @cached_property
-    def compute(self) -> Callable[[Any], Any]:
-        """Computes one item of work."""
-        compute: Callable[[Any], Any] = pickle.loads(self._data)
+    def compute(self) -> Callable[[Any, float], tuple[list[Any], float]]:
+        """Computes the first items of a batch: as many as are begun within some seconds, and at least one."""
+        compute: Callable[[Any, float], tuple[list[Any], float]] = pickle.loads(self._data)
         return compute
 
     def __reduce__(self) -> tuple[type[Held], tuple[bytes]]:
@@ -74,24 +73,10 @@ def hold(data: bytes, digest: str) -> Held:
 
 
 def compute(held: Held, works: bytes, seconds: float) -> tuple[list[Any], float]:
-    """The results of the first items of a batch; see ``in_turn``.
+    """The results of the first items of a batch, in order, and the seconds that they took.
 
     A process computes one batch at a time, whatever number of threads it has: the function is not for several threads,
     and threads of Python do not compute side by side.
     """
     with _COMPUTING:
-        return in_turn(lambda work: compiled_once(lambda: held.compute(work)), pickle.loads(works), seconds)
-
-
-def in_turn(compute: Callable[[Any], Any], works: Iterable[Any], seconds: float) -> tuple[list[Any], float]:
-    """The results of the first items, in order, and the seconds that they took.
-
-    No item is begun after ``seconds``; the first one always is.
-    """
-    begun = time.monotonic()
-    came: list[Any] = []
-    for work in works:
-        came.append(compute(work))
-        if time.monotonic() - begun >= seconds:
-            break
-    return came, time.monotonic() - begun
+        return held.compute(pickle.loads(works), seconds)

@@ -87,7 +87,11 @@ class Movable:
         return (str(section), head if section == "mapping" else self._named(head), *keys)
 
     def _named(self, name: str) -> str:
-        return name if self.platform is None else self.platform.named(name)
+        return self._filled.get(name, name)
+
+    @functools.cached_property
+    def _filled(self) -> Mapping[str, str]:
+        return {} if self.platform is None else self.platform.filled
 
     def keys(self, name: str) -> tuple[str, ...] | None:
         """The keys that an axis may move of a task, component or link; None if it may be anything."""

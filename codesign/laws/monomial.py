@@ -11,6 +11,7 @@ import numpy as np
 from pydantic import Field
 
 from codesign.ground.figures import Figure
+from codesign.ground.memo import Same
 
 Interval = tuple[float, float]
 
@@ -75,22 +76,18 @@ class Ends:
         """The bounds of a sum."""
         plan = tuple(plan)
         key = tuple(map(key_of, plan))
-        held = self._sums.get(key)
-        if held is None:
+        if key not in self._sums:
             low: Any = 0.0
             high: Any = 0.0
             for monomial, own in zip(plan, key, strict=True):
                 least, most = self.of(monomial, own)
                 low, high = low + least, high + most
-            held = low, high
-            if None not in key:
-                self._sums[key] = held
-        return held
+            self._sums[key] = low, high
+        return self._sums[key]
 
     def of(self, monomial: Monomial, key: Any) -> Interval:
         """The bounds of a monomial. ``key``: see ``key_of``."""
-        held = self._monomials.get(key)
-        if held is None:
+        if key not in self._monomials:
             low: Any = monomial.amount
             high: Any = monomial.amount
             for name, power in monomial.powers.items():
@@ -100,10 +97,8 @@ class Ends:
                 falls = {name: monomial.powers.get(name, -1) < 0 for name in monomial.by}
                 low = low * quotient_of(monomial, {name: self._end(name, falls[name]) for name in falls})
                 high = high * quotient_of(monomial, {name: self._end(name, not falls[name]) for name in falls})
-            held = low, high
-            if key is not None:
-                self._monomials[key] = held
-        return held
+            self._monomials[key] = low, high
+        return self._monomials[key]
 
     def _factor(self, name: str, power: int) -> Interval:
         if (name, power) not in self._factors:
@@ -117,10 +112,10 @@ class Ends:
 
 
 def key_of(monomial: Monomial) -> Any:
-    """The key of all that its bounds depend on besides the inputs; None if its amount is an array."""
-    if isinstance(monomial.amount, np.ndarray):
-        return None
-    return monomial.amount, tuple(monomial.powers.items()), monomial.divide, monomial.by
+    """The key of all that its bounds depend on besides the inputs."""
+    amount = monomial.amount
+    own = Same(amount) if isinstance(amount, np.ndarray) else amount
+    return own, tuple(monomial.powers.items()), monomial.divide, monomial.by
 
 
 def quotient_of(monomial: Monomial, values: Mapping[str, Any]) -> Any:

@@ -34,7 +34,7 @@ from codesign.study.pricing.boards import boards_of
 from codesign.study.pricing.computation import Computation
 from codesign.study.pricing.least import least
 from codesign.study.pricing.machines import Specs
-from codesign.study.pricing.price import PRICED, Priced, price
+from codesign.study.pricing.price import PRICED, Group, Priced, price
 from codesign.study.space import Space
 from codesign.system.bind import System
 from codesign.system.results.result import Result
@@ -198,19 +198,14 @@ class Bounds:
             system = self.pricer.system(work)
             if system is None:
                 return None
-            computed: list[Computation] = []
-
-            def computation() -> Computation:
-                computed.append(self.pricer.computation(system, {}))
-                return computed[0]
-
-            priced = price(system, work.specs, computation)
+            group = Group.of(system, work.specs, lambda: self.pricer.computation(system, {}))
+            (priced,) = price([group])
         except CodesignError:
             return None
         levels = self.points.levels(np.array([point]))
         platform = self.pricer.explored.platform(work.axes)
         parting = Parting(self.pricer.explored, self.points, platform, np.array([point]), levels)
-        return Member(system, work.specs, priced, computed[0] if computed else None, parting)
+        return Member(system, work.specs, priced, group.computation, parting)
 
     def _monotone(self, part: int, platform: int | None) -> dict[int, tuple[bool, bool]]:
         """The monotone axes of a box of the space, by number: whether later values are faster, and are traded."""

@@ -91,8 +91,8 @@ class _Computing:
         self._packing = Packing(evaluate)
         self._files = evaluate.files()
 
-    def __call__(self, work: Work) -> Done:
-        return self._packing(work)
+    def __call__(self, works: Sequence[Work], seconds: float) -> tuple[list[Done], float]:
+        return self._packing(works, seconds)
 
     @property
     def differing(self) -> list[str]:

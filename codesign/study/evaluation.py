@@ -6,20 +6,19 @@ import contextlib
 import time
 import traceback
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import wraps
+from functools import partial
 from pathlib import Path, PurePath
 from typing import TYPE_CHECKING, Any
 
 from codesign.ground.errors import CodesignError
 from codesign.ground.memo import Memo
-from codesign.inputs.files import data_folder
 from codesign.study.explored import Explored
 from codesign.study.identity import canonical_digest, code_digest, files_read
 from codesign.study.partition import Alone, Together, Work
 from codesign.study.pricing.computation import Computation, record
-from codesign.study.pricing.price import Priced, price, why_alone
+from codesign.study.pricing.price import Group, Priced, price, why_alone
 from codesign.study.simulator import Simulator, grid_for
 from codesign.study.space import DesignPoint, Space
 from codesign.study.store import Entry, EntryState
@@ -74,23 +73,21 @@ class Done:
         return bool(self.why_apart)
 
 
-def timed(compute: Callable[[Any, Work], Done]) -> Callable[[Any, Work], Done]:
-    """Of a method ``__call__`` of an evaluator: what came of work says how long it took."""
+Begun = tuple[Done, Group | None]
+"""The outcome of work; and of points that compute the same their group, which is still to be priced."""
 
-    @wraps(compute)
-    def timing(self: Evaluator, work: Work) -> Done:
-        self.simulating_s = 0.0
-        begun = time.perf_counter()
-        done = compute(self, work)
-        took_s, warm = time.perf_counter() - begun, self.warm
-        self.warm = warm or done.ran
-        return replace(done, took_s=took_s, simulating_s=self.simulating_s) if warm or not done.ran else done
 
-    return timing
+def _called(compute: Callable[[], Begun]) -> Begun:
+    return compute()
 
 
 class Evaluator(ABC):
-    """Computes work. For ``ProcessExecutor`` it must pickle; each worker then works on a copy of its own."""
+    """Computes work. For ``ProcessExecutor`` it must pickle; each worker then works on a copy of its own.
+
+    ``seconds_a_batch``: how long works are collected where one worker computes them, to be priced side by side.
+    """
+
+    seconds_a_batch = 0.0
 
     warm = False
     """True if a plan was computed here before, so that kernels are loaded."""
@@ -101,8 +98,60 @@ class Evaluator(ABC):
     def __init__(self, space: Space) -> None:
         self.space = space
 
-    @abstractmethod
     def __call__(self, work: Work) -> Done:
+        """The outcome of one work."""
+        ((done,), _) = self.batch((work,), 0.0)
+        return done
+
+    def batch(
+        self, works: Iterable[Work], seconds: float, guarded: Callable[[Callable[[], Begun]], Begun] = _called
+    ) -> tuple[list[Done], float]:
+        """The outcomes of the first works, in order, and the seconds that it took.
+
+        Points that compute the same are priced beside those of the other works. No work is begun after ``seconds``, or
+        after an interrupt; the first one always is.
+
+        Args:
+            works: drawn one by one. guarded: calls what computes a work.
+        """
+        first = time.perf_counter()
+        came: list[Done] = []
+        groups: dict[int, Group] = {}
+        for work in works:
+            begun = time.perf_counter()
+            self.simulating_s = 0.0
+            try:
+                done, group = guarded(partial(self.begin, work))
+            except KeyboardInterrupt as struck:
+                done, group = Done(Alone(()), interrupt=struck), None
+            now = time.perf_counter()
+            if self.warm or not done.ran:
+                done = replace(done, took_s=now - begun, simulating_s=self.simulating_s)
+            self.warm = self.warm or done.ran
+            if group is not None:
+                groups[len(came)] = group
+            came.append(done)
+            if done.interrupt is not None or now - first >= seconds:
+                break
+        for place, done in self._priced(came, groups):
+            came[place] = done
+        return came, time.perf_counter() - first
+
+    def _priced(self, came: Sequence[Done], groups: Mapping[int, Group]) -> Iterator[tuple[int, Done]]:
+        """The outcomes of works, priced, by their places. ``groups``: by place, those that are priced."""
+        begun = time.perf_counter()
+        outcomes = _prices([*groups.values()])
+        a_point = (time.perf_counter() - begun) / max(1, sum(len(came[place].work) for place in groups))
+        for place, outcome in zip(groups, outcomes, strict=True):
+            done = came[place]
+            took_s = None if done.took_s is None else done.took_s + a_point * len(done.work)
+            if isinstance(outcome, str):
+                yield place, Done(done.work, why_apart=outcome, took_s=took_s, simulating_s=done.simulating_s)
+            else:
+                yield place, replace(done, priced=outcome, took_s=took_s)
+
+    @abstractmethod
+    def begin(self, work: Work) -> Begun:
         """The outcome of work; a point that raises becomes a failed one."""
 
     def files(self) -> dict[Path, str]:
@@ -117,10 +166,9 @@ class PointByPoint(Evaluator):
         super().__init__(space)
         self.evaluate = evaluate
 
-    @timed
-    def __call__(self, work: Work) -> Done:
+    def begin(self, work: Work) -> Begun:
         """The entries of the points, in order."""
-        return _one_by_one(work, work.points_of(self.space), self.evaluate)
+        return _one_by_one(work, work.points_of(self.space), self.evaluate), None
 
 
 class Pricer(Evaluator):
@@ -131,6 +179,8 @@ class Pricer(Evaluator):
         space: of the points.
         computations: what was computed before, as JSON by its digest.
     """
+
+    seconds_a_batch = 0.1
 
     def __init__(
         self,
@@ -146,36 +196,29 @@ class Pricer(Evaluator):
         self._simulator = Simulator(explored, grid, memory)
         self._memo: Memo | None = None
 
-    @timed
-    def __call__(self, work: Work) -> Done:
+    def begin(self, work: Work) -> Begun:
         """The outcome of work."""
         if isinstance(work, Together):
             return self._together(work)
-        return _one_by_one(work, work.points_of(self.space), self._simulator)
+        return _one_by_one(work, work.points_of(self.space), self._simulator), None
 
     def files(self) -> dict[Path, str]:
         """Parts, hosts, calibrations and maps of axes, which are not in the pickle of this."""
-        shipped = data_folder("platforms")
-        read = files_read(self.explored)
-        return {file: digest for file, digest in read.items() if shipped not in file.parents}
+        return files_read(self.explored)
 
-    def _together(self, work: Together) -> Done:
-        """Points priced side by side; apart where each has to be simulated, or to be refused, by itself."""
+    def _together(self, work: Together) -> Begun:
+        """Points to be priced side by side; apart where each has to be simulated, or to be refused, by itself."""
         computed: dict[str, str] = {}
         try:
             system = self._bound(work)
             if why := self._why_apart(system):
-                return Done(work, why_apart=why)
-            priced = price(system, work.specs, lambda: self.computation(system, computed))
-        except CodesignError as fault:
-            # Each point by itself reports what is wrong with it.
-            return Done(work, why_apart=str(fault) or type(fault).__name__)
+                return Done(work, why_apart=why), None
+            group = Group.of(system, work.specs, lambda: self.computation(system, computed))
         except AssertionError:
             raise  # What two rooms must agree on does not hold: no figure of the study is to be trusted.
         except Exception as fault:
-            # A fault of pricing costs time, and no result. Tests of all shipped studies notice it.
-            return Done(work, why_apart=_unexpected(fault))
-        return Done(work, priced, computations=computed, simulated=len(computed), ran=bool(computed))
+            return Done(work, why_apart=_why(fault)), None
+        return Done(work, computations=computed, simulated=len(computed), ran=bool(computed)), group
 
     def system(self, work: Together) -> System | None:
         """The bound system of points that compute the same; None where each has to be simulated, or refused, by itself.
@@ -263,6 +306,22 @@ def _entry_of(evaluate: EvaluatePoint, point: DesignPoint) -> tuple[Entry, bool]
     except Exception as fault:
         # Not the user's mistake: the place is what a report of it needs.
         return Entry(point.key, EntryState.FAILED, _unexpected(fault)), False
+
+
+def _prices(groups: Sequence[Group]) -> list[Priced | str]:
+    """The outcomes of groups; where they have none, why their points have to be simulated, or refused, one by one."""
+    try:
+        return [*price(groups)]
+    except AssertionError:
+        raise
+    except Exception as fault:
+        return [_why(fault)] if len(groups) == 1 else [each for group in groups for each in _prices([group])]
+
+
+def _why(fault: Exception) -> str:
+    """Why points are not priced. A fault of pricing costs time, and no result: tests of all studies notice it."""
+    # Of a fault of the points, each by itself reports what is wrong with it.
+    return str(fault) or type(fault).__name__ if isinstance(fault, CodesignError) else _unexpected(fault)
 
 
 def _unexpected(fault: Exception) -> str:

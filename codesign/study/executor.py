@@ -38,8 +38,7 @@ from typing import Any, Protocol
 
 from codesign.ground.errors import RunError
 from codesign.ground.interrupts import held
-from codesign.ground.kernel_cache import compiled_once, reload_kernel_folder
-from codesign.ground.node import in_turn
+from codesign.ground.kernel_cache import reload_kernel_folder
 from codesign.study.evaluation import Done, Evaluator
 from codesign.study.partition import Work
 from codesign.study.work_queue import DEATH_HINT, Packing, Slot, WorkQueue
@@ -83,15 +82,15 @@ class SerialExecutor:
     def run(self, works: Iterable[Work], evaluate: Evaluator) -> Generator[Done, None, None]:
         """The outcome of each piece of work, in order."""
         queue = WorkQueue(works, evaluate.space, 1)
-        while (work := queue.next(())) is not None:
-            done = evaluate(work)
-            if done.interrupt is None:
-                yield from queue.take(done)
-                continue
-            # What was done is kept before the interrupt travels on.
-            if done.work.indices:
-                yield done
-            raise done.interrupt
+        while came := evaluate.batch(iter(lambda: queue.next(()), None), evaluate.seconds_a_batch)[0]:
+            for done in came:
+                if done.interrupt is None:
+                    yield from queue.take(done)
+                    continue
+                # What was done is kept before the interrupt travels on.
+                if done.work.indices:
+                    yield done
+                raise done.interrupt
 
 
 class ProcessExecutor:
@@ -270,8 +269,7 @@ def _started() -> None:
 
 def _batch(works: list[Work], seconds: float) -> tuple[list[Done], float]:
     assert _packing is not None
-    packing = _packing
-    return in_turn(lambda work: compiled_once(lambda: packing(work)), works, seconds)
+    return _packing(works, seconds)
 
 
 def _cause(slot: _Slot) -> str:

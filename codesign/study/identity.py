@@ -129,15 +129,16 @@ def contents_of(explored: Explored) -> dict[str, dict[str, str]]:
 def files_read(explored: Explored) -> dict[Path, str]:
     """The files that points are made of beside the specs, by what they hold now.
 
-    They are parts, hosts, calibrations, and maps of axes. Shipped files do not change (``code_digest``).
+    They are parts, hosts, calibrations, and maps of axes. Shipped platforms do not change (``code_digest``).
     """
     from codesign.inputs.calibration_file import calibration_folders
     from codesign.inputs.library import FOLDERS
 
+    shipped = data_folder("platforms")
     places = dict.fromkeys(platform.document.folder for platform in explored.platforms.values())
     folders = dict.fromkeys(place / name for place in places for name in FOLDERS)
     folders |= dict.fromkeys(folder for place in places for folder in calibration_folders(place))
-    files = [path for folder in folders for path in _listed(folder)]
+    files = [path for folder in folders if shipped not in folder.parents for path in _listed(folder)]
     for values in _map_files(explored).values():
         files += [file for _, read in values for file in read]
     return digests_of(files)

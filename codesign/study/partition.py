@@ -156,17 +156,26 @@ class Parting:
     @cached_property
     def priced(self) -> dict[str, list[str]]:
         """The axes that move prices, by component or link."""
-        movable = Movable.of(self.platform, self.explored.workload.document)
+        movable = self._movable
         owners: dict[str, list[str]] = {}
         for axis in self.levels:
-            head, _, key = axis.partition(".")
-            if axis == PLATFORM_AXIS or movable.section(head) not in ("components", "links"):
+            if not self._is_of_hardware(axis):
                 continue
+            key = axis.partition(".")[2]
             path: KeyPath = movable.path(axis)
             spec = self._models[str(path[1])]
             if key.split(".")[0] in spec.prices():
                 owners.setdefault(str(path[1]), []).append(axis)
         return owners
+
+    @cached_property
+    def _movable(self) -> Movable:
+        return Movable.of(self.platform, self.explored.workload.document)
+
+    def _is_of_hardware(self, axis: str) -> bool:
+        """True if an axis moves a component or a link."""
+        section = self._movable.section(axis.partition(".")[0])
+        return axis != PLATFORM_AXIS and section in ("components", "links")
 
     @cached_property
     def _models(self) -> Mapping[str, Hardware]:
@@ -196,7 +205,9 @@ class Parting:
         computed = [column for axis, column in self.levels.items() if axis not in moved]
         group = _grouped([*computed, *shapes], count)
         part = _grouped(parts, count)
-        yield from self._by_group(group, sound, models, which, part)
+        wired = [column for axis, column in self.levels.items() if axis not in moved and self._is_of_hardware(axis)]
+        wiring = _grouped([*wired, *shapes], count)
+        yield from self._by_group(group, sound, models, which, part, wiring)
 
     def model(self, name: str, levels: Mapping[str, int]) -> Hardware | None:
         """A component or link with values of its own axes; None where it refuses them."""
@@ -215,6 +226,7 @@ class Parting:
         models: Mapping[str, tuple[Hardware, ...]],
         which: Mapping[str, NDArray[np.intp]],
         part: NDArray[np.intp],
+        wiring: NDArray[np.intp],
     ) -> Iterator[Work]:
         alone = np.flatnonzero(~sound)
         own = group[sound]
@@ -226,7 +238,8 @@ class Parting:
         groups = np.split(places, edges) if len(places) else []
         affinity = self._affinity_axes()
         for members in (own for group in groups for own in self._by_part(group, part)):
-            specs = Specs(models, {name: numbers[members] for name, numbers in which.items()}, len(members))
+            own_models = {name: numbers[members] for name, numbers in which.items()}
+            specs = Specs(models, own_models, len(members), int(wiring[members[0]]))
             axes = self.space.values(int(self.points[members[0]]))
             own_affinity = None if affinity is None else tuple(int(self.levels[axis][members[0]]) for axis in affinity)
             key = key_of(self.space, {axis: column[members] for axis, column in self.levels.items()})
@@ -237,23 +250,37 @@ class Parting:
 
     def _by_part(self, members: NDArray[np.intp], part: NDArray[np.intp]) -> list[NDArray[np.intp]]:
         """The points of a group; apart by part where a parameter is left to a search, as its value may depend on it."""
-        numbers = np.unique(part[members])
-        if len(numbers) == 1:
+        own = part[members]
+        if (own == own[0]).all():
             return [members]
+        named = tuple(int(self.levels[axis][members[0]]) for axis in self._in_words)
+        if named not in self._searched:
+            self._searched[named] = self._is_searched(int(self.points[members[0]]))
+        return [members[own == number] for number in np.unique(own)] if self._searched[named] else [members]
+
+    @cached_property
+    def _searched(self) -> dict[tuple[int, ...], bool]:
+        return {}
+
+    @cached_property
+    def _in_words(self) -> list[str]:
+        """The axes that may leave a parameter to a search: those with values that are no numbers."""
+        rest = (axis for axis in self.levels if not self._is_of_hardware(axis))
+        return [axis for axis in rest if not all(map(_is_number, self.space.axes[axis]))]
+
+    def _is_searched(self, point: int) -> bool:
+        """True if a point leaves a parameter to a search."""
         try:
-            mapping = self.explored.point(self.space.values(int(self.points[members[0]])))[1].mapping
+            mapping = self.explored.point(self.space.values(point))[1].mapping
         except CodesignError:
-            return [members]
-        if not any(each.parameters.to_find for each in mapping.values()):
-            return [members]
-        return [members[part[members] == number] for number in numbers]
+            return False
+        return any(each.parameters.to_find for each in mapping.values())
 
     def _affinity_axes(self) -> list[str] | None:
         """The axes that move what works share; None where no axis leaves it."""
         moved = {axis for axes in self.priced.values() for axis in axes}
         rest = [axis for axis in self.levels if axis not in moved]
-        movable = Movable.of(self.platform, self.explored.workload.document)
-        own = [axis for axis in rest if not movable.is_shared_across(axis)]
+        own = [axis for axis in rest if not self._movable.is_shared_across(axis)]
         return None if own == rest else own
 
 
@@ -272,6 +299,11 @@ def key_of(space: Space, levels: Mapping[str, NDArray[np.int32]]) -> str:
         digest.update(numbers.astype(np.int32).tobytes())
     digest.update(canonical(values).encode())
     return digest.hexdigest()
+
+
+def _is_number(value: Any) -> bool:
+    """True for a number, and for a list of numbers."""
+    return all(map(_is_number, value)) if isinstance(value, list | tuple) else isinstance(value, int | float)
 
 
 def _shapes(models: Sequence[Hardware | None]) -> NDArray[np.int32]:

@@ -91,25 +91,34 @@ class Parts:
         Returns the texts of each field by its name, for each result (rows) the number of the text of each field
         (columns), and the results again. A field that is one object in several results is written once.
         """
-        texts: dict[str, dict[str, int]] = {name: {} for name in _FIELDS}
-        numbers = []
-        for template in templates:
-            fields = template.__dict__
-            keys = {name: (name, id(fields[name])) for name in _FIELDS}
-            for key in keys.values() & self._given.keys():
-                self._given.move_to_end(key)
-            new = {name for name, key in keys.items() if key not in self._text and key not in self._given}
-            for name, value in template.model_dump(mode="json", include=new).items() if new else ():
-                text = json.dumps(value, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
-                self._given[keys[name]] = fields[name], text
-                self._keep(name, text, fields[name])
-            own = ((texts[name], self._text.get(key) or self._given[key][1]) for name, key in keys.items())
-            numbers.append([numbered.setdefault(text, len(numbered)) for numbered, text in own])
+        texts: dict[str, list[str]] = {}
+        columns = []
+        for name in _FIELDS:
+            numbers: dict[str, int] = {}
+            by_value: dict[int, int] = {}
+            values = [template.__dict__[name] for template in templates]
+            for template, value in zip(templates, values, strict=True):
+                if id(value) not in by_value:
+                    text = self._text.get((name, id(value))) or self._written(name, value, template)
+                    by_value[id(value)] = numbers.setdefault(text, len(numbers))
+            columns.append([by_value[id(value)] for value in values])
+            texts[name] = [*numbers]
         while len(self._given) > _MOST_GIVEN:
             self._given.popitem(last=False)
-        listed = {name: [*own] for name, own in texts.items()}
-        table = np.array(numbers, np.int32)
-        return listed, table, self.take(listed, table)
+        table = np.array(columns, np.int32).reshape(len(_FIELDS), -1).T
+        return texts, table, self.take(texts, table)
+
+    def _written(self, name: str, value: Any, template: Result) -> str:
+        """The text of a field that is given for the first time, or was given lately."""
+        key = name, id(value)
+        if key in self._given:
+            self._given.move_to_end(key)
+            return self._given[key][1]
+        plain = template.model_dump(mode="json", include={name})[name]
+        text = json.dumps(plain, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
+        self._given[key] = value, text
+        self._keep(name, text, value)
+        return text
 
     def _keep(self, name: str, text: str, value: Any) -> None:
         if (name, text) not in self._by_text:

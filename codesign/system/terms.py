@@ -14,7 +14,6 @@ from typing import Any, Protocol
 import numpy as np
 
 from codesign.ground.figures import Figure, Status
-from codesign.ground.models import Part
 from codesign.ground.units import PICOSECONDS_PER_SECOND
 from codesign.inputs.components import MemoryComponent
 from codesign.laws import Law, Monomial, Sum, as_sum, symbol
@@ -189,7 +188,7 @@ class _Pricing:
             waits += [work.where]
         for where in dict.fromkeys(waits):
             terms += self._waiting(where, ledger)
-        return tuple(term for term in terms if term.amount)
+        return tuple(term for term in terms if np.any(term.amount))
 
     def _of_work(self, work: Work, amount: int) -> Iterator[Term]:
         """Messages of one size; or cycles, or units of a kernel, each an act of one."""
@@ -296,12 +295,12 @@ class _Pricing:
     def _board(self, name: str, power: Power) -> Iterator[Draw]:
         """Static power at all times, and dynamic power while the design works, which rises with the clock."""
         law, part = self._law(name), self.figures.spec(name).chip
-        static = power.static == part.static_power
+        static = self.ends_only or power.static == part.static_power
         source = f"part {part.name}.power.static" if static else f"law {law}.power.static"
         yield self._draw(name, "always", 1.0, {self.input(source, power.static): 1})
         if not np.any(power.dynamic.value):
             return
-        amount, powers = self._dynamic(law, power.dynamic, part)
+        amount, powers = self._dynamic(name, law, power.dynamic)
         clock = self._of(name, "clock")
         yield self._draw(name, "busy", amount / self.values[clock], {**powers, clock: 1})
 
@@ -314,22 +313,29 @@ class _Pricing:
         style = next(styles, None)
         return name if style is None else f"{style.planner}.{style.style}"
 
-    def _dynamic(self, law: str, dynamic: Figure, part: Part) -> tuple[float, dict[str, int]]:
+    def _dynamic(self, name: str, law: str, dynamic: Figure) -> tuple[float, dict[str, int]]:
         """Dynamic power as an amount times inputs: the part's power a slice and Hz, where the law quotes it."""
-        rate = part.dynamic_power
-        low, high = rate.interval
-        if rate.source not in dynamic.source or not low:
+        rate = self.figures.figure(name, "chip.dynamic_power")
+        if not is_quoted(rate, dynamic):
             return 1.0, {self.input(f"law {law}.power.dynamic", dynamic): 1}
+        low, high = rate.interval
         amount = dynamic.value / rate.value
-        powers = {self.input(f"part {part.name}.power.dynamic", rate): 1}
+        powers = {self.input(f"part {self.figures.spec(name).chip.name}.power.dynamic", rate): 1}
         least, most = dynamic.interval[0] / (low * amount), dynamic.interval[1] / (high * amount)
-        if np.any(least < 1 - SAME) or np.any(most > 1 + SAME):
+        differs = (least < 1 - SAME) | (most > 1 + SAME)
+        if np.any(differs):
             text = f"activity of the design over that of the law, {law}: {dynamic.source}"
-            ends: Any = np.minimum(1.0, least), np.maximum(1.0, most)
+            # Of many machines, only some may differ.
+            ends: Any = np.where(differs, np.minimum(1.0, least), 1.0), np.where(differs, np.maximum(1.0, most), 1.0)
             lower, upper = ends if np.ndim(amount) else map(float, ends)
             activity = Figure(1.0, "1", dynamic.status, text, lower, upper)
             powers[self.input(f"law {law}.power.activity", activity)] = 1
         return amount, powers
+
+
+def is_quoted(rate: Figure, dynamic: Figure) -> bool:
+    """True if a law quotes the part's power a slice and Hz in a dynamic power."""
+    return rate.source in dynamic.source and bool(np.all(rate.interval[0]))
 
 
 def _access_ratio(memory: MemoryComponent) -> tuple[float, float]:

@@ -60,7 +60,7 @@ def test_explore_again_computes_nothing_and_says_the_same(hwsw: Run, specs: Spec
     assert first.stdout == again.stdout
     assert first.stderr == again.stderr == ""
     with pytest.MonkeyPatch.context() as patched:
-        for compute in ("Pricer.__call__", "PointByPoint.__call__"):
+        for compute in ("Pricer.begin", "PointByPoint.begin"):
             patched.setattr(f"codesign.study.evaluation.{compute}", None)
         assert hwsw("explore", *specs, "--workers", 1).exit_code == 0
     report = hwsw("report", "small-board-two-rooms.sqlite", "--json")

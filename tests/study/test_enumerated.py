@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -44,9 +43,9 @@ def priced(monkeypatch: pytest.MonkeyPatch) -> list[int]:
     counts: list[int] = []
     price = evaluation.price
 
-    def counting(system: Any, specs: Any, computed: Callable[[], Any]) -> Any:
-        counts.append(specs.count)
-        return price(system, specs, computed)
+    def counting(groups: Any) -> Any:
+        counts.extend(group.specs.count for group in groups)
+        return price(groups)
 
     monkeypatch.setattr(evaluation, "price", counting)
     return counts

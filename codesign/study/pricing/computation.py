@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator, Mapping
+from collections.abc import Generator, Hashable, Mapping, Sequence
 from functools import cache
 from typing import Any, NamedTuple
 
+import numpy as np
 from pydantic import TypeAdapter
 
 from codesign.ground.memo import Memo
@@ -41,6 +42,23 @@ class Act(NamedTuple):
     amount: int
     phases: tuple[tuple[str, int], ...] = ()
 
+    @property
+    def kind(self) -> Act:
+        """An act of any amount, but for messages: their size decides how often a link begins."""
+        if self.unit == BITS:
+            return self
+        return self._replace(amount=self.amount > 0, phases=tuple((phase, some > 0) for phase, some in self.phases))
+
+    def of(self, others: Sequence[Act], repeats: Sequence[int]) -> Act:
+        """This and others of its kind as one, with arrays of amounts: each as often as ``repeats`` says."""
+        every = [self, *others]
+        amounts = np.array([[act.amount, *(some for _, some in act.phases)] for act in every], np.int64)
+        if (amounts == amounts[0]).all():
+            return self
+        amount, *phases = np.repeat(amounts, repeats, axis=0).T
+        named = zip((phase for phase, _ in self.phases), phases, strict=True)
+        return self._replace(amount=amount, phases=tuple(named))
+
 
 class Recorded(ResultModel):
     """One request: what is done from the map that is sent to the answer received.
@@ -72,6 +90,26 @@ class Computation(ResultModel):
     task: TaskFigures
     short: Reason | None
 
+    @property
+    def kind(self) -> Hashable:
+        """Computations of one kind can be priced side by side (``alike``).
+
+        Which of several requests is the slowest is decided by their amounts, so these are part of it.
+        """
+        several = len(self.requests) > 1
+        requests = tuple(
+            (
+                *(act if several else act.kind for act in each.acts),
+                each.asked,
+                each.loaded,
+                each.planned,
+                each.answered,
+                each.before,
+            )
+            for each in self.requests
+        )
+        return requests, self.of_starts
+
     @classmethod
     def read(cls, text: str) -> Computation:
         """The computation that ``model_dump_json`` wrote.
@@ -81,6 +119,22 @@ class Computation(ResultModel):
         """
         computation = cls.model_validate_json(text)
         return computation.model_copy(update={"figures": _typed(computation.figures)})
+
+
+def alike(each: Sequence[tuple[Recorded, ...]], repeats: Sequence[int]) -> tuple[Recorded, ...]:
+    """The requests of computations of one kind as one, with arrays of amounts. ``repeats``: machines of each."""
+    first, *others = each
+    return tuple(
+        request.model_copy(
+            update={
+                "acts": tuple(
+                    act.of([other[number].acts[place] for other in others], repeats)
+                    for place, act in enumerate(request.acts)
+                )
+            }
+        )
+        for number, request in enumerate(first)
+    )
 
 
 def _typed(figures: Mapping[str, Any]) -> dict[str, Any]:

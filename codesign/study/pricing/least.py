@@ -35,7 +35,7 @@ def least(system: System, fastest: Specs, slowest: Specs, computation: Computati
         computation: what the system computes.
     """
     boards = boards_of(system, slowest)
-    watts = {name: board.watts(slowest.which[name]) for name, board in boards.items()}
+    watts = {name: board.drawn(slowest.which[name]) for name, board in boards.items()}
     played = [_LeastMachines(system, fastest).play(request, watts) for request in computation.requests]
     parts = [parts_of(each, request) for each, request in zip(played, computation.requests, strict=True)]
     times = times_of([parts[number] for number in computation.of_starts])

@@ -7,7 +7,7 @@ rates, widths, costs of kernels. Times are int64 arrays of picoseconds, one entr
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
 from typing import Any
@@ -86,17 +86,25 @@ class Specs:
     """The components and links of many platforms that are wired alike.
 
     ``models``: by name, the different models of a component or link. ``which``: by name, the number of the model of
-    each machine, intp. ``count``: of machines.
+    each machine, intp. ``count``: of machines. ``shape``: a number; where it and ``models`` are the same, machines are
+    alike but for prices.
     """
 
     models: Mapping[str, Sequence[Any]]
     which: Mapping[str, NDArray[np.intp]]
     count: int
+    shape: int = 0
 
     def subset(self, chosen: NDArray[np.intp]) -> Specs:
         """Those of some of the machines."""
         which = {name: numbers[chosen] for name, numbers in self.which.items()}
-        return Specs(self.models, which, len(chosen))
+        return Specs(self.models, which, len(chosen), self.shape)
+
+    def beside(self, others: Iterable[Specs]) -> Specs:
+        """These machines and others that are alike but for prices."""
+        every = [self, *others]
+        which = {name: np.concatenate([each.which[name] for each in every]) for name in self.which}
+        return Specs(self.models, which, sum(each.count for each in every), self.shape)
 
     def spec(self, name: str) -> Any:
         """The model of the first machine."""
@@ -113,7 +121,8 @@ class Specs:
             return of(models[0])
         used, which = self._used[name]
         figures = [of(models[number]) for number in used]
-        first = figures[0]
+        # Its source is that of the first machine, as that of its other figures is.
+        first: Figure = figures[int(which[0])]
         if all(figure == first for figure in figures):
             return first
         value, low, high = (

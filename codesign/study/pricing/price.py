@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from more_itertools import map_reduce
+from numpy.typing import NDArray
 
-from codesign.ground.figures import FIGURES, ResultFigure
+from codesign.ground.figures import FIGURES, Figure, ResultFigure
+from codesign.ground.memo import Same
 from codesign.ground.units import PICOSECONDS_PER_SECOND
 from codesign.inputs.components import DisplayComponent
-from codesign.study.pricing.boards import Board, Numbers, PartUse, boards_of
-from codesign.study.pricing.computation import Computation, Recorded
+from codesign.study.pricing.boards import FORMS, Board, Numbers, PartUse, boards_of
+from codesign.study.pricing.computation import Computation, Recorded, alike
 from codesign.study.pricing.machines import Column, Machines, Played, Specs, Times
 from codesign.system.bind import System
 from codesign.system.fit import fit_part
@@ -87,76 +90,123 @@ class Priced:
     reason: Numbers
 
 
-def price(system: System, specs: Specs, computed: Callable[[], Computation]) -> Priced:
-    """The outcomes of a bound system on machines that compute the same.
+@dataclass(frozen=True, eq=False)
+class Group:
+    """Machines that compute the same, with the use of their FPGAs, and what they compute.
 
-    Equal to single runs to the last bit. ``system`` is one that ``why_alone`` lets price. ``computed`` gives
-    what it computes (``record``); it is called where any of the machines fits.
+    - ``system``: bound; one that ``why_alone`` lets price. ``specs``: of the machines.
+    - ``templates``: results without a run. ``which``: the template of each machine, intp.
+    - ``reasons``, ``reason``: see ``Priced``. ``runs``: of each machine, whether it fits at its clock.
+    - ``computation``: what they compute; None where none of them runs.
+    """
+
+    system: System
+    specs: Specs
+    boards: Mapping[str, Board]
+    templates: tuple[Result, ...]
+    which: Numbers
+    reasons: tuple[Reason, ...]
+    reason: Numbers
+    runs: NDArray[np.bool_]
+    computation: Computation | None
+
+    @classmethod
+    def of(cls, system: System, specs: Specs, computed: Callable[[], Computation]) -> Group:
+        """The group of these machines. ``computed`` is called where any of them runs, and its faults are raised."""
+        boards = boards_of(system, specs)
+        templates, which = _fitted(system, specs, boards)
+        reason, reasons = _too_fast(specs, boards)
+        runs = np.array([not template.reasons for template in templates])[which] & (reason < 0)
+        computation = computed() if runs.any() else None
+        return cls(system, specs, boards, templates, which, reasons, reason, runs, computation)
+
+    @property
+    def kind(self) -> Hashable:
+        """Machines of groups of one kind do like acts, on like components."""
+        system, placement = self.system, self.system.placement
+        styles = tuple((task, style.planner, style.style) for task, style in placement.styles.items())
+        wired = Same(self.specs.models), self.specs.shape, tuple(placement.places.items()), placement.inside
+        of = system.component, system.planner.name, system.architecture.style, styles
+        return *wired, *of, None if self.computation is None else self.computation.kind
+
+
+def price(groups: Sequence[Group]) -> list[Priced]:
+    """The outcomes of groups of machines, in order. Equal to those of single runs to the last bit.
 
     Raises:
-        RunError: a time is beyond 64 bits. All that ``computed`` raises.
+        RunError: a time is beyond 64 bits.
     """
-    boards = boards_of(system, specs)
-    used = tuple(system.designs)
-    templates, which = _fitted(system, specs, boards, used)
-    reason, reasons = _too_fast(specs, boards)
+    priced: dict[int, Priced] = {}
+    for numbers in map_reduce(range(len(groups)), lambda number: groups[number].kind).values():
+        priced |= zip(numbers, _side_by_side([groups[number] for number in numbers]), strict=True)
+    return [priced[number] for number in range(len(groups))]
+
+
+def _side_by_side(groups: Sequence[Group]) -> list[Priced]:
+    """The outcomes of groups of one kind."""
+    first, *others = groups
+    specs = first.specs.beside(group.specs for group in others)
     figures, lows, highs = ({name: np.full(specs.count, math.nan) for name in PRICED} for _ in range(3))
-    if used:
-        _put_power(specs, used[0], boards[used[0]], figures, lows, highs)
-    runs = np.array([not template.reasons for template in templates])[which] & (reason < 0)
-    if runs.any():
-        computation = computed()
-        played, fields, priced = _run(system, specs, boards, computation)
+    watts = {
+        name: np.concatenate([group.boards[name].watts[group.specs.which[name]] for group in groups])
+        for name in first.boards
+    }
+    for name in tuple(first.system.designs)[:1]:
+        # The power of the FPGA that plans, or else of the one with a task, fit or not.
+        for columns, sums in zip((figures, lows, highs), watts[name].sum(axis=1).T, strict=True):
+            columns["power"][:] = sums
+    templates = [group.templates for group in groups]
+    which = [group.which for group in groups]
+    if first.computation is not None:
+        chosen = np.flatnonzero(np.concatenate([group.runs for group in groups]))
+        own = specs.subset(chosen)
+        drawn = {name: column[chosen] for name, column in watts.items()}
+        fields, priced, intervals = _run(groups, own, drawn)
         for name, values in priced.items():
-            figures[name][runs] = values[runs]
-        parts = _kinds(specs, boards)
-        for number in np.unique(parts[runs]):
-            chosen = np.flatnonzero(runs & (parts == number))
-            own, powers = specs.subset(chosen), _powers(specs, boards, chosen)
-            ends = _intervals_of(system, own, chosen, played, computation.of_starts, powers)
-            for name, (low, high) in ends.items():
-                lows[name][chosen], highs[name][chosen] = low, high
-        ran = [_ran(template, fields) for template in templates]
-        which = np.where(runs, which + len(templates), which)
-        templates = (*templates, *ran)
-    return Priced(templates, which, figures, lows, highs, reasons, reason)
+            figures[name][chosen] = values
+        for name, (low, high) in intervals.items():
+            lows[name][chosen], highs[name][chosen] = low, high
+        ran = [
+            [_ran(template, each) for template in group.templates] for group, each in zip(groups, fields, strict=True)
+        ]
+        which = [np.where(group.runs, group.which + len(group.templates), group.which) for group in groups]
+        templates = [(*before, *after) for before, after in zip(templates, ran, strict=True)]
+    ends = np.cumsum([group.specs.count for group in groups]).tolist()
+    outcomes = []
+    for group, results, numbers, end in zip(groups, templates, which, ends, strict=True):
+        rows = slice(end - group.specs.count, end)
+        low, value, high = ({name: column[rows] for name, column in each.items()} for each in (lows, figures, highs))
+        outcomes.append(Priced(results, numbers, value, low, high, group.reasons, group.reason))
+    return outcomes
 
 
-def _fitted(
-    system: System, specs: Specs, boards: Mapping[str, Board], used: Sequence[str]
-) -> tuple[tuple[Result, ...], Numbers]:
+def _fitted(system: System, specs: Specs, boards: Mapping[str, Board]) -> tuple[tuple[Result, ...], Numbers]:
     """A result without a run for each combination of parts, and the one of each machine."""
-    head, key = head_fields(system), _kinds(specs, {name: boards[name] for name in used})
-    numbers, firsts, which = np.unique(key, return_index=True, return_inverse=True)
+    head, used = head_fields(system), tuple(system.designs)
+    key = np.zeros(specs.count, np.intp)
+    for name in used:
+        key = key * len(boards[name].uses) + boards[name].kind[specs.which[name]]
+    _, firsts, which = np.unique(key, return_index=True, return_inverse=True)
     of_processor: PartUse = (), (), ()
     if system.part is None:
         # Machines that compute the same have processors of one memory.
         of_processor = fit_part(system.architecture.demand(system.job), None)
     templates = []
-    for first in firsts[: len(numbers)]:
+    for first in firsts:
         resources, bounds, reasons = of_processor
-        for name in used:
-            board = boards[name]
-            uses, limits, more = board.fits[board.kind[specs.which[name][first]]]
+        uses = {name: boards[name].use(specs.which[name][first]) for name in used}
+        for use in uses.values():
+            own, limits, more = use.fit
             # One object for designs that have one fit: it is then written once.
-            resources = resources or uses
+            resources = resources or own
             bounds, reasons = ((*bounds, *limits), (*reasons, *more)) if bounds or reasons else (limits, more)
         fields = dict(head)
         if system.part is not None:
-            board = boards[system.component]
-            fields["part"] = board.parts[board.kind[specs.which[system.component][first]]].full_name
+            fields["part"] = uses[system.component].part.full_name
         templates.append(
             Result.model_construct(**fields, feasible=not reasons, reasons=reasons, resources=resources, bounds=bounds)
         )
     return tuple(templates), which.reshape(-1)
-
-
-def _kinds(specs: Specs, boards: Mapping[str, Board]) -> Numbers:
-    """A number for each combination of the kinds of these FPGAs, one entry a machine."""
-    key = np.zeros(specs.count, np.intp)
-    for name, board in boards.items():
-        key = key * len(board.fits) + board.kind[specs.which[name]]
-    return key
 
 
 def _too_fast(specs: Specs, boards: Mapping[str, Board]) -> tuple[Numbers, tuple[Reason, ...]]:
@@ -164,86 +214,76 @@ def _too_fast(specs: Specs, boards: Mapping[str, Board]) -> tuple[Numbers, tuple
     reason = np.full(specs.count, -1, np.intp)
     reasons: list[Reason] = []
     for name, board in boards.items():
-        for number, each in enumerate(board.too_fast):
-            if each is not None:
-                reason[specs.which[name] == number] = len(reasons)
-                reasons.append(each)
+        late = [number for number, each in enumerate(board.too_fast) if each is not None]
+        numbers = np.full(len(board.too_fast), -1, np.intp)
+        numbers[late] = np.arange(len(late)) + len(reasons)
+        reason = np.where(numbers[specs.which[name]] < 0, reason, numbers[specs.which[name]])
+        reasons += filter(None, board.too_fast)
     return reason, tuple(reasons)
 
 
-def _put_power(
-    specs: Specs,
-    name: str,
-    board: Board,
-    figures: Mapping[str, Column],
-    lows: Mapping[str, Column],
-    highs: Mapping[str, Column],
-) -> None:
-    """The power of the FPGA that plans, or else of the one with a task, fit or not."""
-    which = specs.which[name]
-    static, dynamic = board.watts(which)
-    figures["power"][:] = static + dynamic
-    ends = np.array(
-        [
-            [sum(figure.interval[end] for figure in (power.static, power.dynamic)) for end in (0, 1)]
-            for power in board.powers
-        ]
-    )[which]
-    lows["power"][:], highs["power"][:] = ends[:, 0], ends[:, 1]
-
-
-def _powers(specs: Specs, boards: Mapping[str, Board], chosen: Numbers) -> dict[str, Power]:
-    """The power of each FPGA on some machines of one part each: figures, or arrays of them."""
-    powers = {}
-    for name, board in boards.items():
-        own = Specs({name: board.powers}, {name: specs.which[name][chosen]}, len(chosen))
-        powers[name] = Power.model_construct(
-            static=own.of_figures(name, lambda power: power.static),
-            dynamic=own.of_figures(name, lambda power: power.dynamic),
-        )
-    return powers
+Ends = Mapping[str, tuple[Any, Any]]
+"""The least and the greatest value of figures, by name."""
 
 
 def _run(
-    system: System, specs: Specs, boards: Mapping[str, Board], computation: Computation
-) -> tuple[list[Played], dict[str, Any], dict[str, Column]]:
-    """The requests on the machines, the fields of a result that all share, and the figures that prices move."""
-    watts = {name: board.watts(specs.which[name]) for name, board in boards.items()}
-    played = [Machines(system, specs).play(request, watts) for request in computation.requests]
-    parts = [parts_of(each, request) for each, request in zip(played, computation.requests, strict=True)]
-    times = times_of([parts[number] for number in computation.of_starts])
-    first, machines = computation.requests[0], played[0].machines
-    components = {**machines.by_name, **machines.links}
-    fields = {
-        **computation.figures,
-        "quality": computation.quality,
-        "task": computation.task,
-        "reasons": () if computation.short is None else (computation.short,),
-        "utilisation": {name: float(each.busy[0] > 0) for name, each in components.items()},
-        "links": {
-            name: LinkUse(
-                sent=link.acts,
-                delivered=link.acts,
-                dropped={},
-                in_flight=0,
-                retransmissions=0,
-                undetected=0,
-                ignored_damage={},
-                late=0,
-                bits=link.amount,
-                utilisation=0.0,
-                queued_s=0.0,
-            )
-            for name, link in machines.links.items()
-        },
-    }
+    groups: Sequence[Group], specs: Specs, drawn: Mapping[str, Column]
+) -> tuple[list[dict[str, Any]], dict[str, Column], Ends]:
+    """The machines of ``groups`` that run, side by side.
+
+    Args:
+        groups: of one kind. specs: of their machines that run, group by group.
+        drawn: what each FPGA draws, machines × static and dynamic × value, least and greatest.
+
+    Returns:
+        The fields of a result that the machines of each group share; the figures that prices move; and their intervals.
+    """
+    computations = [group.computation for group in groups if group.computation is not None]
+    system, repeats = groups[0].system, [int(group.runs.sum()) for group in groups]
+    requests, of_starts = (
+        alike([computation.requests for computation in computations], repeats),
+        computations[0].of_starts,
+    )
+    watts = {name: (column[:, 0, 0], column[:, 1, 0]) for name, column in drawn.items()}
+    played = [Machines(system, specs).play(request, watts) for request in requests]
+    parts = [parts_of(each, request) for each, request in zip(played, requests, strict=True)]
+    times = times_of([parts[number] for number in of_starts])
+    first, machines = requests[0], played[0].machines
     priced = {
         **{name: values for name, values in times.items() if name in PRICED},
         "first_plan_s": played[0].times[first.before or first.answered] / PICOSECONDS_PER_SECOND,
-        "cycles": np.broadcast_to(np.asarray(sum(machines.cycles().values()), np.float64), specs.count),
-        "energy_j": mean_of_requests([played[number].joules["energy_j"] for number in computation.of_starts]),
+        "cycles": np.asarray(sum(machines.cycles().values()), np.float64),
+        "energy_j": mean_of_requests([played[number].joules["energy_j"] for number in of_starts]),
     }
-    return played, fields, priced
+    links = {
+        name: LinkUse(
+            sent=link.acts,
+            delivered=link.acts,
+            dropped={},
+            in_flight=0,
+            retransmissions=0,
+            undetected=0,
+            ignored_damage={},
+            late=0,
+            bits=link.amount,
+            utilisation=0.0,
+            queued_s=0.0,
+        )
+        for name, link in machines.links.items()
+    }
+    busy = {name: each.busy > 0 for name, each in {**machines.by_name, **machines.links}.items()}
+    fields = [
+        {
+            **computation.figures,
+            "quality": computation.quality,
+            "task": computation.task,
+            "reasons": () if computation.short is None else (computation.short,),
+            "utilisation": {name: float(each[begin]) for name, each in busy.items()},
+            "links": links,
+        }
+        for computation, begin in zip(computations, np.cumsum([0, *repeats[:-1]]).tolist(), strict=True)
+    ]
+    return fields, priced, _ends(groups, specs, played, of_starts, drawn)
 
 
 def parts_of(played: Played, request: Recorded) -> tuple[Times, Times, Times]:
@@ -260,33 +300,58 @@ def _ran(template: Result, fields: Mapping[str, Any]) -> Result:
     return template.model_copy(update={**fields, "reasons": reasons, "feasible": not reasons})
 
 
-def _intervals_of(
-    system: System,
+def _ends(
+    groups: Sequence[Group],
     specs: Specs,
-    chosen: Numbers,
     played: Sequence[Played],
     of_starts: Sequence[int],
-    powers: Mapping[str, Power],
-) -> dict[str, tuple[Any, Any]]:
-    """The least and the greatest value of each time of a plan and of its energy, by figure.
+    drawn: Mapping[str, Column],
+) -> Ends:
+    """The intervals of the times of a plan and of its energy. See ``_run``.
 
-    Args:
-        system: that the machines are of. specs: of the ``chosen`` ones alone, which have one part in each FPGA.
-        played: the requests that differ, on all machines. of_starts: the number of the request of each start.
-        powers: of each FPGA on the chosen machines.
+    ``played``: the requests that differ. ``of_starts``: the number of the request of each start.
     """
-    ledgers = [_of_some(each.ledger, chosen) for each in played]
-    replans = played[0].first is not played[0].ledger
-    first = _of_some(played[0].first, chosen) if replans else ledgers[0]
-    requests = [ledgers[number] for number in of_starts]
-    terms = plan_terms(system, specs, first, requests, powers, shares={}, ends_only=True)
-    return dict(terms.intervals((*TIMES, "energy_j")))
+    system, names = groups[0].system, (*TIMES, "energy_j")
+    # Machines whose terms have the same inputs are priced at once.
+    key = np.zeros(specs.count, np.intp)
+    for name in drawn:
+        boards = [(group.boards[name], group.specs.which[name][group.runs]) for group in groups]
+        key = key * FORMS + np.concatenate([board.form[which] for board, which in boards])
+        if len(drawn) > 1:
+            # Two FPGAs of one part have one input, which those of two parts have not.
+            key = key * len(boards[0][0].uses) + np.concatenate([board.kind[which] for board, which in boards])
+    lows, highs = ({name: np.full(specs.count, math.nan) for name in names} for _ in range(2))
+    owner = np.repeat(np.arange(len(groups)), [int(group.runs.sum()) for group in groups])
+    for number in np.unique(key):
+        chosen = np.flatnonzero(key == number)
+        own = groups[owner[chosen[0]]].boards
+        powers = {
+            name: _power(own[name].powers[specs.which[name][chosen[0]]], column[chosen])
+            for name, column in drawn.items()
+        }
+        ledgers = [_of_some(each.ledger, chosen) for each in played]
+        first = ledgers[0] if played[0].first is played[0].ledger else _of_some(played[0].first, chosen)
+        requests = [ledgers[number] for number in of_starts]
+        terms = plan_terms(system, specs.subset(chosen), first, requests, powers, shares={}, ends_only=True)
+        for name, (low, high) in terms.intervals(names).items():
+            lows[name][chosen], highs[name][chosen] = low, high
+    return {name: (lows[name], highs[name]) for name in names}
+
+
+def _power(of_first: tuple[Figure, Figure], drawn: Column) -> Power:
+    """The power of an FPGA on many machines. ``drawn``: machines × static and dynamic × value, least and greatest."""
+    static, dynamic = (
+        Figure(value, figure.unit, figure.status, figure.source, low, high)
+        for figure, (value, low, high) in zip(of_first, drawn.transpose(1, 2, 0), strict=True)
+    )
+    return Power.model_construct(static=static, dynamic=dynamic)
 
 
 def _of_some(ledger: Ledger, chosen: Numbers) -> Ledger:
     """The books of some of the machines."""
     some = Ledger()
-    some.work = ledger.work
+    amounts: Mapping[Any, Any] = ledger.work
+    some.work = {work: amount[chosen] if np.ndim(amount) else amount for work, amount in amounts.items()}
     for key, spent in ledger.spent.items():
         of_all: Any = spent
         some.spent[key] = of_all[chosen] if np.ndim(of_all) else of_all

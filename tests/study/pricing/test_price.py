@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -77,8 +78,9 @@ def priced_of(platform: Platform, workload: Workload, axes: Mapping[str, Sequenc
     space = Space(explored.section.every_axis, "")
     pricer = Pricer(explored, space)
     points: list[Any] = [None] * len(space)
-    for work in parted(explored, space, np.arange(len(space))):
-        done = pricer(work)
+    works = [*parted(explored, space, np.arange(len(space)))]
+    # All at once: the groups of one kind are priced side by side.
+    for work, done in zip(works, pricer.batch(works, math.inf)[0], strict=True):
         for place, index in enumerate(work.indices):
             points[index] = (space.values(index), done.priced, place)
     return points

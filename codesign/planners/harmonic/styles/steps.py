@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Generator, Iterator
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
@@ -48,6 +48,14 @@ class StageSums:
     fault: str
     quiet: bool
 
+    @property
+    def approximate_bytes(self) -> int:
+        """What it takes in a ``Memo``: its arrays."""
+        visits = self.visits
+        return sum(
+            each.nbytes for each in (self.field.limbs, visits.block, visits.iterations, visits.count, visits.early)
+        )
+
 
 @dataclass(eq=False)
 class _Standing:
@@ -83,6 +91,7 @@ class StageRuns:
             self._key(precision, start, self.parameters.termination), lambda: self._shared(precision, start, standing)
         )
 
+    @cached_property
     def _partition(self) -> tuple[Any, ...]:
         height, width = self.parameters.block_shape(*self.problem.shape)
         # Blocks that hold the same cells have the same visits.
@@ -92,14 +101,14 @@ class StageRuns:
     def _key(self, precision: int, start: Field | None, termination: Termination) -> tuple[Any, ...]:
         digest = None if start is None else start.digest()
         promoted = self.parameters.promote_after.get(precision)
-        return "harmonic stage", *self._partition(), termination, digest, self.below, precision, promoted
+        return "harmonic stage", *self._partition, termination, digest, self.below, precision, promoted
 
     def _shared(self, precision: int, start: Field | None, standing: _Standing) -> StageSums:
         """A stage that the memo does not hold. It may put the stage of the other termination there."""
         promoted = self.parameters.promote_after.get(precision) is not None
         both = standing.published and self.below and not promoted
         sound = self.parameters.termination is Termination.SOUND
-        partition = self._partition()
+        partition = self._partition
         stands = standing.engine if start is not None and standing.field is start else None
         engine = stands if stands is not None and standing.partition == partition else None
         # Not two at once: the planes of one are most of the memory of a run.
