@@ -3,11 +3,16 @@
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from click.testing import Result
+from click.testing import CliRunner, Result
+
+from codesign.cli import main
+from codesign.hardware.calibrate.reports import TOOLS
+from codesign.inputs.searching import SAMPLERS
 
 Run = Callable[..., Result]
 
@@ -40,3 +45,15 @@ def test_a_broken_kernel_cache_is_told(hwsw: Run, monkeypatch: pytest.MonkeyPatc
     assert result.exit_code == 1
     assert "cache of compiled kernels" in result.stderr
     assert "NUMBA_CACHE_DIR" in result.stderr
+
+
+def test_the_help_names_every_search_and_every_tool_of_reports() -> None:
+    assert set(SAMPLERS) <= set(re.findall(r"\w+", help_of("explore")))
+    told = set(re.findall(r"\w+", help_of("calibrate", "fpga")))
+    assert {word for tool in TOOLS for word in re.findall(r"[A-Z]\w+|nextpnr", tool.name)} <= told
+
+
+def help_of(*words: str) -> str:
+    done = CliRunner().invoke(main, [*words, "--help"])
+    assert done.exit_code == 0
+    return done.output
