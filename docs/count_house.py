@@ -149,6 +149,10 @@ def arrows() -> nx.DiGraph:
         for node in ast.walk(tree):
             if isinstance(node, ast.Import):
                 targets = [alias.name for alias in node.names]
+            elif (
+                isinstance(node, ast.Call) and last_name(node.func) == "late" and isinstance(node.args[0], ast.Constant)
+            ):
+                targets = [str(node.args[0].value)]
             elif isinstance(node, ast.ImportFrom):
                 targets = [
                     whole if (whole := f"{node.module}.{alias.name}") in known else str(node.module)

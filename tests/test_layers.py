@@ -50,7 +50,7 @@ def _absolute(stub: Path) -> str:
 
 @cache
 def imports(path: Path) -> list[tuple[int, str, bool]]:
-    """Every module of the package that a file imports, wherever in the file the import stands.
+    """Every module of the package that a file imports, wherever in the file the import stands; ``late`` counts too.
 
     With the line, and whether it stands under ``if TYPE_CHECKING``.
     """
@@ -74,6 +74,8 @@ def imports(path: Path) -> list[tuple[int, str, bool]]:
             # An imported name may be a module of its own.
             whole = [f"{node.module}.{alias.name}" for alias in node.names]
             names = [name if name.removeprefix("codesign.") in known else node.module or "" for name in whole]
+        elif isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "late":
+            names = [str(getattr(node.args[0], "value", ""))]
         else:
             continue
         for name in names:

@@ -32,6 +32,9 @@ from types import FrameType
 
 from codesign.ground.errors import Interrupted, Terminated
 from codesign.ground.files import remove_passing
+from codesign.ground.late import late
+
+multiprocessing = late("multiprocessing")
 
 GRACE_S = 1.0
 """Seconds for the main thread to unwind."""
@@ -262,7 +265,5 @@ def _next(reading: int, seconds: float | None) -> int:
 
 def _end_workers() -> None:
     if "multiprocessing.process" in sys.modules:
-        from multiprocessing import active_children
-
-        for worker in active_children():
+        for worker in multiprocessing.active_children():
             worker.kill()

@@ -17,7 +17,14 @@ import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
+
+from codesign.ground.late import late
+
+if TYPE_CHECKING:
+    from numba.core import event
+else:
+    event = late("numba.core.event")
 
 try:
     import fcntl
@@ -77,7 +84,6 @@ def compiling_reported(report: Callable[[int], None]) -> Iterator[None]:
 
     A kernel that is loaded from the cache is not reported. Only this process is watched.
     """
-    from numba.core import event
 
     class Watch(event.Listener):
         """Counts the kernels that numba compiles."""
@@ -133,7 +139,6 @@ def compiled_once(compute: Callable[[], T]) -> T:
     folder = os.environ.get(VARIABLE) or _private_folder()
     if fcntl is None or folder is None:
         return compute()
-    from numba.core import event
 
     class Refuse(event.Listener):
         """Ends a computation that would compile."""

@@ -16,7 +16,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codesign.ground.errors import MapError, choose_hint
+from codesign.ground.late import late
 from codesign.maps.grid import MAX_CELLS, OccupancyGrid, check_size
+
+sparse = late("scipy.sparse")
+csgraph = late("scipy.sparse.csgraph")
 
 MAX_OBSTACLE = 256
 """Largest side of a random obstacle, in cells."""
@@ -178,9 +182,6 @@ def _spanning_doors(
     lattice: tuple[int, int], draw: Callable[[int], NDArray[np.uint64]], extra: float
 ) -> tuple[Doors, NDArray[np.uint64]]:
     """Doors of a random spanning tree and of a share of the other walls, with a random place of each."""
-    from scipy.sparse import csr_array
-    from scipy.sparse.csgraph import minimum_spanning_tree
-
     # The walls of the lattice: beside each other first, then one below the other. Then a random order of all.
     index = np.arange(lattice[0] * lattice[1], dtype=np.int32).reshape(lattice)
     first = np.concatenate([index[:, :-1].ravel(), index[:-1].ravel()])
@@ -189,7 +190,7 @@ def _spanning_doors(
     first, second = first[order], second[order]
     # All weights differ, so the minimum spanning tree is unique, and every version of scipy finds it.
     weights = np.arange(1, first.size + 1, dtype=np.float64)
-    tree = minimum_spanning_tree(csr_array((weights, (first, second)), shape=(index.size, index.size)))
+    tree = csgraph.minimum_spanning_tree(sparse.csr_array((weights, (first, second)), shape=(index.size, index.size)))
     opened = np.zeros(first.size, dtype=np.bool_)
     opened[tree.data.astype(np.int64) - 1] = True
     closed = np.flatnonzero(~opened)

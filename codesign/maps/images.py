@@ -17,12 +17,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codesign.ground.errors import MapError
+from codesign.ground.late import late
 from codesign.ground.units import counted
 from codesign.maps.files import parse_count, read_bytes, show, write_bytes
 from codesign.maps.grid import OccupancyGrid, check_size
 
 if TYPE_CHECKING:
     from PIL import Image
+else:
+    Image = late("PIL.Image")
 
 _SIGNATURES = {"PNG": b"\x89PNG\r\n\x1a\n", "BMP": b"BM"}
 # Possessive: a repetition that may be taken back remembers each comment in a hundred bytes.
@@ -126,8 +129,6 @@ def write_image(grid: OccupancyGrid, path: str | os.PathLike[str]) -> None:
     if suffix == ".pgm":
         write_bytes(path, f"P5\n{grid.columns} {grid.rows}\n255\n".encode() + pixels.tobytes())
     elif suffix == ".png":
-        from PIL import Image
-
         buffer = io.BytesIO()
         Image.fromarray(pixels).save(buffer, format="PNG")
         write_bytes(path, buffer.getvalue())
@@ -189,8 +190,6 @@ def _text_levels(data: bytes, where: str) -> NDArray[np.int64]:
 
 
 def _decode_by_pillow(content: bytes, kind: str, where: str) -> GreyImage:
-    from PIL import Image
-
     check_size(*_declared_size(content, kind, where), where)
     try:
         with Image.open(io.BytesIO(content), formats=[kind]) as image:

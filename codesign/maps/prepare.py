@@ -16,9 +16,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codesign.ground.errors import MapError
+from codesign.ground.late import late
 from codesign.maps.grid import Cell, OccupancyGrid
 from codesign.maps.reach import clearance
 from codesign.maps.read import read_map, yaml_beside
+
+ndimage = late("scipy.ndimage")
 
 _ROUNDING = 1e-9
 
@@ -192,8 +195,6 @@ def window(grid: OccupancyGrid, crop: Crop, kept: Iterable[Cell] = ()) -> Window
     """
     cells = grid.free
     if crop is Crop.REACHABLE:
-        from scipy import ndimage
-
         # Across corners too, so that no planner loses a cell, whatever its moves are.
         labels, _ = ndimage.label(cells, structure=np.ones((3, 3), np.int8))
         joined = {int(labels[cell]) for cell in kept} - {0}

@@ -14,7 +14,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codesign.ground.errors import MapError, outside_map
+from codesign.ground.late import late
 from codesign.maps.grid import Cell, as_free
+
+ndimage = late("scipy.ndimage")
+reach_kernels = late("codesign.maps.reach_kernels")
+any_angle_kernels = late("codesign.maps.any_angle_kernels")
 
 MOST_TESTS = 3_000_000
 """Tests of visibility: a second or two of work. With more, the result is a bound below the shortest path."""
@@ -92,8 +97,6 @@ def reachable(free: NDArray[np.bool_], goals: Iterable[Cell], *, corner_cutting:
     """
     if not corner_cutting:
         return distance_steps(free, goals) >= 0
-    from scipy import ndimage
-
     cells = check_cells(free, goals)
     labels, _ = ndimage.label(free, np.ones((3, 3)))
     # A flag for each component, set where a goal lies in it, is looked up by the labels of all cells.
@@ -109,8 +112,6 @@ def largest_component(free: NDArray[np.bool_]) -> NDArray[np.bool_]:
     >>> largest_component(np.array([[True, False, True, True]])).tolist()
     [[False, False, True, True]]
     """
-    from scipy import ndimage
-
     labels, count = ndimage.label(as_free(free))
     # Label 0 is all cells that are not free.
     sizes = np.bincount(labels.ravel(), minlength=count + 1)[1:]
@@ -119,10 +120,8 @@ def largest_component(free: NDArray[np.bool_]) -> NDArray[np.bool_]:
 
 def distance_steps(free: NDArray[np.bool_], goals: Iterable[Cell]) -> NDArray[np.int32]:
     """Int32 H×W: steps of the shortest 4-connected path to the nearest goal; -1 without one."""
-    from codesign.maps.reach_kernels import steps_from
-
     padded, indices = _flatten(free, goals)
-    distance = steps_from(padded.ravel(), indices, padded.shape[1])
+    distance = reach_kernels.steps_from(padded.ravel(), indices, padded.shape[1])
     result: NDArray[np.int32] = distance.reshape(padded.shape)[1:-1, 1:-1].copy()
     return result
 
@@ -133,10 +132,8 @@ def distance_octile(free: NDArray[np.bool_], goals: Iterable[Cell]) -> NDArray[n
     A diagonal step costs √2, and is allowed where both cells beside it are free (no corner cutting). These are the
     lengths of MovingAI's scenario files.
     """
-    from codesign.maps.reach_kernels import octile_from
-
     padded, indices = _flatten(free, goals)
-    distance = octile_from(padded.ravel(), indices, padded.shape[1])
+    distance = reach_kernels.octile_from(padded.ravel(), indices, padded.shape[1])
     result: NDArray[np.float64] = distance.reshape(padded.shape)[1:-1, 1:-1].copy()
     return result
 
@@ -170,8 +167,6 @@ def least_distance(
     >>> least_distance(np.ones((3, 4), np.bool_), [(0, 0)], [(0, 3)], point=True)
     2.5
     """
-    from codesign.maps import any_angle_kernels
-
     begins, ends = (check_cells(free, cells) for cells in (sources, targets))
     if not reachable(free, targets)[begins[:, 0], begins[:, 1]].any():
         return float("inf")
@@ -192,8 +187,6 @@ def clearance(free: NDArray[np.bool_]) -> NDArray[np.float64]:
 
     Cells outside of the map are obstacles, so a cell of the border has a clearance of at most 1.
     """
-    from scipy import ndimage
-
     padded = np.pad(as_free(free), 1)
     result: NDArray[np.float64] = ndimage.distance_transform_edt(padded)[1:-1, 1:-1].copy()
     return result

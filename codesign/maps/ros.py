@@ -18,12 +18,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codesign.ground.errors import MapError, choose_hint, nearest
+from codesign.ground.late import late
 from codesign.maps.files import read_bytes
 from codesign.maps.grid import OccupancyGrid
 from codesign.maps.images import GreyImage, decode_image
 
 if TYPE_CHECKING:
     import yaml
+else:
+    yaml = late("yaml")
 
 MAX_YAML_BYTES = 64 * 2**10
 MAX_DEPTH = 8
@@ -136,7 +139,6 @@ def _fields(content: bytes, where: str) -> dict[str, yaml.Node]:
 
     The scalars are parsed here, so that no rule of YAML 1.1 (sexagesimal, octal, dates) changes a number.
     """
-    import yaml
 
     class Loader(yaml.SafeLoader):
         depth = 0
@@ -204,8 +206,6 @@ def _choice(node: yaml.Node, name: str, accepted: tuple[str, ...], path: Path) -
 
 
 def _origin(node: yaml.Node, path: Path) -> tuple[float, float, float]:
-    import yaml
-
     if not isinstance(node, yaml.SequenceNode) or len(node.value) != 3:
         raise _fault(node, path, "origin is not a list of three numbers", "give [x, y, yaw], in metres and rad")
     x, y, yaw = (_number(entry, "origin", path) for entry in node.value)

@@ -8,9 +8,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from codesign.ground.late import late
 from codesign.maps.grid import Cell, OccupancyGrid
 from codesign.maps.prepare import Crop, Window, window
 from codesign.maps.reach import largest_component, nearest_free
+
+ndimage = late("scipy.ndimage")
 
 MOST_COLUMNS, MOST_ROWS = 72, 40
 _OPEN, _WALL, _DARK = 0, 1, 2
@@ -86,8 +89,6 @@ def survey(grid: OccupancyGrid, crop: Crop = Crop.NONE, at: Cell | None = None) 
     ``at``: ``Crop.REACHABLE`` keeps what is joined to the free cell that is nearest to it; without it, to the largest
     component.
     """
-    from scipy import ndimage
-
     # Label 0 is all cells that are not free.
     labels, count = ndimage.label(grid.free)
     sizes = np.bincount(labels.ravel(), minlength=count + 1)[1:]

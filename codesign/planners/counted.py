@@ -26,8 +26,11 @@ from types import CodeType
 from typing import Any
 
 from codesign.ground.figures import Status
+from codesign.ground.late import late
 from codesign.planners.job import Line
 from codesign.planners.measured import Fit, Point, ResourceRow, family_of, fit, resource_rows
+
+yaml = late("yaml")
 
 Terms = tuple[float, ...]
 
@@ -81,8 +84,6 @@ def _compiled(text: str) -> CodeType:
 
 @cache
 def _tables(room: str) -> Mapping[str, Any]:
-    import yaml  # A planner plans without it.
-
     file = files("codesign.planners") / room / "measured" / "laws.yaml"
     tables: Mapping[str, Any] = yaml.safe_load(file.read_text(encoding="utf-8"))
     return tables

@@ -11,6 +11,8 @@ from functools import cache
 from pathlib import Path
 from typing import Any, Literal
 
+from pydantic import TypeAdapter
+
 from codesign.ground.errors import clip
 from codesign.ground.figures import Status
 from codesign.ground.files import date_of_writing
@@ -211,8 +213,6 @@ def _setting_text(value: Any) -> str:
 
 def reproduction_schema() -> dict[str, Any]:
     """The JSON Schema (draft 2020-12) of what ``hwsw reproduce --json`` prints."""
-    from pydantic import TypeAdapter
-
     schema = TypeAdapter(Reproduction).json_schema(mode="serialization")
     for described in (schema, *schema["$defs"].values()):
         if described["type"] == "object":

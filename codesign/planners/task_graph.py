@@ -11,9 +11,12 @@ from functools import lru_cache
 from typing import TYPE_CHECKING
 
 from codesign.ground.errors import InputError
+from codesign.ground.late import late
 
 if TYPE_CHECKING:
     import networkx
+else:
+    networkx = late("networkx")
 
 
 @dataclass(frozen=True)
@@ -53,8 +56,6 @@ class TaskGraph:
     @property
     def networkx(self) -> networkx.MultiDiGraph[str]:
         """The graph with tasks as nodes, and flows as edges that carry ``name`` and ``bits``."""
-        import networkx
-
         graph: networkx.MultiDiGraph[str] = networkx.MultiDiGraph()
         graph.add_nodes_from(self.tasks)
         for flow in self.flows:
@@ -81,8 +82,6 @@ def _cycle(tasks: tuple[str, ...], edges: tuple[tuple[str, str], ...]) -> tuple[
     if len(_order(tasks, edges)) == len(tasks):
         return ()
     # Imported for a mistake only: it takes longer than a thousand orders.
-    import networkx
-
     graph: networkx.MultiDiGraph[str] = networkx.MultiDiGraph()
     graph.add_nodes_from(tasks)
     graph.add_edges_from(edges)

@@ -13,7 +13,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from codesign.ground.late import late
 from codesign.inputs.aggregate import Quantile, Rule, Share
+
+special = late("scipy.special")
 
 CONFIDENCE = 0.95
 FEWEST_SIGNS = 6
@@ -133,14 +136,10 @@ def _mean_interval(means: Floats) -> tuple[float, float]:
 
 
 def _student(count: int) -> float:
-    from scipy.special import stdtrit
-
-    return float(stdtrit(count - 1, 1 - _TAIL))
+    return float(special.stdtrit(count - 1, 1 - _TAIL))
 
 
 def _share_interval(met: float, count: int) -> tuple[float, float]:
-    from scipy.special import betaincinv
-
-    low = float(betaincinv(met, count - met + 1, _TAIL)) if met > 0 else 0.0
-    high = float(betaincinv(met + 1, count - met, 1 - _TAIL)) if met < count else 1.0
+    low = float(special.betaincinv(met, count - met + 1, _TAIL)) if met > 0 else 0.0
+    high = float(special.betaincinv(met + 1, count - met, 1 - _TAIL)) if met < count else 1.0
     return low, high

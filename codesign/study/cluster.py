@@ -35,6 +35,7 @@ from typing import TYPE_CHECKING, Any
 from codesign.ground import node
 from codesign.ground.errors import CodesignError, InputError, RunError
 from codesign.ground.interrupts import held
+from codesign.ground.late import late
 from codesign.ground.units import counted
 from codesign.study.evaluation import Done, Evaluator
 from codesign.study.identity import code_digest, digests_of, package_digest
@@ -44,7 +45,9 @@ from codesign.system.memory import share_of_memory
 
 if TYPE_CHECKING:
     import distributed
-
+else:
+    distributed = late("distributed")
+worker_pickle = late("distributed.protocol.pickle")
 
 SECONDS_A_BATCH = 0.5
 """The seconds that a batch is to take: long beside the milliseconds of the scheduler, short beside a study."""
@@ -127,12 +130,10 @@ class Crew:
     """
 
     def __init__(self, client: distributed.Client, evaluate: Evaluator) -> None:
-        from distributed.protocol.pickle import dumps
-
         self.client = client
         self.where = str(client.scheduler.address) if client.scheduler else "the cluster"
         # Of plain pickles and of functions of the main script, which are pickled by value.
-        self._data: bytes = dumps(_Computing(evaluate))
+        self._data: bytes = worker_pickle.dumps(_Computing(evaluate))
         self._sending: asyncio.Future[Any] | None = None
         self._sent: distributed.Future | None = None
         self._slots: dict[str, _Slot] = {}
@@ -459,11 +460,10 @@ def _no_worker(crew: Crew, patience: float) -> RunError:
 
 def _connected(cluster: str) -> distributed.Client:
     try:
-        import distributed
+        client = distributed.Client.__new__(distributed.Client)
     except ImportError:
         raise InputError("a cluster needs dask.distributed", hint=_EXTRA) from None
     address = _address_of(cluster)
-    client = distributed.Client.__new__(distributed.Client)
     try:
         with _quiet(), ThreadPoolExecutor(1) as apart:
             apart.submit(asyncio.run, _greeted(address)).result()
@@ -477,11 +477,8 @@ def _connected(cluster: str) -> distributed.Client:
 
 async def _greeted(address: str) -> None:
     """Exchange dask's greeting with the scheduler: a client of dask waits for it without end."""
-    from distributed import Security
-    from distributed.comm import connect
-
-    options = Security().get_connection_args("client")
-    greeting = connect(address, timeout=_SECONDS_TO_CONNECT, **options)
+    options = distributed.Security().get_connection_args("client")
+    greeting = distributed.comm.connect(address, timeout=_SECONDS_TO_CONNECT, **options)
     (await asyncio.wait_for(greeting, _SECONDS_TO_CONNECT)).abort()
 
 

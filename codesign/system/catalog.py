@@ -7,7 +7,7 @@ refused where a workload asks for it.
 from __future__ import annotations
 
 import logging
-from collections.abc import Container, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cache
 from importlib.metadata import EntryPoint, entry_points
@@ -43,7 +43,7 @@ class BrokenPlugIn:
 
 def plug_ins() -> tuple[PlugIn, ...]:
     """Every installed plug-in, ours first; without those that cannot be loaded."""
-    return tuple(_loaded()[0].values())
+    return tuple(each for each in map(_loaded, range(len(_points()))) if isinstance(each, PlugIn))
 
 
 @cache
@@ -89,24 +89,51 @@ def paper_settings(name: str) -> type[Settings]:
 
 def broken() -> tuple[BrokenPlugIn, ...]:
     """The plug-ins that are registered and cannot be loaded."""
-    return _loaded()[1]
+    return tuple(each for each in map(_loaded, range(len(_points()))) if isinstance(each, BrokenPlugIn))
 
 
 def registered() -> tuple[EntryPoint, ...]:
     """The entry points of all installed plug-ins: ours first, then by name."""
     points = entry_points(group=GROUP)
-    return tuple(sorted(points, key=lambda point: (not point.value.startswith("codesign."), point.name, point.value)))
+    return tuple(sorted(points, key=lambda point: (not _is_ours(point), point.name, point.value)))
 
 
-def task_models() -> dict[str, Mapping[str, type[TaskParameters]]]:
+_points = cache(registered)
+"""Those of this process."""
+
+
+@dataclass(frozen=True)
+class ByPlanner(Mapping[str, Any]):
+    """An attribute of each planner that has it, by the planner's name. Only the planner that is asked for is loaded."""
+
+    attribute: str
+
+    def __getitem__(self, name: str) -> Any:
+        for plug_in in _about(name):
+            if plug_in.planner is not None and plug_in.planner.name == name:
+                value = getattr(plug_in.planner, self.attribute)
+                if value is not None:
+                    return value
+        raise KeyError(name)
+
+    def __iter__(self) -> Iterator[str]:
+        return (name for name in planners() if name in self)
+
+    def __len__(self) -> int:
+        return len(list(iter(self)))
+
+    def __bool__(self) -> bool:
+        return True
+
+
+def task_models() -> Mapping[str, Mapping[str, type[TaskParameters]]]:
     """The parameter model of each task of each planner: what ``spec.load_workload`` checks mappings against."""
-    return {name: planner.tasks for name, planner in planners().items()}
+    return ByPlanner("tasks")
 
 
-def problem_models() -> dict[str, type[SpecModel]]:
+def problem_models() -> Mapping[str, type[SpecModel]]:
     """The models of problems other than a map with goals and starts, by planner."""
-    models = {name: planner.problem_model for name, planner in planners().items()}
-    return {name: model for name, model in models.items() if model is not None}
+    return ByPlanner("problem_model")
 
 
 def load_workload(source: Source) -> Workload:
@@ -135,11 +162,11 @@ def planner(name: str) -> Planner:
     Raises:
         InputError: no such planner is installed, or it cannot be loaded.
     """
-    installed = planners()
-    _refuse_broken(name, installed)
-    if name not in installed:
-        raise InputError(f"no planner is named {name!r}", "planner", choose_hint(name, installed))
-    return installed[name]
+    for plug_in in _about(name):
+        if plug_in.planner is not None and plug_in.planner.name == name:
+            return plug_in.planner
+    _refuse_broken(name)
+    raise InputError(f"no planner is named {name!r}", "planner", choose_hint(name, planners()))
 
 
 def styles_of(planner_name: str) -> dict[str, Architecture]:
@@ -148,9 +175,10 @@ def styles_of(planner_name: str) -> dict[str, Architecture]:
     Raises:
         InputError: it has none, and those registered under its name cannot be loaded.
     """
-    styles = {name: style for (planner, name), style in architectures().items() if planner == planner_name}
+    plug_ins = _about(planner_name)
+    styles = {each.style: each for plug_in in plug_ins for each in plug_in.styles if each.planner == planner_name}
     if not styles:
-        _refuse_broken(planner_name, ())
+        _refuse_broken(planner_name)
     return styles
 
 
@@ -161,50 +189,70 @@ def task_styles_of(planner_name: str, task: str) -> dict[tuple[str, str], TaskSt
         InputError: it has none, and those registered under its planner's name cannot be loaded.
     """
     styles = {
-        (component_type, name): style
-        for (*of, component_type, name), style in task_styles().items()
-        if of == [planner_name, task]
+        (each.component_type, each.style): each
+        for plug_in in _about(planner_name)
+        for each in plug_in.task_styles
+        if (each.planner, each.task) == (planner_name, task)
     }
     if not styles:
-        _refuse_broken(planner_name, ())
+        _refuse_broken(planner_name)
     return styles
 
 
-def _refuse_broken(name: str, installed: Container[str]) -> None:
+def _refuse_broken(name: str) -> None:
     for plug_in in broken():
-        if plug_in.name == name and name not in installed:
+        if plug_in.name == name:
             raise InputError(str(plug_in), GROUP, _REMEDY)
 
 
+def _is_ours(point: EntryPoint) -> bool:
+    return point.value.startswith("codesign.")
+
+
+def _about(planner_name: str) -> Iterator[PlugIn]:
+    """The plug-ins that may have the planner or styles of it.
+
+    One of ours is named as its planner, and has styles of no other. Those of other packages have any name.
+    """
+    for number, point in enumerate(_points()):
+        plug_in = _loaded(number) if point.name == planner_name or not _is_ours(point) else None
+        if isinstance(plug_in, PlugIn):
+            yield plug_in
+
+
 @cache
-def _loaded() -> tuple[dict[str, PlugIn], tuple[BrokenPlugIn, ...]]:
-    """The plug-ins that the entry points stand for, by the name of the entry point; and those that are broken."""
-    loaded: dict[str, PlugIn] = {}
-    failed: list[BrokenPlugIn] = []
-    for point in registered():
-        try:
-            plug_in = _sound(point.load())
-            _refuse_second(point, plug_in, loaded)
-            loaded[point.name] = plug_in
-        # The code of others: it may raise anything, and one that ends the process must not end ours.
-        except (Exception, SystemExit) as fault:
-            why = " ".join(f"{type(fault).__name__}: {fault}".split())[:200]
-            failed.append(BrokenPlugIn(point.name, point.value, why))
-            _log.warning("%s; it is left out: %s", failed[-1], _REMEDY)
-    return loaded, tuple(failed)
+def _loaded(number: int) -> PlugIn | BrokenPlugIn:
+    """The plug-in of an entry point, by its number among those that are registered."""
+    point = _points()[number]
+    try:
+        plug_in = _sound(point.load())
+        _refuse_second(number, plug_in)
+    # The code of others: it may raise anything, and one that ends the process must not end ours.
+    except (Exception, SystemExit) as fault:
+        why = " ".join(f"{type(fault).__name__}: {fault}".split())[:200]
+        broken = BrokenPlugIn(point.name, point.value, why)
+        _log.warning("%s; it is left out: %s", broken, _REMEDY)
+        return broken
+    return plug_in
 
 
-def _refuse_second(point: EntryPoint, plug_in: PlugIn, loaded: Mapping[str, PlugIn]) -> None:
-    """Refuse a plug-in with a name that another one has: neither may replace the other without a word.
+def _refuse_second(number: int, plug_in: PlugIn) -> None:
+    """Refuse a plug-in with a name that one before it has: neither may replace the other without a word.
 
     Raises:
-        ValueError: its entry point or its planner has the name of one that is loaded.
+        ValueError: its entry point or its planner has the name of one before it.
     """
-    if point.name in loaded:
-        raise ValueError(f"an entry point {point.name} is registered already")
-    planners = {each.planner.name for each in loaded.values() if each.planner is not None}
-    if plug_in.planner is not None and plug_in.planner.name in planners:
-        raise ValueError(f"a planner {plug_in.planner.name} is registered already")
+    name = _points()[number].name
+    planner = plug_in.planner.name if plug_in.planner is not None else None
+    for other, point in enumerate(_points()[:number]):
+        before = None if _is_ours(point) else _loaded(other)
+        if isinstance(before, BrokenPlugIn):
+            continue
+        if point.name == name:
+            raise ValueError(f"an entry point {name} is registered already")
+        named = point.name if before is None else before.planner.name if before.planner is not None else None
+        if planner is not None and planner == named:
+            raise ValueError(f"a planner {planner} is registered already")
 
 
 def _sound(plug_in: Any) -> PlugIn:

@@ -8,10 +8,9 @@ from functools import cache
 from itertools import pairwise
 from typing import Any, NamedTuple, Protocol
 
-import lazy_loader
-
 from codesign import components
 from codesign.ground.errors import CodesignError
+from codesign.ground.late import late
 from codesign.inputs import Platform
 from codesign.planners.task_graph import Flow
 from codesign.system.results.ledger import RETRIES, Ledger, Spent
@@ -39,7 +38,7 @@ class Hop(NamedTuple):
     receiver: str
 
 
-networkx = lazy_loader.load("networkx")
+networkx = late("networkx")
 
 
 class Routes:

@@ -10,7 +10,7 @@ ROOMS = sorted(path.parent.name for path in (ROOT / "codesign").glob("planners/*
 
 LEVELS: list[list[str]] = [
     ["ground", "views", "hardware"],
-    ["ground.errors", "version"],
+    ["ground.errors", "ground.late", "version"],
     ["ground.units"],
     ["ground.figures"],
     ["ground.memo", "ground.progress"],

@@ -22,10 +22,14 @@ import numpy as np
 from codesign import maps
 from codesign.ground.errors import InputError
 from codesign.ground.figures import Figure, Status
+from codesign.ground.late import late
 from codesign.ground.progress import Show, silent, tracked
 from codesign.planners.breadth_first.plan import search
 from codesign.planners.plug_in import Probe
 from codesign.system import catalog
+
+numba = late("numba")
+kernels = late("codesign.hardware.calibrate.kernels")
 
 LEAST_REPEATS = 5
 MOST_SECONDS = 600.0
@@ -61,8 +65,6 @@ def all_probes() -> dict[str, Callable[[], Probe]]:
 
 def describe_machine() -> str:
     """The processor and the compiler of the kernels, in a line."""
-    import numba
-
     processor = platform.processor() or platform.machine()
     info = Path("/proc/cpuinfo")
     if info.is_file():
@@ -87,8 +89,6 @@ def _occupancy() -> Probe:
 
     The robot covers 5 cells. A unit is one seen cell, for any number of rays through it.
     """
-    from codesign.hardware.calibrate import kernels
-
     free, points, directions = _mission_map()
     limit, covers = 20.0, np.array([(0, 0), (-1, 0), (1, 0), (0, -1), (0, 1)], np.int64)
     scans = [kernels.measure_ranges(free, y, x, limit, directions) for y, x in points]
@@ -108,8 +108,6 @@ def _occupancy() -> Probe:
 
 def _following() -> Probe:
     """Commands along a path through rooms, cell by cell. Each searches the whole path, and checks 10 cells ahead."""
-    from codesign.hardware.calibrate import kernels
-
     free, points, _ = _mission_map()
     risks = (~free).astype(np.int32)
     return Probe(len(points), lambda: kernels.follow(points, risks, 10.0))

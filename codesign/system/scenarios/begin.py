@@ -10,12 +10,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import lazy_loader
 import numpy as np
 
 from codesign import maps
 from codesign.ground.errors import CodesignError, InputError, SpecError
 from codesign.ground.figures import label
+from codesign.ground.late import late
 from codesign.inputs import Platform, load_platform
 from codesign.inputs.components import PLANNING_TYPES
 from codesign.inputs.files import renamed
@@ -30,7 +30,7 @@ from codesign.system.problem_map import grid_of
 from codesign.system.results.result import Reason
 from codesign.system.scenarios.run import bind
 
-scipy = lazy_loader.load("scipy")
+ndimage = late("scipy.ndimage")
 
 BOARD, PLANNER = "virtex4-pci", "harmonic"
 """The word for a board or a planner that is not named."""
@@ -105,7 +105,7 @@ def middle_of_largest(grid: OccupancyGrid) -> Cell:
     Raises:
         InputError: the map has no free cell.
     """
-    areas, _ = scipy.ndimage.label(grid.free)
+    areas, _ = ndimage.label(grid.free)
     sizes = np.bincount(areas[grid.free].ravel())
     if not sizes.size:
         raise InputError("the map has no free cell", "--map", "give a map with free cells: see docs/maps.md")

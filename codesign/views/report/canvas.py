@@ -14,10 +14,16 @@ from typing import TYPE_CHECKING, Any, Literal, get_args
 
 from codesign.ground.errors import InputError
 from codesign.ground.files import write_atomically
+from codesign.ground.late import late
 from codesign.ground.notebooks import InNotebooks
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+matplotlib = late("matplotlib")
+backend_agg = late("matplotlib.backends.backend_agg")
+mpl_figure = late("matplotlib.figure")
+Image = late("PIL.Image")
 
 Format = Literal["png", "svg", "pdf"]
 """PNG for screens, SVG and PDF for papers. PDF embeds its fonts as outlines that stay text (Type 42)."""
@@ -90,8 +96,6 @@ def format_of(path: Path, where: str | None = None) -> Format:
 
 def style() -> Any:
     """A context in which pictures look alike and come out byte for byte the same."""
-    import matplotlib
-
     return matplotlib.rc_context(
         {
             "svg.hashsalt": "codesign",
@@ -108,11 +112,8 @@ def style() -> Any:
 
 def canvas(size: tuple[float, float]) -> tuple[Any, Any]:
     """A figure of ``size`` inches, and its axes."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
-    picture = Figure(figsize=size, layout="constrained")
-    FigureCanvasAgg(picture)
+    picture = mpl_figure.Figure(figsize=size, layout="constrained")
+    backend_agg.FigureCanvasAgg(picture)
     return picture, picture.add_subplot()
 
 
@@ -140,8 +141,6 @@ def with_palette(picture: Picture) -> Picture:
     """A PNG with 256 colours, which takes a quarter of the bytes; another picture as it is."""
     if picture.format != "png":
         return picture
-    from PIL import Image
-
     out = io.BytesIO()
     with Image.open(io.BytesIO(picture.data)) as full:
         # Median cut keeps a ramp of colours smooth.

@@ -5,10 +5,13 @@ from __future__ import annotations
 from more_itertools import map_reduce
 
 from codesign.ground.figures import label
+from codesign.ground.late import late
 from codesign.hardware.fidelity import WORST, Fidelity, spread
 from codesign.hardware.fidelity.points import TOTAL, Point
 from codesign.views.report.canvas import canvas, legend, picture_bytes, style
 from codesign.views.report.fidelity_page import FAMILY_NAMES
+
+ticker = late("matplotlib.ticker")
 
 MARKERS = {
     "xc2v": ("o", "#1b9e77"),
@@ -26,8 +29,6 @@ LEAST, MOST = 0.25, 4.0
 
 def fidelity_picture(result: Fidelity) -> bytes:
     """The picture as SVG: a line for each style and resource, a mark for each family, its bar from least to most."""
-    from matplotlib.ticker import FuncFormatter, NullFormatter, NullLocator
-
     terms = _terms(result.points)
     with style():
         picture, axes = canvas((8.2, 1.4 + 0.3 * len(terms)))
@@ -51,9 +52,9 @@ def fidelity_picture(result: Fidelity) -> bytes:
         axes.set(xscale="log", xlim=(LEAST, MOST), ylim=(len(terms) - 0.4, -0.6))
         axes.set_yticks(range(len(terms)), [name for name, _ in terms])
         axes.set_xticks([0.25, 0.5, 0.8, 1, 1.25, 2, 4])
-        axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-        axes.xaxis.set_minor_formatter(NullFormatter())
-        axes.xaxis.set_minor_locator(NullLocator())
+        axes.xaxis.set_major_formatter(ticker.FuncFormatter(lambda value, _: f"{value:g}"))
+        axes.xaxis.set_minor_formatter(ticker.NullFormatter())
+        axes.xaxis.set_minor_locator(ticker.NullLocator())
         axes.grid(visible=True, axis="x", alpha=0.3)
         axes.set_xlabel("law / measured (synthesised, or placed); bar: least to most, mark: middle row")
         legend(picture)

@@ -10,13 +10,21 @@ from numpy.typing import NDArray
 
 from codesign.ground.errors import InputError
 from codesign.ground.figures import FIGURES, ResultFigure
+from codesign.ground.late import late
 from codesign.ground.units import counted
+from codesign.study.front import non_dominated
 from codesign.views.report.axes import axis_levels, figure_column, figure_label, kind_of_row, varying_axes
 from codesign.views.report.canvas import Format, Picture, canvas, drawn, style
 from codesign.views.report.wording import Column, axis_text, labelled, prefix, wants_logarithm
 
 if TYPE_CHECKING:
     from codesign.study import Study
+
+ticker = late("matplotlib.ticker")
+colours = late("matplotlib.colors")
+mpl_cm = late("matplotlib.cm")
+matplotlib = late("matplotlib")
+collections = late("matplotlib.collections")
 
 
 _MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*")
@@ -50,8 +58,6 @@ def front_picture(
         raise InputError(f"no feasible point has both {x.label} and {y.label}", "x, y", "choose other figures")
     maximise = study.world.maximise(x), study.world.maximise(y)
     shapes = marker or next((name for name in varying_axes(study) if name.endswith(".part")), None)
-    from matplotlib.ticker import PercentFormatter
-
     with style():
         picture, axes = canvas((7.6, 5.0))
         scaled = _scaled(values, [figure_column(study, figure) for figure in (x, y)], axes)
@@ -62,7 +68,7 @@ def front_picture(
             bar = picture.colorbar(_mappable(norm), ax=axes, pad=0.02)
             bar.set_label(labelled(figure_label(study, colour), figure_column(study, colour).unit))
             if colour.counted == "share":
-                bar.formatter = PercentFormatter(1)
+                bar.formatter = ticker.PercentFormatter(1)
         legend = picture.legend(loc="outside lower center", ncols=3, frameon=False, fontsize=8)
         if shades is not None:
             _in_grey(legend)
@@ -85,8 +91,6 @@ def _figures(study: Study, figures: tuple[ResultFigure, ...]) -> tuple[NDArray[n
 
 def _scaled(values: NDArray[np.float64], columns: Sequence[Column], axes: Any) -> NDArray[np.float64]:
     """The values in units that suit them; labels and scales of the two axes are set alike."""
-    from matplotlib.ticker import LogLocator, NullFormatter
-
     scaled = values.copy()
     for number, (column, axis) in enumerate(zip(columns, (axes.xaxis, axes.yaxis), strict=True)):
         size, unit = prefix(scaled[:, number].tolist(), column.unit)
@@ -95,8 +99,8 @@ def _scaled(values: NDArray[np.float64], columns: Sequence[Column], axes: Any) -
         least, most = scaled[:, number].min(), scaled[:, number].max()
         if wants_logarithm(least, most):
             (axes.set_xscale if number == 0 else axes.set_yscale)("log")
-            axis.set_major_locator(LogLocator(subs=(1, 2, 5)))
-            axis.set_minor_formatter(NullFormatter())
+            axis.set_major_locator(ticker.LogLocator(subs=(1, 2, 5)))
+            axis.set_minor_formatter(ticker.NullFormatter())
             axis.set_major_formatter(_number)
         elif most >= 10_000:
             axis.set_major_formatter(_number)
@@ -111,8 +115,6 @@ def _number(value: float, _place: int | None = None) -> str:
 
 def _shades(study: Study, positions: NDArray[np.intp], colour: ResultFigure | None) -> tuple[Any, Any]:
     """The colouring figure of each point (NaN: none) and its norm; None, None where no two differ."""
-    from matplotlib.colors import Normalize
-
     if colour is None:
         return None, None
     values = study.judged.figure(colour)[positions]
@@ -120,19 +122,15 @@ def _shades(study: Study, positions: NDArray[np.intp], colour: ResultFigure | No
         return None, None
     least, most = np.nanmin(values), np.nanmax(values)
     # One value in all points is no colour, and a scale of it would have one number at every tick.
-    return (values, Normalize(least, most)) if most > least else (None, None)
+    return (values, colours.Normalize(least, most)) if most > least else (None, None)
 
 
 def _mappable(norm: Any) -> Any:
-    from matplotlib.cm import ScalarMappable
-
-    return ScalarMappable(norm, _colours())
+    return mpl_cm.ScalarMappable(norm, _colours())
 
 
 def _colours() -> Any:
-    from matplotlib import colormaps
-
-    return colormaps["viridis"]
+    return matplotlib.colormaps["viridis"]
 
 
 def _scatter(
@@ -174,10 +172,8 @@ def _scatter(
 
 def _in_grey(legend: Any) -> None:
     """Leave colour to the colour bar: a marker in the legend would take the colour of some point."""
-    from matplotlib.collections import PathCollection
-
     for handle in legend.legend_handles:
-        if isinstance(handle, PathCollection):
+        if isinstance(handle, collections.PathCollection):
             handle.set_array(None)
             handle.set_facecolor("0.75")
 
@@ -186,8 +182,6 @@ def _staircase(
     scaled: NDArray[np.float64], maximise: tuple[bool, bool]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Corners of the line that bounds what can be had in these two figures."""
-    from codesign.study.front import non_dominated
-
     best = np.unique(scaled[non_dominated(scaled, maximise)], axis=0)
     x, y = best[:, 0], best[:, 1]
     if maximise[0]:

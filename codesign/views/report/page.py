@@ -17,13 +17,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from codesign.ground.files import write_atomically
+from codesign.ground.late import late
 from codesign.system.results.result import Provenance
 from codesign.views.report.wording import ABSENT
 
 if TYPE_CHECKING:
-    import jinja2
-
     from codesign.views.report.canvas import Picture
+
+jinja2 = late("jinja2")
 
 _INVISIBLE = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f\u200e\u200f\u202a-\u202e\u2066-\u2069\ud800-\udfff]")
 """Controls but tab and newline, marks that turn the direction of writing, halves of surrogate pairs."""
@@ -36,9 +37,7 @@ def rendered(template: str, provenance: Provenance | None, **values: Any) -> str
 
 
 @cache
-def _environment() -> jinja2.Environment:
-    import jinja2
-
+def _environment() -> Any:
     environment = jinja2.Environment(
         loader=jinja2.PackageLoader("codesign.views.report"),
         autoescape=True,

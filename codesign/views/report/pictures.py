@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from codesign.ground.errors import SpecError
 from codesign.ground.figures import label
+from codesign.ground.late import late
 from codesign.ground.records import MapRecord, Record, Subject
 from codesign.ground.units import counted, format_time
 from codesign.inputs import Workload
@@ -21,6 +22,8 @@ from codesign.system.problem_map import Places, grid_faults
 from codesign.views.report.canvas import MARKS, Format, Picture, canvas, drawn, legend, marker_size, style, with_palette
 from codesign.views.report.timelines import bars_of, mission_timeline_picture, timeline_picture
 from codesign.views.report.wording import labelled, quantity_text
+
+colours = late("matplotlib.colors")
 
 # Maps as pictures: a plan with its field and paths, a drive with all that happened, and a mission at one moment.
 
@@ -177,8 +180,6 @@ def _extent(layers: _Layers) -> tuple[float, float, float, float]:
 
 
 def _draw_cells(axes: Any, layers: _Layers) -> None:
-    from matplotlib.colors import to_rgb
-
     rows, columns = layers.free.shape
     step = max(1, max(rows, columns) // _LARGEST_SIDE)
     shades = np.ones((rows, columns, 3), np.float32)
@@ -188,7 +189,7 @@ def _draw_cells(axes: Any, layers: _Layers) -> None:
         shown.insert(2, ("wall not known", layers.unknown & ~layers.free, "#8b929b"))
     for name, cells, colour in shown:
         if cells.any():
-            shades[cells] = to_rgb(colour)
+            shades[cells] = colours.to_rgb(colour)
             axes.plot([], [], "s", color=colour, label=name)
     axes.imshow(shades[::step, ::step], extent=layers.extent, interpolation="nearest")
 

@@ -15,12 +15,22 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from codesign.ground.files import is_stream, write_atomically, written_atomically
+from codesign.ground.late import late
 from codesign.ground.progress import Show, silent, tracked
 from codesign.views.report.wording import Cell, Column, Table
 
 if TYPE_CHECKING:
-    from rich.console import ConsoleOptions
+    from rich import console as rich_console
+    from rich import text as rich_text
     from rich.segment import Segment
+else:
+    rich_console = late("rich.console")
+    rich_text = late("rich.text")
+
+box = late("rich.box")
+rich_measure = late("rich.measure")
+rich_table = late("rich.table")
+rich_cells = late("rich.cells")
 
 _WIDTH_OF_FILES = 160
 _MOST = 10_000
@@ -38,45 +48,42 @@ def render_text(table: Table, width: int | None = None, *, styled: bool | None =
     none. No number and no word is ever cut: a table that needs more room takes it. ``styled``: bold headings
     and rows by escape codes; None: only on a terminal. ``show`` is told how far it is.
     """
-    from rich import box
-    from rich.console import Console
-    from rich.measure import Measurement
-    from rich.table import Table as RichTable
-    from rich.text import Text
 
-    class First(Text):
+    class First(rich_text.Text):
         """The first cell of a row: it counts the row when it is laid out."""
 
-        def __rich_console__(self, console: Console, options: ConsoleOptions) -> Iterable[Segment]:
+        def __rich_console__(
+            self, console: rich_console.Console, options: rich_console.ConsoleOptions
+        ) -> Iterable[Segment]:
             next(laid_out, None)
             return super().__rich_console__(console, options)
 
-    terminal = Console(file=sys.stdout)
+    terminal = rich_console.Console(file=sys.stdout)
     on_terminal = terminal.is_terminal and not terminal.is_dumb_terminal
     if styled is None:
         styled = on_terminal
     if width is None:
         width = terminal.width if on_terminal else _WIDTH_OF_FILES
-    shown = RichTable(box=box.SIMPLE_HEAD, pad_edge=False, header_style="bold", show_edge=False)
+    shown = rich_table.Table(box=box.SIMPLE_HEAD, pad_edge=False, header_style="bold", show_edge=False)
     texts = [[printable(cell.text) for cell in row] for row in table.rows]
     for column, chars in zip(table.columns, _widths(table, texts, width), strict=True):
-        shown.add_column(Text(printable(column.name)), justify=column.align, overflow="fold", width=chars)
+        shown.add_column(rich_text.Text(printable(column.name)), justify=column.align, overflow="fold", width=chars)
     laid_out = tracked(table.rows, show, f"rows of the table {table.title}", len(table.rows))
     for number, (first, *others) in enumerate(texts):
         style = "bold" if number in table.strong else ""
-        shown.add_row(First(first), *map(Text, others), style=style)
+        shown.add_row(First(first), *map(rich_text.Text, others), style=style)
     out = io.StringIO()
-    console = Console(
+    console = rich_console.Console(
         file=out,
-        width=max(width, Measurement.get(terminal, terminal.options.update(width=_MOST), shown).minimum),
+        width=max(width, rich_measure.Measurement.get(terminal, terminal.options.update(width=_MOST), shown).minimum),
         force_terminal=styled,
         color_system="standard" if styled else None,
         legacy_windows=False,
     )
-    console.print(Text(printable(table.title), style="bold underline"))
+    console.print(rich_text.Text(printable(table.title), style="bold underline"))
     console.print(shown)
     for note in table.notes:
-        console.print(Text(printable(note), style="italic"))
+        console.print(rich_text.Text(printable(note), style="italic"))
     return "\n".join(line.rstrip() for line in out.getvalue().splitlines()) + "\n"
 
 
@@ -85,14 +92,12 @@ def _widths(table: Table, texts: Sequence[Sequence[str]], width: int) -> list[in
 
     A number stands in one line. Long texts share what is left, so that none is wider than another that is folded.
     """
-    from rich.cells import cell_len
-
     least, most = [], []
     for number, column in enumerate(table.columns):
         heading, cells = printable(column.name), [row[number] for row in texts]
         whole = cells if column.align == "right" else [word for cell in cells for word in cell.split()]
-        least.append(max(map(cell_len, (*heading.split(), *whole)), default=0))
-        most.append(max(map(cell_len, (heading, *cells))))
+        least.append(max(map(rich_cells.cell_len, (*heading.split(), *whole)), default=0))
+        most.append(max(map(rich_cells.cell_len, (heading, *cells))))
     room = width - _BETWEEN * (len(least) - 1)
     taken = least
     while True:

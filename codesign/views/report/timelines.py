@@ -15,12 +15,15 @@ from numpy.typing import NDArray
 
 from codesign.ground.activity import Span, share_over_time, spans_of, union
 from codesign.ground.figures import label
+from codesign.ground.late import late
 from codesign.ground.records import Record, Subject
 from codesign.ground.units import PICOSECONDS_PER_SECOND, counted, format_time
 from codesign.system.results.mission import Account
 from codesign.views.report.canvas import MARKS, Format, Picture, canvas, drawn, legend, marker_size, style
 from codesign.views.report.scenario_tables import busy_share
 from codesign.views.report.wording import prefix, share_text
+
+colours = late("matplotlib.colors")
 
 _MOST_BARS = 400
 _BINS = 240
@@ -72,15 +75,13 @@ def timeline_picture(bars: Iterable[Bar], *, format: Format = "png") -> Picture:
 
 
 def _row_bars(axes: Any, bars: list[Bar], sources: list[str], scale: float, kind: str, colour: str) -> None:
-    from matplotlib.colors import to_rgba
-
     # Only the first of a kind stands in the legend; an underscore keeps the others out.
     labels = itertools.chain([kind], itertools.repeat("_"))
     for row, source in enumerate(sources):
         spans = sorted((begin / scale, (end - begin) / scale) for busy, _, begin, end in bars if busy == source)
         if spans:
             # Shades alternate, so that neighbours can be told apart; the edge keeps slivers in sight.
-            shades = [to_rgba(colour, 0.55 if number % 2 else 0.9) for number in range(len(spans))]
+            shades = [colours.to_rgba(colour, 0.55 if number % 2 else 0.9) for number in range(len(spans))]
             axes.broken_barh(
                 spans, (row - 0.34, 0.68), facecolors=shades, edgecolors=colour, linewidth=0.6, label=next(labels)
             )
@@ -102,8 +103,6 @@ def mission_timeline_picture(records: Iterable[Record], *, format: Format = "png
     last = max(*(event.time for event in events), *(times[1] for _, times in works), 0)
     if not last:
         return None
-    from matplotlib.colors import PowerNorm
-
     size, unit = prefix([last / PICOSECONDS_PER_SECOND], "s")
     scale = size * PICOSECONDS_PER_SECOND
     rows = _busy_rows(map_reduce(works, itemgetter(0), itemgetter(1)), last)
@@ -111,7 +110,7 @@ def mission_timeline_picture(records: Iterable[Record], *, format: Format = "png
     with style():
         picture, axes = canvas((9.0, 1.9 + 0.36 * len(sources)))
         shades = axes.imshow(
-            shares, cmap="Blues", norm=PowerNorm(0.35, 0, 1), aspect="auto", interpolation="nearest",
+            shares, cmap="Blues", norm=colours.PowerNorm(0.35, 0, 1), aspect="auto", interpolation="nearest",
             extent=(0, last / scale, len(sources) - 0.5, -0.5),
         )  # fmt: skip
         picture.colorbar(shades, ax=axes, pad=0.02, ticks=[0, 0.01, 0.1, 0.5, 1]).set_label("busy share")

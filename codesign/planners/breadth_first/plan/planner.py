@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codesign.ground.errors import InputError
+from codesign.ground.late import late
 from codesign.ground.models import Task, TaskParameters
 from codesign.planners.breadth_first.plan.parameters import SearchParameters, TrackParameters
 from codesign.planners.breadth_first.plan.reference import NEIGHBOURS, UNKNOWN, Cell
@@ -24,6 +25,8 @@ from codesign.planners.job import Job
 from codesign.planners.paths import by_sides, cell_of, from_position, judge_arrival, judge_paths
 from codesign.planners.quality import Quality
 from codesign.planners.task_graph import Flow
+
+kernels = late("codesign.planners.breadth_first.plan.kernels")
 
 NO_START = "no start is given"
 
@@ -183,8 +186,6 @@ class BreadthFirst(Planner):
 
 def distances(plan: BreadthFirstPlan) -> NDArray[np.float64]:
     """Float64, rows × columns: steps from the start, along the directions of discovery; infinite for others."""
-    from codesign.planners.breadth_first.plan import kernels
-
     steps: NDArray[np.float64] = kernels.steps(plan.pushed, plan.directions)
     return steps
 

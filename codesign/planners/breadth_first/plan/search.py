@@ -15,9 +15,12 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from codesign.ground.late import late
 from codesign.maps.grid import as_free
 from codesign.maps.reach import check_cells
 from codesign.planners.breadth_first.plan.reference import Cell
+
+kernels = late("codesign.planners.breadth_first.plan.kernels")
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,8 +122,6 @@ def search_nearest(free: NDArray[np.bool_], start: Cell, goals: Iterable[Cell]) 
 
 def _search(free: NDArray[np.bool_], start: Cell, goals: tuple[Cell, ...]) -> BreadthFirstPlan:
     """The search until one of ``goals`` is popped; without goals until the queue is empty, from the goal ``start``."""
-    from codesign.planners.breadth_first.plan import kernels
-
     free = as_free(free, "free")
     origin = check_cells(free, [start], name="start", where="start")[0]
     ends = np.array(goals, np.int64).reshape(-1, 2)

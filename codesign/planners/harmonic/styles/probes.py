@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from typing import Any
 
 from codesign import maps
+from codesign.ground.late import late
 from codesign.planners.harmonic.plan import relax
 from codesign.planners.harmonic.plan.decision import directions
 from codesign.planners.harmonic.plan.warm_start import warm_start
 from codesign.planners.plug_in import Probe
+
+node_kernels = late("codesign.planners.harmonic.styles.node_kernels")
 
 
 def _harmonic() -> Probe:
@@ -16,12 +20,10 @@ def _harmonic() -> Probe:
 
     Its values fill 2.1 MB. On smaller maps, which the caches hold, an iteration is faster, and on larger ones slower.
     """
-    from codesign.planners.harmonic.styles.node_kernels import relax_nodes
-
     free = maps.maze(360, 360, corridor=6, seed=1).free
 
-    def run() -> list[int]:
-        return relax_nodes(free, [(3, 3)], (31,), most=100)[1]
+    def run() -> Any:
+        return node_kernels.relax_nodes(free, [(3, 3)], (31,), most=100)[1]
 
     return Probe(sum(run()) * free.size, run)
 

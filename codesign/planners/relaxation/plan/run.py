@@ -12,8 +12,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from codesign.ground.late import late
 from codesign.planners.relaxation.plan.layout import Diagonals, diagonals
 from codesign.planners.relaxation.plan.parameters import Boundary, Method
+
+kernels = late("codesign.planners.relaxation.plan.kernels")
 
 PATIENCE = 1000
 """Sweeps without progress after which a run counts as stalled. Progress is a new least change near the rounding floor,
@@ -128,8 +131,6 @@ class Run:
 
     def full_sweeps(self, method: Method) -> tuple[Values, Tally, int]:
         """The potential with its ring, the tally of the run, and the number of node values computed."""
-        from codesign.planners.relaxation.plan import kernels
-
         layout, shape = self.layout, self.values.shape
         values, movable = layout.pack(self.values), layout.pack(self.movable)
         levels = 2 if method in {Method.AM, Method.MAM} else 1
@@ -147,8 +148,6 @@ class Run:
 
     def half_sweeps(self) -> tuple[Values, Tally, int]:
         """The same as ``full_sweeps``, over the nodes of the goals' colour; the others are filled in."""
-        from codesign.planners.relaxation.plan import kernels
-
         rows, columns = self.movable.shape
         i = np.arange(rows)[:, None]
         j = 2 * np.arange((columns + 1) // 2 + 1)[None, :] + (self.colour + i) % 2
@@ -179,23 +178,19 @@ class Run:
 
     def _to_tolerance(self, sweeper: Sweeper) -> Tally:
         """The paper's test: iterate until no value changes by the tolerance."""
-        from codesign.planners.relaxation.plan.kernels import CONVERGED, RUNNING, STAGNATED
-
         assert self.tolerance is not None
         ending = (self.tolerance * self.scale, PATIENCE, FLOOR * self.scale)
         watch = np.array([math.inf, 0.0])
-        done, change, state = 0, math.inf, RUNNING
-        while state == RUNNING and done < self.most:
+        done, change, state = 0, math.inf, kernels.RUNNING
+        while state == kernels.RUNNING and done < self.most:
             count = min(max(1, _UPDATES_A_CALL // sweeper.size), self.most - done)
             swept, change, state = sweeper.sweep(count, ending, watch)
             done += int(swept)
-        ended = {CONVERGED: End.CONVERGED, STAGNATED: End.STAGNATED}.get(int(state), End.LIMIT)
+        ended = {kernels.CONVERGED: End.CONVERGED, kernels.STAGNATED: End.STAGNATED}.get(int(state), End.LIMIT)
         return Tally(done, float(change) / self.scale, ended, 0)
 
     def _to_descents(self, sweeper: Sweeper) -> Tally:
         """Iterate until every reachable cell has a lower neighbour, or until no progress follows."""
-        from codesign.planners.relaxation.plan.kernels import CONVERGED, STAGNATED
-
         ending, watch = (SETTLED, PATIENCE, FLOOR * self.scale), np.array([math.inf, 0.0])
         count_flat, continued = self._flat_counter(), self.continued
         done, change, checks = 0, 0.0, 0
@@ -212,21 +207,19 @@ class Run:
                 return Tally(done, float(change) / self.scale, End.DESCENDS, checks)
             if flat < least:
                 least, seen = flat, done
-            stuck = state in {CONVERGED, STAGNATED} or done - seen >= PATIENCE
+            stuck = state in {kernels.CONVERGED, kernels.STAGNATED} or done - seen >= PATIENCE
             if continued and (stuck or done - seen >= CONTINUED_PATIENCE):
                 # Old values may lie too deep where a passage has been closed. From zero no cell ever does.
                 sweeper.values[sweeper.movable] = self.wall
                 watch[:] = math.inf, 0.0
                 continued, least, seen = False, math.inf, done
             elif stuck:
-                ended = End.CONVERGED if state == CONVERGED else End.STAGNATED
+                ended = End.CONVERGED if state == kernels.CONVERGED else End.STAGNATED
                 return Tally(done, float(change) / self.scale, ended, checks)
         return Tally(done, float(change) / self.scale, End.LIMIT, checks)
 
     def _flat_counter(self) -> Callable[[Values], int]:
         """A function of packed values that counts the reachable cells without a lower neighbour among the four."""
-        from codesign.planners.relaxation.plan import kernels
-
         layout, shape = self.layout, self.values.shape
         passable, judged = layout.pack(self.open), layout.pack(self.judged)
         sign = -1.0 if self.boundary.upwards else 1.0

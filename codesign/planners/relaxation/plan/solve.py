@@ -22,6 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codesign.ground.errors import InputError, choose_hint
+from codesign.ground.late import late
 from codesign.maps.reach import check_cells, reachable
 from codesign.planners.relaxation.plan.parameters import (
     DEFAULT_BOUNDARY,
@@ -34,6 +35,9 @@ from codesign.planners.relaxation.plan.parameters import (
     settle,
 )
 from codesign.planners.relaxation.plan.run import End, Run
+
+sparse = late("scipy.sparse")
+sparse_linalg = late("scipy.sparse.linalg")
 
 # The potential from one sparse factorisation by SciPy.
 
@@ -50,9 +54,6 @@ def solve_direct(
     their value. The potential is ``wall`` + the solution of the case 0 and ``goal`` − ``wall``. In that case small
     values keep their leading digits, as the factorisation of such a matrix subtracts nothing.
     """
-    from scipy import sparse
-    from scipy.sparse.linalg import splu
-
     cells = [(int(row), int(column)) for row, column in goals]
     unknown = np.pad(reachable(free, cells), 1)
     above = np.zeros(unknown.shape)
@@ -76,7 +77,9 @@ def solve_direct(
         matrix = sparse.csc_matrix(
             (np.concatenate(data), (np.concatenate(rows), np.concatenate(columns))), shape=(count, count)
         )
-        factors = splu(matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
+        factors = sparse_linalg.splu(
+            matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
+        )
         above[unknown], values = factors.solve(right), int(factors.nnz)
     potential = wall + above[1:-1, 1:-1]
     return np.ascontiguousarray(potential), count, values

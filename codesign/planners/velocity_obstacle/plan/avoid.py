@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 from codesign.ground.errors import InputError
+from codesign.ground.late import late
 from codesign.planners.velocity_obstacle.plan.avoidance import Avoidance
 from codesign.planners.velocity_obstacle.plan.faults import fault_of
 from codesign.planners.velocity_obstacle.plan.parameters import AvoidParameters
 from codesign.planners.velocity_obstacle.plan.problem import RobotsProblem
+
+loop = late("codesign.planners.velocity_obstacle.plan.loop")
 
 
 def avoid(problem: RobotsProblem, parameters: AvoidParameters) -> Avoidance:
@@ -21,8 +24,7 @@ def avoid(problem: RobotsProblem, parameters: AvoidParameters) -> Avoidance:
     fault = fault_of(problem, parameters)
     if fault is not None:
         raise InputError(fault[1], fault[0])
-    from codesign.planners.velocity_obstacle.plan.loop import Loop
-
-    loop = Loop(problem, parameters)
-    loop.run()
-    return loop.plan()
+    run = loop.Loop(problem, parameters)
+    run.run()
+    plan: Avoidance = run.plan()
+    return plan

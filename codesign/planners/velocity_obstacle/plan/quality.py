@@ -5,11 +5,14 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from codesign.ground.late import late
 from codesign.planners.quality import RobotsQuality
 from codesign.planners.velocity_obstacle.plan.avoidance import Avoidance
 from codesign.planners.velocity_obstacle.plan.problem import RobotsProblem
 from codesign.planners.velocity_obstacle.plan.reference import STAY
 from codesign.planners.velocity_obstacle.plan.shortfall import remedy_of, shortfall_of
+
+gaps = late("codesign.planners.velocity_obstacle.plan.gaps")
 
 
 def quality(problem: RobotsProblem, plan: Avoidance) -> RobotsQuality:
@@ -49,9 +52,8 @@ def arrival_steps(plan: Avoidance) -> list[int | None]:
 
 def run_gaps(plan: Avoidance) -> NDArray[np.float64]:
     """Least distance between the centres of each pair over a run, cells, one value a pair."""
-    from codesign.planners.velocity_obstacle.plan.gaps import pair_gaps
-
-    return pair_gaps(plan.cells, plan.speeds, np.diff(plan.times) * plan.step)
+    found: NDArray[np.float64] = gaps.pair_gaps(plan.cells, plan.speeds, np.diff(plan.times) * plan.step)
+    return found
 
 
 def _length_ratios(plan: Avoidance, arrivals: list[int | None]) -> list[float]:

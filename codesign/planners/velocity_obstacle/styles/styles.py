@@ -11,6 +11,7 @@ import numpy as np
 
 from codesign.ground.errors import InputError
 from codesign.ground.figures import Figure
+from codesign.ground.late import late
 from codesign.ground.models import Part
 from codesign.planners.host import task_record
 from codesign.planners.job import Demand, Job
@@ -24,7 +25,9 @@ from codesign.planners.velocity_obstacle.published import Style
 from codesign.planners.velocity_obstacle.styles import levers, power, resources, timing
 
 if TYPE_CHECKING:
-    from codesign.planners.velocity_obstacle.styles.updates import Updates
+    from codesign.planners.velocity_obstacle.styles import updates
+else:
+    updates = late("codesign.planners.velocity_obstacle.styles.updates")
 
 
 @dataclass(frozen=True)
@@ -94,12 +97,10 @@ class Circuit(Architecture):
                 yield Step(phase, np.array([amount], np.int64), ram_addresses=timing.addresses(phase))
         return plan
 
-    def updates(self, job: Job[RobotsProblem, AvoidParameters]) -> Updates:
+    def updates(self, job: Job[RobotsProblem, AvoidParameters]) -> updates.Updates:
         """The closed loop with the cycles of every robot's own circuit, update by update: for scenario ``fleet``."""
         problem, parameters = job.problem, job.parameters
-        from codesign.planners.velocity_obstacle.styles.updates import Updates
-
-        return Updates(problem, parameters, timing.update_costs(self._style, problem.count, parameters))
+        return updates.Updates(problem, parameters, timing.update_costs(self._style, problem.count, parameters))
 
     def power(self, demand: Demand, clock: int, part: Part) -> tuple[Figure, Figure]:
         """Static and dynamic power at ``clock`` Hz, W, of one robot's circuit."""

@@ -16,7 +16,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from codesign.ground.late import late
 from codesign.planners.wavefront.plan.grid import UNREACHED, WaveMap
+
+kernels = late("codesign.planners.wavefront.plan.kernels")
 
 HALO = -4
 """A cell around the tile: it emits when its time has come, and no wave enters it."""
@@ -53,15 +56,15 @@ def run_tiles(
     Cells farther than the farthest stop are ``UNREACHED``. Callers run ``run_wave`` first, which refuses an
     unreachable stop.
     """
-    from codesign.planners.wavefront.plan.kernels import CLOSED, OPEN
-
     rows, columns = wave_map.free.shape
     shape = wave_map.padded_shape
-    free = np.where(wave_map.free, np.int32(OPEN), np.int32(CLOSED))
+    free = np.where(wave_map.free, np.int32(kernels.OPEN), np.int32(kernels.CLOSED))
     source = np.zeros(shape, np.bool_)
     source[tuple(sources.T + 1)] = True
     extra = wave_map.arrays[3]
-    state = _State(wave_map.pad(free, CLOSED).reshape(shape), source, extra.reshape(shape) if extra.size else extra)
+    state = _State(
+        wave_map.pad(free, kernels.CLOSED).reshape(shape), source, extra.reshape(shape) if extra.size else extra
+    )
     down_count, across = -(-rows // tile[0]), -(-columns // tile[1])
     pending = dict.fromkeys(((row // tile[0]) * across + column // tile[1] for row, column in sources.tolist()), 0)
     waiting = [(0, index) for index in sorted(pending)]
@@ -102,17 +105,15 @@ def _visit(
     wave_map: WaveMap, state: _State, corner: tuple[int, int], size: tuple[int, int]
 ) -> tuple[int, int, dict[tuple[int, int], int]]:
     """Run one tile; returns its first and last time, and the earliest change towards each tile beside it."""
-    from codesign.planners.wavefront.plan.kernels import CLOSED, OPEN, spread
-
     window = slice(corner[0], corner[0] + size[0] + 2), slice(corner[1], corner[1] + size[1] + 2)
     inner = slice(1, -1), slice(1, -1)
     potentials = state.potentials[window]
     before = potentials[inner].copy()
     # One more closed cell around, so that the halo has neighbours too.
-    frame = np.full((size[0] + 4, size[1] + 4), CLOSED, np.int32)
+    frame = np.full((size[0] + 4, size[1] + 4), kernels.CLOSED, np.int32)
     halo = frame[inner]
-    halo[...] = np.where(potentials == CLOSED, np.int32(CLOSED), np.int32(HALO))
-    halo[inner] = np.where(before == CLOSED, np.int32(CLOSED), np.int32(OPEN))
+    halo[...] = np.where(potentials == kernels.CLOSED, np.int32(kernels.CLOSED), np.int32(HALO))
+    halo[inner] = np.where(before == kernels.CLOSED, np.int32(kernels.CLOSED), np.int32(kernels.OPEN))
     times = np.where(potentials >= 0, potentials, NEVER)
     times[inner] = np.where(state.source[window][inner], 0, NEVER)
     emitting = np.argwhere(times < NEVER)
@@ -127,11 +128,11 @@ def _visit(
     offsets, beside = wave_map.neighbours.flat(frame.shape)
     flat = frame.ravel()
     none = np.zeros(0, np.int32)
-    spread(
+    kernels.spread(
         flat, seeds, at[by_time].astype(np.int32), offsets, wave_map.neighbours.delays, beside, extra, none, NEVER - 1
     )
     after = flat.reshape(frame.shape)[2:-2, 2:-2]
-    after[(after < 0) & (after != CLOSED)] = OPEN
+    after[(after < 0) & (after != kernels.CLOSED)] = kernels.OPEN
     potentials[inner] = after
     last = max(int(at.max()), int(after.max(initial=0)))
     changed = np.where((after >= 0) & (after != before), after, NEVER)

@@ -8,7 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codesign.ground.errors import InputError, MapError
+from codesign.ground.late import late
 from codesign.planners.wavefront.plan.grid import WaveMap, check_cells, check_map
+
+kernels = late("codesign.planners.wavefront.plan.kernels")
 
 WHOLE_PATH = 2**31 - 1
 
@@ -58,12 +61,10 @@ class Tracker:
     def __init__(
         self, wave_map: WaveMap, potentials: NDArray[np.int32], obstacle_potentials: NDArray[np.int32] | None = None
     ) -> None:
-        from codesign.planners.wavefront.plan.kernels import CLOSED, OPEN
-
         self._map = wave_map
-        unreached = np.where(wave_map.free, np.int32(OPEN), np.int32(CLOSED))
+        unreached = np.where(wave_map.free, np.int32(kernels.OPEN), np.int32(kernels.CLOSED))
         shown = np.where(potentials >= 0, potentials, unreached).astype(np.int32)
-        self._potentials = wave_map.pad(shown, CLOSED)
+        self._potentials = wave_map.pad(shown, kernels.CLOSED)
         self._distances = (
             np.zeros(0, np.int32)
             if obstacle_potentials is None
@@ -72,8 +73,6 @@ class Tracker:
 
     def follow(self, start: Sequence[int], steps: int | None = None) -> NDArray[np.int64]:
         """The path from ``start``; see ``track``."""
-        from codesign.planners.wavefront.plan.kernels import follow
-
         cell = check_cells([start], self._map.free, "start")
         index = int(self._map.indices(cell)[0])
         if self._potentials[index] < 0:
@@ -83,7 +82,7 @@ class Tracker:
                 "no path leads there, or the wave ended before",
             )
         most = WHOLE_PATH if steps is None else steps
-        path = follow(self._potentials, self._distances, index, most, *self._map.arrays)
+        path = kernels.follow(self._potentials, self._distances, index, most, *self._map.arrays)
         return self._map.cells(path)
 
 

@@ -20,7 +20,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codesign.ground.errors import InputError, MapError
+from codesign.ground.late import late
 from codesign.planners.wavefront.plan.grid import UNREACHED, WaveMap, check_cells, check_delays, check_map
+
+kernels = late("codesign.planners.wavefront.plan.kernels")
 
 NO_LIMIT = 2**31 - 2
 MAX_OCTILE_RATIO = 1.5 / 2**0.5
@@ -78,14 +81,12 @@ def run_wave(
     Raises:
         MapError: the wave dies before it reaches a stop. InputError: an impossible limit.
     """
-    from codesign.planners.wavefront.plan.kernels import CLOSED, OPEN, spread
-
     if limit is not None and not 0 <= limit <= NO_LIMIT:
         raise InputError(f"the limit is {limit}", "limit", "give a potential from 0 on")
-    potentials = wave_map.pad(np.where(wave_map.free, np.int32(OPEN), np.int32(CLOSED)), CLOSED)
+    potentials = wave_map.pad(np.where(wave_map.free, np.int32(kernels.OPEN), np.int32(kernels.CLOSED)), kernels.CLOSED)
     seeds = wave_map.indices(sources)
     stop_indices = wave_map.indices(stops)
-    order = spread(
+    order = kernels.spread(
         potentials,
         seeds,
         np.zeros(len(seeds), np.int32),

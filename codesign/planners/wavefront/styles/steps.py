@@ -7,6 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
+from codesign.ground.late import late
 from codesign.planners.host import one_step
 from codesign.planners.interface import Cell, Problem
 from codesign.planners.job import Job
@@ -16,6 +17,8 @@ from codesign.planners.wavefront.plan.parameters import Course, PropagateParamet
 from codesign.planners.wavefront.plan.plan import WavefrontPlan, cached_plan, plan_key
 from codesign.planners.wavefront.plan.wave import run_wave
 from codesign.planners.wavefront.styles import timing
+
+kernels = late("codesign.planners.wavefront.plan.kernels")
 
 LOAD, OBSTACLES, PROPAGATE, EXCHANGE = "load", "propagate_obstacles", "propagate", "exchange"
 READ_OUT, TRACK = "read_out", "track"
@@ -48,9 +51,7 @@ def tracked_steps(job: Job[Problem, PropagateParameters], plan: WavefrontPlan, s
 
 def updates(wave_map: WaveMap, sources: NDArray[np.int64]) -> tuple[int, int]:
     """The largest potential of a wave without a stop, and the parallel updates of equation 3 until it is final."""
-    from codesign.planners.wavefront.plan.kernels import CLOSED, OPEN, rounds
-
     potentials, order = run_wave(wave_map, sources, np.zeros((0, 2), np.int64))
-    unreached = np.where(wave_map.free, np.int32(OPEN), np.int32(CLOSED))
-    flat = wave_map.pad(np.where(potentials >= 0, potentials, unreached).astype(np.int32), CLOSED)
-    return int(potentials.max()), int(rounds(flat, order, *wave_map.arrays))
+    unreached = np.where(wave_map.free, np.int32(kernels.OPEN), np.int32(kernels.CLOSED))
+    flat = wave_map.pad(np.where(potentials >= 0, potentials, unreached).astype(np.int32), kernels.CLOSED)
+    return int(potentials.max()), int(kernels.rounds(flat, order, *wave_map.arrays))
