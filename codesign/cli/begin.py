@@ -13,10 +13,12 @@ from codesign import system
 from codesign.cli.requests import Init, List, Show
 from codesign.ground.errors import InputError, printable
 from codesign.ground.files import write_atomically
+from codesign.ground.late import late
 from codesign.inputs import starting_files
 from codesign.inputs.files import find_shipped, shown
-from codesign.system.scenarios import begin
 from codesign.views import report
+
+begin = late("codesign.system.scenarios.begin")
 
 
 def list_(asked: List) -> None:

@@ -14,11 +14,12 @@ import codesign
 from codesign.cli.options import command_line, debug_step
 from codesign.cli.outputs import check_outputs
 from codesign.cli.progress import LATER_S, compiling, compiling_shown, progress_shown
-from codesign.cli.request import SENTENCE, TABLES, load
+from codesign.cli.request import SENTENCE, TABLES
 from codesign.cli.requests import Explore, Report, StudyOutputs
 from codesign.ground import interrupts
 from codesign.ground.errors import EXIT_FAILED, EXIT_NO, InputError, printable
 from codesign.ground.kernel_cache import is_cold
+from codesign.ground.late import load
 from codesign.ground.progress import Advance, doing
 from codesign.ground.units import counted
 from codesign.inputs import held, load_platforms, pin

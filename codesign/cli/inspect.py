@@ -7,9 +7,9 @@ import json
 import click
 
 from codesign.cli.progress import LATER_S, progress_shown
-from codesign.cli.request import load
 from codesign.cli.requests import Check, Schema
 from codesign.ground.errors import SpecError, printable
+from codesign.ground.late import load
 from codesign.ground.progress import doing
 from codesign.ground.units import counted
 from codesign.system.scenarios import check_files

@@ -15,9 +15,10 @@ import click
 from click.core import ParameterSource
 
 from codesign.cli import replacing
-from codesign.cli.request import ANSWER, SENTENCE, TABLES, Option, load, option
+from codesign.cli.request import ANSWER, SENTENCE, TABLES, Option, option
 from codesign.ground.errors import CodesignError, InputError, printable
 from codesign.ground.kernel_cache import kernel_folders
+from codesign.ground.late import load
 from codesign.ground.units import Dimension, parse_quantity
 from codesign.version import __version__
 

@@ -8,8 +8,8 @@ from contextlib import contextmanager
 
 import click
 
-from codesign.cli.request import load
 from codesign.ground import kernel_cache
+from codesign.ground.late import load
 from codesign.ground.progress import Advance, Show, silent, span_text
 
 SECONDS_BETWEEN_LINES = 10.0

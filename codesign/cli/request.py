@@ -19,23 +19,18 @@ Options of several commands are a base class of their requests, or a constant.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from importlib import import_module
 from inspect import cleandoc
 from pathlib import Path
 from typing import Any, Literal, NamedTuple, dataclass_transform, get_args, get_origin, get_type_hints
 
 import click
 
+from codesign.ground.late import load
+
 SENTENCE, ANSWER, TABLES = "sentence", "answer", "tables"
 """The amount that a command prints: one sentence (``-q``), the answer, or the answer and all tables (``-v``)."""
 
 OUTPUT = click.Path(dir_okay=False, path_type=Path)
-
-
-def load(name: str) -> Any:
-    """The object ``module:name``; its module is imported now."""
-    module, _, attribute = name.partition(":")
-    return getattr(import_module(module), attribute)
 
 
 class Option:

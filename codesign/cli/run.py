@@ -13,11 +13,12 @@ import codesign
 from codesign.cli.options import command_line, debug_step
 from codesign.cli.outputs import check_outputs
 from codesign.cli.progress import compiling_shown, progress_shown
-from codesign.cli.request import SENTENCE, TABLES, load
+from codesign.cli.request import SENTENCE, TABLES
 from codesign.cli.requests import Run
 from codesign.cli.specs import specs_of
 from codesign.ground import interrupts
 from codesign.ground.errors import EXIT_NO, printable
+from codesign.ground.late import load
 from codesign.ground.progress import Advance, Pace, doing, plans_shown
 from codesign.ground.records import MemoryListener
 from codesign.ground.units import counted

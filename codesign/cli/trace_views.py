@@ -14,10 +14,10 @@ from pydantic import ValidationError
 from codesign.cli.options import command_line
 from codesign.cli.outputs import check_outputs
 from codesign.cli.progress import LATER_S, progress_shown
-from codesign.cli.request import load
 from codesign.cli.requests import TraceDiff, TraceExport, TraceLayout, TraceStats, TraceTimeline
 from codesign.ground.errors import EXIT_NO, InputError, printable
 from codesign.ground.files import write_atomically, written_atomically
+from codesign.ground.late import load
 from codesign.ground.records import ACTIVITY_KINDS
 from codesign.ground.units import format_time
 from codesign.system.results.result import Result

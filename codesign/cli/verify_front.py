@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING
 
 import click
 
-from codesign.cli.request import load
 from codesign.cli.requests import VerifyFront
 from codesign.ground.errors import CertificateError, InputError, RefusedError, clip, printable
+from codesign.ground.late import load
 from codesign.ground.units import counted, format_count
 from codesign.study.certificates.check import check
 from codesign.study.certificates.file import read_certificate

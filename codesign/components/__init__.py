@@ -13,6 +13,6 @@ before ours. Rejected: a fixed quantum, as in loosely timed SystemC TLM-2.0. It 
 
 from __future__ import annotations
 
-import lazy_loader
+from codesign.ground.late import by_name
 
-__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
+__getattr__, __dir__, __all__ = by_name(__name__, __file__)

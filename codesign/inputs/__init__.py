@@ -12,45 +12,8 @@ PyYAML reads events only, never objects. Its own schema was rejected: it takes `
 ``12:30:00`` for 45000, ``1e6`` for text, and the last of two equal keys without a word.
 """
 
-from codesign.ground.models import RefusalError, SpecModel
-from codesign.inputs.base import Spec, fault
-from codesign.inputs.checks import cross_check
-from codesign.inputs.constraint import Constraint
-from codesign.inputs.edit import design_point, has_axis
-from codesign.inputs.exploration import Exploration
-from codesign.inputs.files import parse_value, starting_files
-from codesign.inputs.part_file import list_parts, load_part
-from codesign.inputs.pinning import held, pin
-from codesign.inputs.platform import Platform, list_platforms, load_platform
-from codesign.inputs.platform_axis import load_platforms, platforms_of
-from codesign.inputs.schema import json_schema
-from codesign.inputs.workload import TaskMapping, Workload
-from codesign.inputs.workload_file import list_workloads, load_workload
+from __future__ import annotations
 
-__all__ = [
-    "Constraint",
-    "Exploration",
-    "Platform",
-    "RefusalError",
-    "Spec",
-    "SpecModel",
-    "TaskMapping",
-    "Workload",
-    "cross_check",
-    "design_point",
-    "fault",
-    "has_axis",
-    "held",
-    "json_schema",
-    "list_parts",
-    "list_platforms",
-    "list_workloads",
-    "load_part",
-    "load_platform",
-    "load_platforms",
-    "load_workload",
-    "parse_value",
-    "pin",
-    "platforms_of",
-    "starting_files",
-]
+from codesign.ground.late import by_name
+
+__getattr__, __dir__, __all__ = by_name(__name__, __file__)

@@ -166,7 +166,13 @@ def name_and_grade(full_name: str) -> tuple[str, str]:
     return (name, dash + grade) if dash else (full_name, "")
 
 
+def all_parts(folders: Sequence[Path] = ()) -> dict[str, Part]:
+    """All parts, in every speed grade, by full name, sorted."""
+    files = [PARTS.load(path) for path in PARTS.names(folders).values()]
+    parts = [file.part(grade) for file in files for grade in file.speed_grades]
+    return {part.full_name: part for part in sorted(parts, key=lambda part: part.full_name)}
+
+
 def list_parts(folders: Sequence[Path] = ()) -> list[str]:
     """Full names of all parts, in every speed grade, sorted."""
-    loaded = [PARTS.load(path) for path in PARTS.names(folders).values()]
-    return sorted(f"{part.name}{grade}" for part in loaded for grade in part.speed_grades)
+    return list(all_parts(folders))

@@ -198,12 +198,11 @@ class _Reader:
             self._stop(event, f"nested more than {MAX_DEPTH} deep")
 
     def _refuse_references(self, event: Any, path: KeyPath) -> None:
-        name = clip(str(event.anchor))
         if isinstance(event, yaml.AliasEvent):
-            self._fault(event, path, f"alias *{name}", "write the value out: aliases are not read")
+            self._fault(event, path, f"alias *{clip(event.anchor)}", "write the value out: aliases are not read")
             return
         if event.anchor is not None:
-            what, hint = f"anchor &{name}", "remove it: anchors are not read"
+            what, hint = f"anchor &{clip(event.anchor)}", "remove it: anchors are not read"
             self._fault(event, path, what, hint, spoils=False)
         if event.tag is not None:
             what, hint = f"tag {clip(str(event.tag))}", "remove it; quote what is meant as text"
@@ -279,6 +278,9 @@ MAX_NUMBER = 40
 
 Scalar = str | int | float | bool | None
 
+_BEGINS_NUMBER = "-+.0123456789"
+"""Most scalars begin otherwise, and need no search."""
+
 _INTEGER = re.compile(r"[-+]?(?:0|[1-9][0-9]*)")
 _FLOAT = re.compile(r"[-+]?(?:\.[0-9]+|(?:0|[1-9][0-9]*)(?:\.[0-9]*)?)(?:[eE][-+]?[0-9]+)?")
 _LEADING_ZERO = re.compile(r"[-+]?0[0-9]+(?:\.[0-9]*)?(?:[eE][-+]?[0-9]+)?")
@@ -301,6 +303,8 @@ def refusal(text: str) -> tuple[str, str] | None:
     >>> refusal("010")
     ('010 has a leading zero', "write 10, or '010' if text is meant")
     """
+    if text[:1] not in _BEGINS_NUMBER:
+        return None
     shown = clip(text, MAX_NUMBER)
     if _LEADING_ZERO.fullmatch(text):
         plain = re.sub(r"^([-+]?)0+(?=[0-9])", r"\1", shown)
@@ -328,7 +332,7 @@ def resolve(text: str) -> Scalar:
 
 
 def _is_number(text: str) -> bool:
-    return _FLOAT.fullmatch(text) is not None
+    return text[:1] in _BEGINS_NUMBER and _FLOAT.fullmatch(text) is not None
 
 
 def _mark(event: Any) -> Mark:

@@ -9,9 +9,9 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from pkgutil import resolve_name
 from typing import Any, Protocol
 
+from codesign.ground.late import load
 from codesign.planners.circuits import CircuitStyle
 from codesign.planners.interface import Planner
 from codesign.planners.reproduction import Progress, Reproduction, Settings, silent
@@ -60,9 +60,22 @@ def named(where: str) -> Callable[..., Any]:
     """A function that is named as ``MODULE:NAME`` and imported when it is first called."""
 
     def called(*arguments: Any, **named: Any) -> Any:
-        return resolve_name(where)(*arguments, **named)
+        return load(where)(*arguments, **named)
 
     return called
+
+
+class Parts(Sequence[Any]):
+    """Parts that are named as ``MODULE:NAME``. The module is imported when one of them is asked for."""
+
+    def __init__(self, where: str) -> None:
+        self._where = where
+
+    def __getitem__(self, index: Any) -> Any:
+        return load(self._where)[index]
+
+    def __len__(self) -> int:
+        return len(load(self._where))
 
 
 @dataclass(frozen=True)
@@ -98,7 +111,7 @@ class PlugIn:
     planner: Planner | None = None
     styles: tuple[Architecture, ...] = ()
     task_styles: tuple[TaskStyle, ...] = ()
-    circuits: tuple[CircuitStyle, ...] = ()
+    circuits: Sequence[CircuitStyle] = ()
     probes: Mapping[str, Callable[[], Probe]] = field(default_factory=dict)
     reproduce: Reproduce | None = None
     settings: type[Settings] = Settings

@@ -10,6 +10,6 @@ share their functional work, and a front with holes where a sampler did not look
 
 from __future__ import annotations
 
-import lazy_loader
+from codesign.ground.late import by_name
 
-__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
+__getattr__, __dir__, __all__ = by_name(__name__, __file__)

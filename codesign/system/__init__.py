@@ -5,32 +5,8 @@ makes the SimPy components. A ``Scenario`` runs them: see ``codesign.system.scen
 number of picoseconds.
 """
 
-from codesign.system.bind import System
-from codesign.system.inspect import (
-    PlannerFacts,
-    applicable,
-    at_hand,
-    planner_facts,
-    point_of,
-    problem_from_map,
-    problem_of,
-    schema_of,
-    with_problem,
-)
-from codesign.system.results.result import Result
-from codesign.system.scenario import MissionProgress
+from __future__ import annotations
 
-__all__ = [
-    "MissionProgress",
-    "PlannerFacts",
-    "Result",
-    "System",
-    "applicable",
-    "at_hand",
-    "planner_facts",
-    "point_of",
-    "problem_from_map",
-    "problem_of",
-    "schema_of",
-    "with_problem",
-]
+from codesign.ground.late import by_name
+
+__getattr__, __dir__, __all__ = by_name(__name__, __file__)

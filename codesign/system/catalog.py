@@ -11,18 +11,21 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cache
 from importlib.metadata import EntryPoint, entry_points
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from codesign import inputs as spec
 from codesign.ground.errors import Fault, InputError, SpecError, choose_hint
 from codesign.ground.models import TaskParameters
-from codesign.inputs import SpecModel, Workload
-from codesign.inputs.files import Source
 from codesign.planners.circuits import CircuitStyle
 from codesign.planners.interface import Planner
 from codesign.planners.plug_in import GROUP, PlugIn, Reproduce
 from codesign.planners.reproduction import Settings
 from codesign.planners.styles import Architecture, TaskStyle
+
+if TYPE_CHECKING:
+    from codesign.ground.models import SpecModel
+    from codesign.inputs import Workload
+    from codesign.inputs.files import Source
 
 _log = logging.getLogger(__name__)
 

@@ -11,11 +11,9 @@ from pydantic import BaseModel
 
 from codesign import inputs as spec
 from codesign.ground.errors import Fault, InputError, SpecError, choose_hint, clip
-from codesign.ground.figures import label
 from codesign.ground.models import Part, Task
 from codesign.inputs import Platform, Spec, Workload, design_point, has_axis
 from codesign.inputs.calibration_file import CALIBRATIONS
-from codesign.inputs.components import FpgaComponent
 from codesign.inputs.document import Document, KeyPath, Origin, put
 from codesign.inputs.faults import validate
 from codesign.inputs.files import is_path
@@ -56,36 +54,6 @@ def schema_of(kind: str) -> dict[str, Any]:
     if kind not in files:
         raise InputError(f"there is no schema of {kind!r}", hint=choose_hint(kind, [*files, "result"]))
     return spec.json_schema(kind, catalog.task_models(), catalog.problem_models())
-
-
-def at_hand() -> dict[str, dict[str, str]]:
-    """Names and one-line descriptions of what ships or is installed, by kind."""
-    platforms = {name: _board(spec.load_platform(name)) for name in spec.list_platforms()}
-    hosts = {name: HOSTS.find(name).description for name in sorted(HOSTS.names())}
-    workloads = {name: catalog.load_workload(name).description for name in spec.list_workloads()}
-    parts = {name: _budgets(spec.load_part(name)) for name in spec.list_parts()}
-    planners = {name: planner.description for name, planner in catalog.planners().items()}
-    tasks = {
-        f"{name}, {task}": planner.task_text(task)
-        for name, planner in catalog.planners().items()
-        if planner.problem_model is None
-        for task in Task
-    }
-    styles = {
-        f"{planner}.{name}": f"on {style.component_type}: {style.description}"
-        for (planner, name), style in catalog.architectures().items()
-    }
-    names = {
-        "platforms": platforms,
-        "workloads": workloads,
-        "parts": parts,
-        "hosts": hosts,
-        "planners": planners,
-        "tasks": tasks,
-        "styles": styles,
-    }
-    broken = {f"{plug_in.name} ({plug_in.value})": plug_in.why for plug_in in catalog.broken()}
-    return {**names, "broken plug-ins": broken} if broken else names
 
 
 @dataclass(frozen=True)
@@ -204,19 +172,6 @@ def load_any(source: str | Path) -> Spec | Part:
     }
     read = readers.get(kind) if isinstance(kind, str) else None
     return catalog.load_workload(source) if read is None else read(Path(source))
-
-
-def _board(platform: Platform) -> str:
-    """Its description, and its part and price where it has them."""
-    chips = [fpga.part for fpga in platform.of(FpgaComponent).values()]
-    price = platform.board.price if platform.board is not None else None
-    facts = [*chips, *([f"{price.value:,g} {price.unit}, {price.status}"] if price is not None else [])]
-    return f"{platform.description} [{'; '.join(facts)}]" if platform.board and facts else platform.description
-
-
-def _budgets(part: Part) -> str:
-    budgets = (f"{int(figure.value):,} {label(name)}" for name, figure in part.resources.items())
-    return f"{part.family}: {', '.join(budgets)}"
 
 
 def problem_of(workload: Workload) -> ProblemSpec:

@@ -8,18 +8,8 @@ from typing import Annotated, ClassVar
 from pydantic import ConfigDict, Field, model_validator
 
 from codesign.ground.errors import SpecError
-from codesign.ground.models import TaskParameters
-from codesign.inputs import (
-    Platform,
-    RefusalError,
-    SpecModel,
-    Workload,
-    cross_check,
-    design_point,
-    list_parts,
-    load_platform,
-    load_workload,
-)
+from codesign.ground.models import RefusalError, SpecModel, TaskParameters
+from codesign.inputs import Platform, Workload, cross_check, design_point, list_parts, load_platform, load_workload
 
 PLATFORM = """\
 kind: platform

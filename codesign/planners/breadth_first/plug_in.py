@@ -4,16 +4,15 @@ from __future__ import annotations
 
 from codesign.planners.breadth_first.plan.planner import PLANNER
 from codesign.planners.breadth_first.published import BreadthFirstSettings
-from codesign.planners.breadth_first.rtl import CIRCUITS
 from codesign.planners.breadth_first.styles import ARCHITECTURES, TASK_STYLES
 from codesign.planners.breadth_first.styles.probes import PROBES
-from codesign.planners.plug_in import PlugIn, Samples, named
+from codesign.planners.plug_in import Parts, PlugIn, Samples, named
 
 PLUG_IN = PlugIn(
     planner=PLANNER,
     styles=ARCHITECTURES,
     task_styles=TASK_STYLES,
-    circuits=CIRCUITS,
+    circuits=Parts("codesign.planners.breadth_first.rtl:CIRCUITS"),
     probes=PROBES,
     reproduce=named("codesign.planners.breadth_first.paper.measures:PAPER"),
     settings=BreadthFirstSettings,

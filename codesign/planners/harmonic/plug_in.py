@@ -4,16 +4,15 @@ from __future__ import annotations
 
 from codesign.planners.harmonic.plan.planner import PLANNER
 from codesign.planners.harmonic.published import HarmonicSettings
-from codesign.planners.harmonic.rtl import CIRCUITS
 from codesign.planners.harmonic.styles import ARCHITECTURES, TASK_STYLES
 from codesign.planners.harmonic.styles.probes import PROBES
-from codesign.planners.plug_in import PlugIn, Samples, named
+from codesign.planners.plug_in import Parts, PlugIn, Samples, named
 
 PLUG_IN = PlugIn(
     planner=PLANNER,
     styles=ARCHITECTURES,
     task_styles=TASK_STYLES,
-    circuits=CIRCUITS,
+    circuits=Parts("codesign.planners.harmonic.rtl:CIRCUITS"),
     probes=PROBES,
     reproduce=named("codesign.planners.harmonic.paper.measures:PAPER"),
     settings=HarmonicSettings,

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from codesign.planners.plug_in import PlugIn, Samples, named
+from codesign.planners.plug_in import Parts, PlugIn, Samples, named
 from codesign.planners.velocity_obstacle.plan.planner import PLANNER
 from codesign.planners.velocity_obstacle.published import VelocityObstacleSettings
-from codesign.planners.velocity_obstacle.rtl import CIRCUITS
 from codesign.planners.velocity_obstacle.styles import ARCHITECTURES
 
 PLUG_IN = PlugIn(
     planner=PLANNER,
     styles=ARCHITECTURES,
-    circuits=CIRCUITS,
+    circuits=Parts("codesign.planners.velocity_obstacle.rtl:CIRCUITS"),
     reproduce=named("codesign.planners.velocity_obstacle.paper.measures:PAPER"),
     settings=VelocityObstacleSettings,
     samples=Samples(

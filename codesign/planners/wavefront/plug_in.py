@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from codesign.planners.plug_in import PlugIn, Samples, named
+from codesign.planners.plug_in import Parts, PlugIn, Samples, named
 from codesign.planners.wavefront.plan.planner import PLANNER
 from codesign.planners.wavefront.published import WavefrontSettings
-from codesign.planners.wavefront.rtl import CIRCUITS
 from codesign.planners.wavefront.styles import ARCHITECTURES, TASK_STYLES
 from codesign.planners.wavefront.styles.probes import PROBES
 
@@ -13,7 +12,7 @@ PLUG_IN = PlugIn(
     planner=PLANNER,
     styles=ARCHITECTURES,
     task_styles=TASK_STYLES,
-    circuits=CIRCUITS,
+    circuits=Parts("codesign.planners.wavefront.rtl:CIRCUITS"),
     probes=PROBES,
     reproduce=named("codesign.planners.wavefront.paper.measures:PAPER"),
     settings=WavefrontSettings,

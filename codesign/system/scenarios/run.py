@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import pkgutil
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cache, partial
 from pathlib import Path
@@ -12,6 +11,7 @@ from typing import Any
 from codesign import components
 from codesign import inputs as spec
 from codesign.ground.errors import CodesignError, Fault, InputError, SpecError, choose_hint
+from codesign.ground.late import load
 from codesign.ground.memo import Memo
 from codesign.ground.records import Listener, SummaryRecord
 from codesign.inputs import Platform, Workload
@@ -47,7 +47,7 @@ def scenario_of(workload: Workload) -> Scenario:
 
 @cache
 def _scenario(name: str) -> Scenario:
-    scenario: Scenario = pkgutil.resolve_name(SCENARIOS[name])()
+    scenario: Scenario = load(SCENARIOS[name])()
     return scenario
 
 

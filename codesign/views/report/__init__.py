@@ -11,20 +11,6 @@ A module is imported when one of its names is asked for; matplotlib, Jinja2 and 
 
 from __future__ import annotations
 
-import sys
-from types import ModuleType
+from codesign.ground.late import by_name
 
-import lazy_loader
-
-__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
-
-
-class _Report(ModuleType):
-    """This package. An import of ``report.answer`` does not take the place of the function of the same name."""
-
-    def __setattr__(self, name: str, value: object) -> None:
-        if name not in __all__ or not isinstance(value, ModuleType):
-            super().__setattr__(name, value)
-
-
-sys.modules[__name__].__class__ = _Report
+__getattr__, __dir__, __all__ = by_name(__name__, __file__)
