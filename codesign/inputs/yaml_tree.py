@@ -199,10 +199,10 @@ class _Reader:
 
     def _refuse_references(self, event: Any, path: KeyPath) -> None:
         if isinstance(event, yaml.AliasEvent):
-            self._fault(event, path, f"alias *{clip(event.anchor)}", "write the value out: aliases are not read")
+            self._fault(event, path, f"alias *{clip(str(event.anchor))}", "write the value out: aliases are not read")
             return
         if event.anchor is not None:
-            what, hint = f"anchor &{clip(event.anchor)}", "remove it: anchors are not read"
+            what, hint = f"anchor &{clip(str(event.anchor))}", "remove it: anchors are not read"
             self._fault(event, path, what, hint, spoils=False)
         if event.tag is not None:
             what, hint = f"tag {clip(str(event.tag))}", "remove it; quote what is meant as text"

@@ -17,10 +17,9 @@ from spec_texts import PLATFORM, TASKS, WORKLOAD
 from codesign import maps
 from codesign.ground.errors import InputError, SpecError
 from codesign.ground.figures import FIGURES, Status
-from codesign.ground.models import TaskParameters
+from codesign.ground.models import SpecModel, TaskParameters
 from codesign.inputs import (
     Platform,
-    SpecModel,
     Workload,
     cross_check,
     fault,
