@@ -11,7 +11,6 @@ from codesign.ground.records import ArrayOf, FieldRecord, Record, TaskRecord
 from codesign.planners.circuits import Circuit, CircuitStyle, Events, Expected, Image, phase_cycles
 from codesign.planners.clock_law import on_family
 from codesign.planners.external_memory import ExternalMemoryLaw, Traffic
-from codesign.planners.host import HostStyle, HostTask, map_read, one_step
 from codesign.planners.interface import (
     COMMAND,
     LOAD,
@@ -22,14 +21,30 @@ from codesign.planners.interface import (
     Planner,
     Policy,
     Problem,
+    by_sides,
+    cell_of,
+    from_position,
+    judge_arrival,
+    judge_paths,
 )
-from codesign.planners.job import Demand, Job, Lever, Line
-from codesign.planners.paths import by_sides, cell_of, from_position, judge_arrival, judge_paths
+from codesign.planners.job import Demand, Flow, Job, Lever, Line
 from codesign.planners.plug_in import GROUP, PlugIn, Probe, Reproduce, Samples
 from codesign.planners.quality import Quality, RobotsQuality
 from codesign.planners.reproduction import Finding, Plot, Reproduction, Row, Series, row
-from codesign.planners.styles import Architecture, Designs, Exchange, FleetUpdates, Memory, MemoryStep, Step, TaskStyle
-from codesign.planners.task_graph import Flow
+from codesign.planners.styles import (
+    Architecture,
+    Designs,
+    Exchange,
+    FleetUpdates,
+    HostStyle,
+    HostTask,
+    Memory,
+    MemoryStep,
+    Step,
+    TaskStyle,
+    map_read,
+    one_step,
+)
 
 __all__ = [
     "COMMAND",

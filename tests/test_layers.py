@@ -185,7 +185,7 @@ def test_no_plan_and_no_style_of_a_planner_knows_of_files() -> None:
     rooms = {module: path for module, path in modules().items() if entry_of(module) in ROOM_NAMES}
     inner = {module: path for module, path in rooms.items() if module.split(".")[2:3] in (["plan"], ["styles"])}
     assert {module.split(".")[1] for module in inner} == set(ROOMS)
-    below = {"planners.interface", "planners.styles", "planners.paths", "planners.task_graph"}
+    below = {"planners.interface", "planners.styles", "planners.job"}
     inner |= {module: path for module, path in modules().items() if module in below}
     found = [
         f"{path.relative_to(ROOT)}:{line}"

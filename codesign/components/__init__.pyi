@@ -1,17 +1,12 @@
-from .arbiter import Turns
-from .block_ram import BlockRam, WriteMode, choose_shape
+from .block_ram import BlockRam, Scan, WriteMode, choose_shape
 from .bus import Arbitration, Bus
+from .channel import Turns
 from .component import ClockDomain, Component, Environment
-from .delivery import ABANDONED, LINK_DOWN, Delivery, DeliveryOutcome
 from .display import VgaDisplay
-from .fpga import Fpga, Granularity, PhaseUse, PreemptedError
-from .link import Ideal, Link
-from .link_faults import LinkErrors
-from .memory import ExternalMemory
+from .fpga import ExternalMemory, Fpga, Granularity, PhaseUse, PreemptedError, Processor
+from .link import ABANDONED, LINK_DOWN, Delivery, DeliveryOutcome, Ideal, Link, LinkErrors
 from .motion import DifferentialDrive, Kinematics, OmnidirectionalDrive, PointDrive
-from .processor import Processor
 from .robot import MobileRobot
-from .scan import Scan
 from .sensor import RadiusSensor, RaySensor
 from .serial import Parity, Serial
 

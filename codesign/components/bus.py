@@ -10,8 +10,7 @@ import simpy
 
 from codesign.components.channel import Channel, Message
 from codesign.components.component import ClockDomain
-from codesign.components.delivery import LINK_DOWN
-from codesign.components.link import Link, LinkOptions
+from codesign.components.link import LINK_DOWN, Link, LinkOptions
 from codesign.laws import ceil_div
 from codesign.laws.acts import BusLaw
 

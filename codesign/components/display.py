@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 import simpy
 
+from codesign.components.block_ram import Scan, ScannedMemory
 from codesign.components.component import ClockDomain, Component
-from codesign.components.scan import Scan, ScannedMemory
 from codesign.ground.records import Listener
 from codesign.ground.units import PICOSECONDS_PER_SECOND
 

@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from codesign.components import motion_kernels
+from codesign.components import kernels as motion_kernels
 from codesign.components.path import NEAR, Point, Polyline
 from codesign.ground.errors import InputError
 

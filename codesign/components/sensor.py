@@ -14,7 +14,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from codesign.components import range_kernels, sensor_kernels
+from codesign.components import kernels as sensor_kernels
+from codesign.components import range_kernels
 from codesign.components.path import NEAR, Point, cell_of
 from codesign.ground.errors import InputError
 from codesign.ground.figures import Figure, Status

@@ -15,8 +15,7 @@ from typing import Any, Unpack
 import simpy
 
 from codesign.components.channel import Channel, Message
-from codesign.components.link import Link, LinkOptions
-from codesign.components.link_faults import damage_probability, parity_miss, wrong_behind_parity
+from codesign.components.link import Link, LinkOptions, damage_probability, parity_miss, wrong_behind_parity
 from codesign.ground.errors import InputError
 from codesign.ground.units import edge
 from codesign.laws.acts import SerialLaw

@@ -18,8 +18,7 @@ from codesign.ground.late import late
 from codesign.maps.grid import Cell, as_free
 
 ndimage = late("scipy.ndimage")
-reach_kernels = late("codesign.maps.reach_kernels")
-any_angle_kernels = late("codesign.maps.any_angle_kernels")
+kernels = late("codesign.maps.kernels")
 
 MOST_TESTS = 3_000_000
 """Tests of visibility: a second or two of work. With more, the result is a bound below the shortest path."""
@@ -121,7 +120,7 @@ def largest_component(free: NDArray[np.bool_]) -> NDArray[np.bool_]:
 def distance_steps(free: NDArray[np.bool_], goals: Iterable[Cell]) -> NDArray[np.int32]:
     """Int32 H×W: steps of the shortest 4-connected path to the nearest goal; -1 without one."""
     padded, indices = _flatten(free, goals)
-    distance = reach_kernels.steps_from(padded.ravel(), indices, padded.shape[1])
+    distance = kernels.steps_from(padded.ravel(), indices, padded.shape[1])
     result: NDArray[np.int32] = distance.reshape(padded.shape)[1:-1, 1:-1].copy()
     return result
 
@@ -133,7 +132,7 @@ def distance_octile(free: NDArray[np.bool_], goals: Iterable[Cell]) -> NDArray[n
     lengths of MovingAI's scenario files.
     """
     padded, indices = _flatten(free, goals)
-    distance = reach_kernels.octile_from(padded.ravel(), indices, padded.shape[1])
+    distance = kernels.octile_from(padded.ravel(), indices, padded.shape[1])
     result: NDArray[np.float64] = distance.reshape(padded.shape)[1:-1, 1:-1].copy()
     return result
 
@@ -172,7 +171,7 @@ def least_distance(
         return float("inf")
     blocked = np.pad(~as_free(free), 1, constant_values=True)
     boxes = _boxes(begins, 0 if point else 1), _boxes(ends, 1)
-    length = any_angle_kernels.search(blocked, any_angle_kernels.corners(blocked), *boxes, most)
+    length = kernels.search(blocked, kernels.corners(blocked), *boxes, most)
     return float(length) / 2.0
 
 

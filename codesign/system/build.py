@@ -9,8 +9,8 @@ from codesign import components
 from codesign.ground.errors import CodesignError, SpecError
 from codesign.ground.records import Listener, Record, TaskRecord, unwanted_by
 from codesign.inputs.components import DisplayComponent, FpgaComponent, MemoryComponent
+from codesign.planners.job import Flow
 from codesign.planners.styles import Exchange, Step
-from codesign.planners.task_graph import Flow
 from codesign.system.assemble import building_order, component_of, display_of, link_of, refused
 from codesign.system.bind import System, planner_steps
 from codesign.system.energy import joules

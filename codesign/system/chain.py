@@ -13,8 +13,8 @@ from codesign.ground.memo import Memo
 from codesign.ground.models import Task
 from codesign.ground.records import Record, TaskRecord
 from codesign.planners.interface import COMMAND, LOAD, LOWER_BOUND, POSE, Problem
+from codesign.planners.job import Flow, TaskGraph
 from codesign.planners.styles import Step
-from codesign.planners.task_graph import Flow, TaskGraph
 from codesign.system.bind import System, planner_code
 from codesign.system.build import PLANNING
 from codesign.system.messages import Content

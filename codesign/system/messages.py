@@ -12,7 +12,7 @@ from codesign import components
 from codesign.ground.errors import CodesignError
 from codesign.ground.late import late
 from codesign.inputs import Platform
-from codesign.planners.task_graph import Flow
+from codesign.planners.job import Flow
 from codesign.system.results.ledger import RETRIES, Ledger, Spent
 
 Wrong = tuple[int, ...]

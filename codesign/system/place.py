@@ -11,9 +11,8 @@ from codesign.inputs import Platform, Workload, fault
 from codesign.inputs.components import PLANNING_TYPES, MemoryComponent, ProcessorComponent
 from codesign.planners.external_memory import ExternalMemoryLaw
 from codesign.planners.interface import COMMAND, LOAD, LOWER_BOUND, POSE, Planner
-from codesign.planners.job import Job
+from codesign.planners.job import Flow, Job, TaskGraph
 from codesign.planners.styles import TaskStyle
-from codesign.planners.task_graph import Flow, TaskGraph
 from codesign.system import catalog
 from codesign.system.assemble import memory_law
 from codesign.system.messages import Routes

@@ -11,9 +11,8 @@ from codesign.ground.figures import ResultFigure
 from codesign.inputs import Platform, Workload
 from codesign.inputs.exploration import DEFAULT_OBJECTIVES
 from codesign.planners.interface import Planner, Problem
-from codesign.planners.job import Job
+from codesign.planners.job import Flow, Job
 from codesign.planners.styles import Architecture
-from codesign.planners.task_graph import Flow
 
 
 @dataclass(frozen=True)

@@ -47,7 +47,7 @@ def test_a_terminal_without_unicode_shows_what_it_can() -> None:
     done = command("list", env={**os.environ, "PYTHONIOENCODING": "latin-1"}, text=False)
     assert (done.returncode, done.stderr) == (0, b"")
     told = "from codesign.cli import main; import click; main.add_command; click.echo"
-    script = f"{told}; from codesign.cli.pipes import output_may_fail as o\nwith o(): click.echo('\\u4e00 \\udcff')"
+    script = f"{told}; from codesign.cli import output_may_fail as o\nwith o(): click.echo('\\u4e00 \\udcff')"
     env = {**os.environ, "PYTHONIOENCODING": "cp1252"}
     shown = subprocess.run([sys.executable, "-c", script], capture_output=True, env=env, check=True)
     assert shown.stdout.split() == [b"?", b"?"]

@@ -13,8 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from codesign.components import BlockRam, ClockDomain, choose_shape
-from codesign.components.block_ram import PORTS, Output, WriteMode
-from codesign.components.scan import Scan
+from codesign.components.block_ram import PORTS, Output, Scan, WriteMode
 from codesign.ground.errors import RunError
 
 CLOCK = ClockDomain(100_000_000)

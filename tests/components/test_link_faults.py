@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 from link_runs import ALL, TIMED, Ask, Make, Work, a_bus, a_serial_line, all_errors, an_ideal_link, run
 
 from codesign.components import Delivery, DeliveryOutcome, Link, LinkErrors, Parity
-from codesign.components.link_faults import (
+from codesign.components.link import (
     MAX_RETRIES,
     Luck,
     Outage,

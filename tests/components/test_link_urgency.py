@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from link_runs import TIMED, Ask, Make, Work, run
 from mission_specs import Ground
 
-from codesign.components.arbiter import Turns
+from codesign.components.channel import Turns
 from codesign.ground.errors import RunError
 from codesign.ground.records import MessageRecord, Record
 from codesign.system.build import CONTROL, PLANNING, SIDE

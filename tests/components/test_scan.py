@@ -16,9 +16,8 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from codesign.components import ClockDomain, Fpga, Granularity, PreemptedError
-from codesign.components.block_ram import BlockRam
+from codesign.components.block_ram import BlockRam, Claims, Scan, scaled
 from codesign.components.display import SVGA_65, VGA, VgaDisplay
-from codesign.components.scan import Claims, Scan, scaled
 from codesign.ground.errors import InputError, RunError
 from codesign.ground.records import Record, TaskRecord
 from codesign.planners.styles import Step

@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 from link_runs import Ask, Make, run
 
 from codesign.components import Link, LinkErrors, Parity, Serial
-from codesign.components.link_faults import damage_probability, parity_miss
+from codesign.components.link import damage_probability, parity_miss
 from codesign.ground.errors import InputError
 from codesign.laws.acts import SerialLaw
 

@@ -19,7 +19,8 @@ from codesign.ground.memo import Memo
 from codesign.inputs import load_part
 from codesign.maps import OccupancyGrid
 from codesign.planners.harmonic.plan.relax import relax
-from codesign.planners.harmonic.styles import geometry, resources, timing
+from codesign.planners.harmonic.styles import resources, timing
+from codesign.planners.harmonic.styles import resources as geometry
 from codesign.planners.harmonic.styles.levers import largest_block, resource_levers
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job

@@ -1,4 +1,4 @@
-"""The rays of a sensor in a few plain lines, to hold ``sensor_kernels.cast`` against."""
+"""The rays of a sensor in a few plain lines, to hold ``kernels.cast`` against."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from codesign.components.sensor import RangeScan
 def cast_reference(
     free: NDArray[np.bool_], position: Point, reach: float, directions: NDArray[np.float64]
 ) -> RangeScan:
-    """The result of ``sensor_kernels.cast``."""
+    """The result of ``kernels.cast``."""
     seen_free: set[tuple[int, int]] = set()
     seen_blocked: set[tuple[int, int]] = set()
 

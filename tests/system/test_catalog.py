@@ -17,8 +17,7 @@ from mission_specs import Ground
 
 from codesign.ground.errors import InputError, SpecError
 from codesign.inputs import list_workloads
-from codesign.planners.job import Job
-from codesign.planners.task_graph import Flow
+from codesign.planners.job import Flow, Job
 from codesign.plugin import PlugIn
 from codesign.system import at_hand, catalog
 from codesign.system.place import sound_flows

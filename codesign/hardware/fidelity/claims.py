@@ -15,9 +15,9 @@ from codesign.hardware.fidelity.designs import circuit_of, clocks, job_of, resou
 from codesign.hardware.fidelity.points import TOTAL, Point
 from codesign.inputs.part_file import load_part
 from codesign.planners.breadth_first.paper.measures import PAPER as BREADTH_FIRST
+from codesign.planners.counted import REPORTS
 from codesign.planners.harmonic.paper.measures import PAPER as HARMONIC
 from codesign.planners.papers import Case, Entry, Paper, filled, printed
-from codesign.planners.power_law import REPORTS
 from codesign.planners.velocity_obstacle.paper.measures import PAPER as VELOCITY_OBSTACLE
 from codesign.planners.wavefront.paper.measures import PAPER as WAVEFRONT
 

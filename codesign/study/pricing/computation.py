@@ -11,9 +11,9 @@ from pydantic import TypeAdapter
 
 from codesign.ground.memo import Memo
 from codesign.ground.records import Record
+from codesign.planners.job import Flow
 from codesign.planners.quality import Quality, RobotsQuality
 from codesign.planners.styles import Exchange, Step
-from codesign.planners.task_graph import Flow
 from codesign.system.bind import System, planner_steps
 from codesign.system.messages import Content, Routes
 from codesign.system.outcome import quality_of

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from codesign.planners.harmonic.styles import geometry
+from codesign.planners.harmonic.styles import resources as geometry
 from codesign.planners.harmonic.styles.resources import ARRAY, DIGITS
 from codesign.planners.measured import resource_rows
 

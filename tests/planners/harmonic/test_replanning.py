@@ -21,7 +21,8 @@ from codesign.planners.harmonic.plan.planner import PLANNER
 from codesign.planners.harmonic.plan.precision import converged_field
 from codesign.planners.harmonic.plan.quality import wrong_cells
 from codesign.planners.harmonic.plan.warm_start import warm_start
-from codesign.planners.harmonic.styles import ARCHITECTURES, TASK_STYLES, geometry, timing
+from codesign.planners.harmonic.styles import ARCHITECTURES, TASK_STYLES, timing
+from codesign.planners.harmonic.styles import resources as geometry
 from codesign.planners.harmonic.styles.software import block_cells
 from codesign.planners.harmonic.styles.steps import remaining_precisions
 from codesign.planners.interface import Problem

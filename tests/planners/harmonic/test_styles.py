@@ -13,13 +13,14 @@ from hypothesis import strategies as st
 from codesign.ground.errors import InputError
 from codesign.ground.figures import RESOURCES, Figure, Status
 from codesign.ground.models import Part
+from codesign.planners.counted import counted_activity
 from codesign.planners.harmonic import published
 from codesign.planners.harmonic.plan.parameters import MAX_PRECISION, RelaxParameters
-from codesign.planners.harmonic.styles import ARCHITECTURES, geometry, levers, resources, timing
+from codesign.planners.harmonic.styles import ARCHITECTURES, levers, resources, timing
+from codesign.planners.harmonic.styles import resources as geometry
 from codesign.planners.harmonic.styles.resources import Machine
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
-from codesign.planners.power_law import counted_activity
 
 BIT_SERIAL, SOFTWARE, SOFTWARE_LIMBS = ARCHITECTURES
 

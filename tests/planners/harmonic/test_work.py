@@ -14,7 +14,8 @@ from codesign.ground.records import StageRecord, VisitsRecord
 from codesign.planners.harmonic.plan.fixed_point import limbs_needed
 from codesign.planners.harmonic.plan.parameters import RelaxParameters
 from codesign.planners.harmonic.plan.relax import relax
-from codesign.planners.harmonic.styles import ARCHITECTURES, geometry, timing
+from codesign.planners.harmonic.styles import ARCHITECTURES, timing
+from codesign.planners.harmonic.styles import resources as geometry
 from codesign.planners.harmonic.styles.software import block_cells
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job

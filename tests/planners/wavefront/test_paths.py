@@ -12,9 +12,8 @@ from pydantic import ValidationError
 
 from codesign import maps
 from codesign.ground.errors import InputError, MapError
-from codesign.planners.interface import Problem
+from codesign.planners.interface import Problem, judge_paths
 from codesign.planners.job import Job
-from codesign.planners.paths import judge_paths
 from codesign.planners.wavefront.plan import obstacle_potentials, octile_length, propagate, reference, skeleton, track
 from codesign.planners.wavefront.plan.grid import check_map
 from codesign.planners.wavefront.plan.parameters import PropagateParameters

@@ -7,9 +7,9 @@ import math
 import numpy as np
 import pytest
 
+from codesign.components.kernels import cast
 from codesign.components.range_kernels import ranges
 from codesign.components.sensor import RaySensor
-from codesign.components.sensor_kernels import cast
 
 
 @pytest.mark.parametrize("seed", range(12))

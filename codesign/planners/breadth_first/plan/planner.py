@@ -20,11 +20,18 @@ from codesign.ground.models import Task, TaskParameters
 from codesign.planners.breadth_first.plan.parameters import SearchParameters, TrackParameters
 from codesign.planners.breadth_first.plan.reference import NEIGHBOURS, UNKNOWN, Cell
 from codesign.planners.breadth_first.plan.search import BreadthFirstPlan, search_everywhere, search_nearest
-from codesign.planners.interface import LoadParameters, Planner, Problem
-from codesign.planners.job import Job
-from codesign.planners.paths import by_sides, cell_of, from_position, judge_arrival, judge_paths
+from codesign.planners.interface import (
+    LoadParameters,
+    Planner,
+    Problem,
+    by_sides,
+    cell_of,
+    from_position,
+    judge_arrival,
+    judge_paths,
+)
+from codesign.planners.job import Flow, Job
 from codesign.planners.quality import Quality
-from codesign.planners.task_graph import Flow
 
 kernels = late("codesign.planners.breadth_first.plan.kernels")
 

@@ -28,11 +28,10 @@ from codesign.planners.breadth_first.plan.parameters import SearchParameters
 from codesign.planners.breadth_first.plan.planner import searched
 from codesign.planners.breadth_first.plan.search import BreadthFirstPlan
 from codesign.planners.breadth_first.styles.steps import INIT, SEARCH, step, steps
-from codesign.planners.host import HostStyle, assumed_bytes, map_read
 from codesign.planners.interface import Problem
 from codesign.planners.job import Demand, Job, Lever, Line
 from codesign.planners.map_flood import MAP_KERNEL, WALL_KERNEL, beside_walls
-from codesign.planners.styles import Designs, Step
+from codesign.planners.styles import Designs, HostStyle, Step, assumed_bytes, map_read
 
 JAVA_HEAP = 64 * 2**20
 """Bytes. Assumed."""

@@ -34,10 +34,10 @@ from codesign.planners.breadth_first.styles.steps import (
     steps,
 )
 from codesign.planners.clock_law import on_family
+from codesign.planners.counted import counted_activity, slice_power
 from codesign.planners.external_memory import Traffic
 from codesign.planners.interface import Problem
 from codesign.planners.job import Demand, Job
-from codesign.planners.power_law import counted_activity, slice_power
 from codesign.planners.styles import Architecture, Designs, Memory, Step
 
 SLICES_A_BLOCK_RAM = 16

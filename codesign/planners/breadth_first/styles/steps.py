@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 from codesign.planners.breadth_first.plan.reference import NEIGHBOURS, UNKNOWN
 from codesign.planners.breadth_first.plan.search import BreadthFirstPlan
 from codesign.planners.external_memory import Traffic
-from codesign.planners.host import task_record
-from codesign.planners.styles import MemoryStep, Step
+from codesign.planners.styles import MemoryStep, Step, task_record
 
 INIT, SEARCH, PATH = "init", "bf", "path"
 """The phases of the cycles, named as the states of the paper; no cycle counts in Standby."""

@@ -16,11 +16,10 @@ from codesign.planners.breadth_first.plan.search import BreadthFirstPlan
 from codesign.planners.breadth_first.styles import resources, timing
 from codesign.planners.breadth_first.styles.state_machine import StateMachine
 from codesign.planners.breadth_first.styles.steps import PATH, TRACK, step
-from codesign.planners.host import HostTask
 from codesign.planners.interface import Problem
 from codesign.planners.job import Demand, Job, Line
 from codesign.planners.map_flood import CELL_KERNEL
-from codesign.planners.styles import Step, TaskStyle
+from codesign.planners.styles import HostTask, Step, TaskStyle
 
 Path = tuple[NDArray[np.float64], bool]
 

@@ -22,7 +22,8 @@ from codesign.planners.harmonic.paper.theory import ADDED, ERROR, LAST, MARGIN, 
 from codesign.planners.harmonic.plan.fixed_point import limbs_needed
 from codesign.planners.harmonic.plan.precision import required_precision
 from codesign.planners.harmonic.published import HarmonicSettings
-from codesign.planners.harmonic.styles import geometry, resources, timing
+from codesign.planners.harmonic.styles import resources, timing
+from codesign.planners.harmonic.styles import resources as geometry
 from codesign.planners.papers import Case, Paper, Runs, Words
 from codesign.planners.reproduction import Row, Series, Use
 

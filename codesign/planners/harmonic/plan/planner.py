@@ -29,11 +29,19 @@ from codesign.planners.harmonic.plan.pockets import fill_work, sent_map
 from codesign.planners.harmonic.plan.quality import quality
 from codesign.planners.harmonic.plan.relax import HarmonicPlan, relax
 from codesign.planners.harmonic.plan.trajectory import Ascent
-from codesign.planners.interface import LOWER_BOUND, Cell, LoadParameters, MapWork, Planner, Policy, Problem
-from codesign.planners.job import Job
-from codesign.planners.paths import by_sides, cell_of
+from codesign.planners.interface import (
+    LOWER_BOUND,
+    Cell,
+    LoadParameters,
+    MapWork,
+    Planner,
+    Policy,
+    Problem,
+    by_sides,
+    cell_of,
+)
+from codesign.planners.job import Flow, Job
 from codesign.planners.quality import Quality
-from codesign.planners.task_graph import Flow
 
 if TYPE_CHECKING:
     pass

@@ -17,8 +17,7 @@ from codesign.planners.harmonic.rtl.expected import DECISION_BITS, decision_valu
 from codesign.planners.harmonic.rtl.samples import random_job
 from codesign.planners.harmonic.rtl.stream import index_bits, nearest_cell, place_words
 from codesign.planners.harmonic.styles import timing
-from codesign.planners.harmonic.styles.geometry import field_groups
-from codesign.planners.harmonic.styles.resources import ALONE
+from codesign.planners.harmonic.styles.resources import ALONE, field_groups
 from codesign.planners.harmonic.styles.steps import DECIDE, LOAD
 from codesign.planners.harmonic.styles.tasks import DecisionModule
 from codesign.planners.interface import Problem

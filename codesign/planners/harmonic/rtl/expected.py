@@ -17,7 +17,7 @@ from codesign.planners.harmonic.plan.stages import StageEnd
 from codesign.planners.harmonic.rtl.stream import nearest_cell
 from codesign.planners.harmonic.styles import timing
 from codesign.planners.harmonic.styles.bit_serial import BitSerial, relax_costs
-from codesign.planners.harmonic.styles.geometry import digits
+from codesign.planners.harmonic.styles.resources import digits
 from codesign.planners.harmonic.styles.steps import DECIDE, LOAD, READ, RELAX, single_visits
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job

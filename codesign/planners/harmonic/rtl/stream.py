@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 from codesign.planners.harmonic.plan.parameters import RelaxParameters
 from codesign.planners.harmonic.plan.pockets import sent_map
 from codesign.planners.harmonic.published import CLUSTER_COLUMNS, CLUSTER_ROWS
-from codesign.planners.harmonic.styles.geometry import RAM_WIDTH
-from codesign.planners.harmonic.styles.resources import words
+from codesign.planners.harmonic.styles.resources import RAM_WIDTH, words
 from codesign.planners.harmonic.styles.steps import DECIDE
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job

@@ -13,19 +13,19 @@ from numpy.typing import NDArray
 from codesign.ground.figures import Figure
 from codesign.ground.memo import Same
 from codesign.ground.models import Part
+from codesign.planners.counted import counted_activity, slice_power
 from codesign.planners.harmonic.plan.fixed_point import LowerBound
 from codesign.planners.harmonic.plan.parameters import RelaxParameters, Stop, Termination
 from codesign.planners.harmonic.plan.relax import HarmonicPlan
 from codesign.planners.harmonic.plan.stages import Visits
-from codesign.planners.harmonic.styles import geometry, levers, resources, timing
+from codesign.planners.harmonic.styles import levers, resources, timing
+from codesign.planners.harmonic.styles import resources as geometry
 from codesign.planners.harmonic.styles.designs import block_designs
 from codesign.planners.harmonic.styles.find import find_schedule
 from codesign.planners.harmonic.styles.steps import DECIDE, LOAD, READ, Costs, notes, relax_steps
-from codesign.planners.host import one_step
 from codesign.planners.interface import Problem
 from codesign.planners.job import Demand, Job, short_resources
-from codesign.planners.power_law import counted_activity, slice_power
-from codesign.planners.styles import Architecture, Designs, Found, Memory, Step
+from codesign.planners.styles import Architecture, Designs, Found, Memory, Step, one_step
 
 
 class BitSerial(Architecture):

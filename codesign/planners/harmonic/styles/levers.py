@@ -7,8 +7,7 @@ from typing import Any
 
 from codesign.ground.figures import Status, label
 from codesign.ground.models import Part
-from codesign.planners.harmonic.styles.geometry import RAM_WIDTH
-from codesign.planners.harmonic.styles.resources import Machine, largest_precision, totals, words
+from codesign.planners.harmonic.styles.resources import RAM_WIDTH, Machine, largest_precision, totals, words
 from codesign.planners.job import Lever, Line, largest, part_lever
 
 Shape = tuple[int, int]

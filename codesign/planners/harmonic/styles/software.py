@@ -24,10 +24,9 @@ from codesign.planners.harmonic.plan.stages import Visits
 from codesign.planners.harmonic.styles.designs import LAST, WORD, host_designs
 from codesign.planners.harmonic.styles.find import find_schedule
 from codesign.planners.harmonic.styles.steps import DECIDE, Costs, notes, relax_steps
-from codesign.planners.host import HostStyle, assumed_bytes
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
-from codesign.planners.styles import Designs, Found, Step
+from codesign.planners.styles import Designs, Found, HostStyle, Step, assumed_bytes
 
 DECISION_UPDATES = 4
 """The cost of one decision in node updates: four triangles, each about the work of an average. Assumed."""

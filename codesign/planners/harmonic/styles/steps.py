@@ -21,10 +21,9 @@ from codesign.planners.harmonic.plan.parameters import RelaxParameters, Stop, Te
 from codesign.planners.harmonic.plan.pockets import sent_map
 from codesign.planners.harmonic.plan.relax import HarmonicPlan, work
 from codesign.planners.harmonic.plan.stages import Stage, StageEnd, VisitBatch, Visits
-from codesign.planners.host import one_step
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
-from codesign.planners.styles import Exchange, Step, beyond_map
+from codesign.planners.styles import Exchange, Step, beyond_map, one_step
 
 if TYPE_CHECKING:
     from codesign.planners.harmonic.plan.engine import Engine

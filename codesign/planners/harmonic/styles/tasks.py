@@ -18,18 +18,18 @@ from codesign.ground.figures import Figure, Status
 from codesign.ground.memo import Memo
 from codesign.ground.models import Part
 from codesign.planners.clock_law import on_family
+from codesign.planners.counted import slice_power
 from codesign.planners.harmonic import published
 from codesign.planners.harmonic.plan.fixed_point import LowerBound, limbs_needed
 from codesign.planners.harmonic.plan.parameters import RelaxParameters
 from codesign.planners.harmonic.plan.planner import PLANNER
 from codesign.planners.harmonic.plan.relax import HarmonicPlan
 from codesign.planners.harmonic.plan.warm_start import warm_start
-from codesign.planners.harmonic.styles import geometry, resources, timing
-from codesign.planners.host import HostTask, one_step
+from codesign.planners.harmonic.styles import resources, timing
+from codesign.planners.harmonic.styles import resources as geometry
 from codesign.planners.interface import Problem
 from codesign.planners.job import Demand, Job, Line, packed
-from codesign.planners.power_law import slice_power
-from codesign.planners.styles import Step, TaskStyle
+from codesign.planners.styles import HostTask, Step, TaskStyle, one_step
 
 Path = tuple[NDArray[np.float64], bool]
 

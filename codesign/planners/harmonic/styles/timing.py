@@ -35,8 +35,7 @@ from codesign.ground.figures import Figure, Status, weakest
 from codesign.ground.models import Part
 from codesign.planners.clock_law import Placement, Registers, on_family
 from codesign.planners.harmonic import published
-from codesign.planners.harmonic.styles.geometry import digits, field_plane, tree_widths
-from codesign.planners.harmonic.styles.resources import words
+from codesign.planners.harmonic.styles.resources import digits, field_plane, tree_widths, words
 from codesign.planners.measured import clock_rows
 
 PREPARATION_CYCLES = 3

@@ -12,15 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codesign.ground.models import TaskParameters
-from codesign.planners.interface import Cell, LoadParameters, Planner, Policy, Problem
-from codesign.planners.job import Job
-from codesign.planners.paths import by_sides, cell_of, from_position
+from codesign.planners.interface import Cell, LoadParameters, Planner, Policy, Problem, by_sides, cell_of, from_position
+from codesign.planners.job import Flow, Job
 from codesign.planners.quality import Quality
 from codesign.planners.relaxation.plan.parameters import DEFAULT_METHOD, Method, RelaxParameters, SearchParameters
 from codesign.planners.relaxation.plan.quality import quality
 from codesign.planners.relaxation.plan.search import Search
 from codesign.planners.relaxation.plan.solve import Solution, refusal, solve
-from codesign.planners.task_graph import Flow
 
 CELL_BITS = 2
 """A cell of the map on the link to the planner: free, obstacle or goal."""

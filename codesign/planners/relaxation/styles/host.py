@@ -21,7 +21,6 @@ import numpy as np
 
 from codesign.ground.figures import Figure
 from codesign.ground.records import StageRecord
-from codesign.planners.host import HostStyle, assumed_bytes, map_read
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
 from codesign.planners.relaxation.plan import Method, Solution
@@ -40,7 +39,7 @@ from codesign.planners.relaxation.styles.costs import (
     level_3_units,
     sweep_units,
 )
-from codesign.planners.styles import Designs, Step
+from codesign.planners.styles import Designs, HostStyle, Step, assumed_bytes, map_read
 
 SEARCH = "search"
 

@@ -7,14 +7,13 @@ from collections.abc import Generator
 import numpy as np
 from numpy.typing import NDArray
 
-from codesign.planners.host import HostTask, one_step
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
 from codesign.planners.relaxation.plan.parameters import RelaxParameters
 from codesign.planners.relaxation.plan.planner import PLANNER
 from codesign.planners.relaxation.styles.costs import SEARCH_UNITS
 from codesign.planners.relaxation.styles.host import SEARCH
-from codesign.planners.styles import Step
+from codesign.planners.styles import HostTask, Step, one_step
 
 
 class HostSearch(HostTask):

@@ -11,9 +11,8 @@ from numpy.typing import NDArray
 
 from codesign.ground.models import TaskParameters
 from codesign.planners.interface import Planner
-from codesign.planners.job import Job
+from codesign.planners.job import Flow, Job
 from codesign.planners.quality import RobotsQuality
-from codesign.planners.task_graph import Flow
 from codesign.planners.velocity_obstacle.plan.avoid import avoid
 from codesign.planners.velocity_obstacle.plan.avoidance import Avoidance
 from codesign.planners.velocity_obstacle.plan.faults import fault_of

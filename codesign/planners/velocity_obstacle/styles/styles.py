@@ -13,9 +13,8 @@ from codesign.ground.errors import InputError
 from codesign.ground.figures import Figure
 from codesign.ground.late import late
 from codesign.ground.models import Part
-from codesign.planners.host import task_record
 from codesign.planners.job import Demand, Job
-from codesign.planners.styles import Architecture, Memory, Step
+from codesign.planners.styles import Architecture, Memory, Step, task_record
 from codesign.planners.velocity_obstacle.plan.arithmetic import fixed
 from codesign.planners.velocity_obstacle.plan.avoid import avoid
 from codesign.planners.velocity_obstacle.plan.avoidance import Avoidance

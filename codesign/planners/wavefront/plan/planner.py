@@ -11,11 +11,9 @@ from numpy.typing import NDArray
 from codesign.ground.errors import MapError
 from codesign.ground.models import Task, TaskParameters
 from codesign.maps.reach import reachable
-from codesign.planners.interface import Cell, LoadParameters, Planner, Problem
-from codesign.planners.job import Job
-from codesign.planners.paths import cell_of, from_position
+from codesign.planners.interface import Cell, LoadParameters, Planner, Problem, cell_of, from_position
+from codesign.planners.job import Flow, Job
 from codesign.planners.quality import Quality
-from codesign.planners.task_graph import Flow
 from codesign.planners.wavefront.plan.grid import check_cells
 from codesign.planners.wavefront.plan.parameters import MAX_TILES, Course, Paths, PropagateParameters, TrackParameters
 from codesign.planners.wavefront.plan.plan import (

@@ -12,10 +12,9 @@ from dataclasses import replace
 
 from codesign.ground.figures import Figure
 from codesign.ground.memo import Memo
-from codesign.planners.host import one_step
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job, Line
-from codesign.planners.styles import Step
+from codesign.planners.styles import Step, one_step
 from codesign.planners.wavefront.plan.grid import check_cells
 from codesign.planners.wavefront.plan.parameters import Paths, PropagateParameters, WaveEnd
 from codesign.planners.wavefront.plan.plan import plan_key, problem_map

@@ -10,11 +10,10 @@ from typing import Any
 from codesign.ground.figures import Figure, Status
 from codesign.ground.memo import Memo
 from codesign.ground.models import Part
-from codesign.planners.host import one_step
+from codesign.planners.counted import counted_activity, slice_power
 from codesign.planners.interface import Problem
 from codesign.planners.job import Demand, Job, Line
-from codesign.planners.power_law import counted_activity, slice_power
-from codesign.planners.styles import Architecture, Designs, Step
+from codesign.planners.styles import Architecture, Designs, Step, one_step
 from codesign.planners.wavefront.plan.parameters import Course, Paths, PropagateParameters, ReadOut
 from codesign.planners.wavefront.plan.plan import WavefrontPlan, waits
 from codesign.planners.wavefront.plan.wave import longest_distance, register_bits

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from codesign.planners.host import one_step
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job, Line
-from codesign.planners.styles import Step
+from codesign.planners.styles import Step, one_step
 from codesign.planners.wavefront.plan.parameters import PropagateParameters
 from codesign.planners.wavefront.plan.plan import sizing_plan
 from codesign.planners.wavefront.plan.wave import longest_distance

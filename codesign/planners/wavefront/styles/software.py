@@ -11,10 +11,9 @@ from collections.abc import Generator
 from typing import Any
 
 from codesign.ground.figures import Figure
-from codesign.planners.host import HostStyle, assumed_bytes, map_read, one_step
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
-from codesign.planners.styles import Designs, Step
+from codesign.planners.styles import Designs, HostStyle, Step, assumed_bytes, map_read, one_step
 from codesign.planners.wavefront.plan.parameters import Paths, PropagateParameters
 from codesign.planners.wavefront.plan.plan import WavefrontPlan
 from codesign.planners.wavefront.styles.designs import DESIGNS

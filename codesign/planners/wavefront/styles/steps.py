@@ -8,10 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codesign.ground.late import late
-from codesign.planners.host import one_step
 from codesign.planners.interface import Cell, Problem
 from codesign.planners.job import Job
-from codesign.planners.styles import Step
+from codesign.planners.styles import Step, one_step
 from codesign.planners.wavefront.plan.grid import WaveMap
 from codesign.planners.wavefront.plan.parameters import Course, PropagateParameters, ReadOut
 from codesign.planners.wavefront.plan.plan import WavefrontPlan, cached_plan, plan_key

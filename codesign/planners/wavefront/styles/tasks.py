@@ -12,11 +12,9 @@ from codesign.ground.models import Part
 from codesign.planners.breadth_first.styles import resources as memories
 from codesign.planners.breadth_first.styles.state_machine import StateMachine
 from codesign.planners.clock_law import on_family
-from codesign.planners.host import HostTask, one_step
-from codesign.planners.interface import Problem
+from codesign.planners.interface import Problem, cell_of
 from codesign.planners.job import Demand, Job, Line
-from codesign.planners.paths import cell_of
-from codesign.planners.styles import Step, TaskStyle
+from codesign.planners.styles import HostTask, Step, TaskStyle, one_step
 from codesign.planners.wavefront.plan.parameters import PropagateParameters
 from codesign.planners.wavefront.plan.planner import PLANNER, value_bits
 from codesign.planners.wavefront.styles import timing

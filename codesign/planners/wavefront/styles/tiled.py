@@ -14,10 +14,9 @@ import numpy as np
 
 from codesign.ground.figures import Figure
 from codesign.ground.memo import Memo
-from codesign.planners.host import one_step
 from codesign.planners.interface import Cell, Problem
 from codesign.planners.job import Job, Line, short_resources
-from codesign.planners.styles import Designs, Memory, Step, beyond_map
+from codesign.planners.styles import Designs, Memory, Step, beyond_map, one_step
 from codesign.planners.wavefront.plan.grid import check_cells, tile_count
 from codesign.planners.wavefront.plan.parameters import MAX_TILES, Paths, PropagateParameters, ReadOut
 from codesign.planners.wavefront.plan.plan import plan_key, problem_map, sizing_plan, sizing_stops, stop_cells, stops_of

@@ -8,7 +8,7 @@ from codesign.inputs import Platform, Workload
 from codesign.inputs.components import RobotComponent
 from codesign.inputs.scenario import Drive
 from codesign.planners.interface import COMMAND, LOAD, Problem
-from codesign.planners.task_graph import Flow
+from codesign.planners.job import Flow
 from codesign.system.assemble import sensor_of
 from codesign.system.place import DISPLAY, RENDER_KERNEL
 from codesign.system.scenario import Draft

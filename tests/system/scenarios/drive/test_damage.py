@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from codesign.components import LinkErrors, Parity, Serial
 from codesign.components.command import Command
-from codesign.components.link_faults import damage_probability, parity_miss, wrong_behind_parity, wrong_bits
+from codesign.components.link import damage_probability, parity_miss, wrong_behind_parity, wrong_bits
 from codesign.components.path import Polyline
 from codesign.components.sensor import NOTHING_SEEN, RadiusSensor, RangeScan, RaySensor
 from codesign.ground.records import BeliefRecord, CommandRecord, MessageRecord, Record
