@@ -11,7 +11,7 @@ import numpy as np
 
 from codesign.ground.figures import FIGURES
 from codesign.inputs.constraint import constraint_of
-from codesign.planners.quality import Quality
+from codesign.planners.interface import Quality
 from codesign.study.outcomes import Outcomes, State
 from codesign.study.pricing.price import PRICED
 from codesign.study.study import Study

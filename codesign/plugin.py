@@ -21,6 +21,8 @@ from codesign.planners.interface import (
     Planner,
     Policy,
     Problem,
+    Quality,
+    RobotsQuality,
     by_sides,
     cell_of,
     from_position,
@@ -29,7 +31,6 @@ from codesign.planners.interface import (
 )
 from codesign.planners.job import Demand, Flow, Job, Lever, Line
 from codesign.planners.plug_in import GROUP, PlugIn, Probe, Reproduce, Samples
-from codesign.planners.quality import Quality, RobotsQuality
 from codesign.planners.reproduction import Finding, Plot, Reproduction, Row, Series, row
 from codesign.planners.styles import (
     Architecture,

@@ -22,14 +22,14 @@ from codesign.hardware.calibrate.design import design_point
 from codesign.hardware.calibrate.fpga import compare_reports
 from codesign.hardware.calibrate.host_costs import measure_host
 from codesign.inputs import load_platform
-from codesign.inputs.calibration_file import CALIBRATIONS, TERMS
+from codesign.inputs.library import CALIBRATIONS, TERMS
 from codesign.system import catalog
 from codesign.views.report import render_text
 from codesign.views.report.hardware_tables import calibration_document, calibration_tables
 
 if TYPE_CHECKING:
     from codesign.hardware.calibrate.design import DesignPoint
-    from codesign.inputs.calibration_file import CalibrationFile
+    from codesign.inputs.library import CalibrationFile
 
 
 def host(asked: CalibrateHost) -> None:

@@ -1,5 +1,4 @@
 from .block_ram import BlockRam, Scan, WriteMode, choose_shape
-from .bus import Arbitration, Bus
 from .channel import Turns
 from .component import ClockDomain, Component, Environment
 from .display import VgaDisplay
@@ -8,7 +7,7 @@ from .link import ABANDONED, LINK_DOWN, Delivery, DeliveryOutcome, Ideal, Link, 
 from .motion import DifferentialDrive, Kinematics, OmnidirectionalDrive, PointDrive
 from .robot import MobileRobot
 from .sensor import RadiusSensor, RaySensor
-from .serial import Parity, Serial
+from .wired import Arbitration, Bus, Parity, Serial
 
 __all__ = [
     "ABANDONED",

@@ -37,7 +37,7 @@ class ExternalMemory(ScannedMemory):
     A design on an FPGA that uses the memory (``Fpga.use``) drives it alone, on the design's clock. It stalls while the
     display is served. No other user is accepted then.
 
-    ``accesses``: words that were read, written, and moved by a design, without those of the display.
+    ``accesses``: words that were read, written, and moved by a design, without the display's words.
     ``queued``: time that users waited for others and for the edge, ps.
     """
 
@@ -449,12 +449,12 @@ class Processor(Component):
 
         Each stretch on a core has a ``TaskRecord`` (named ``task``, otherwise ``kernel``): "preempted", where a more
         urgent task took the core, and the last one with the outcome of the task. So the records of a core never
-        overlap. The cycles of all stretches together are those of the work that had begun: a part of a cycle counts as
-        one.
+        overlap. The cycles of all stretches together are the cycles of the work that had begun: a part of a cycle
+        counts as one.
 
         Raises:
-            PreemptedError: the process was interrupted from outside. ``units`` and ``cycles`` (whole ones) are those
-                that were done; ``phase`` is None where the task had not begun. The task is not resumed. It leaves a
+            PreemptedError: the process was interrupted from outside. ``units`` and ``cycles`` (whole ones) count what
+                was done; ``phase`` is None if the task had not begun. The task is not resumed. It leaves a
                 record of the part that was served, as "broken off" unless that is all of it.
             RunError: see ``duration``.
         """

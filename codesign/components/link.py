@@ -124,7 +124,7 @@ class Luck:
 
 
 def wrong_bits(random: np.random.Generator, bits: int, bit_error_rate: float) -> tuple[int, ...]:
-    """Which of ``bits`` bits arrive wrong, given that at least one does. Each is wrong at ``bit_error_rate``.
+    """The bits of ``bits`` that arrive wrong, given that at least one does. Each is wrong at ``bit_error_rate``.
 
     The step from one wrong bit to the next is geometric. The first lies within the message: its index is
     floor(log(1 - u P(damaged)) / log(1 - p)) with u uniform in [0, 1).
@@ -143,7 +143,7 @@ def wrong_bits(random: np.random.Generator, bits: int, bit_error_rate: float) ->
 def wrong_behind_parity(
     random: np.random.Generator, frames: int, frame_bits: int, bit_error_rate: float
 ) -> tuple[tuple[int, int], ...]:
-    """Which (frame, bit in the frame) arrive wrong, given that some do and that parity detects none.
+    """The pairs (frame, bit in the frame) that arrive wrong, given that some do and that parity detects none.
 
     In every frame an even number of its ``frame_bits`` bits is then wrong, the parity bit included.
     """
@@ -210,7 +210,7 @@ class Outages:
         return self._outages[index]
 
 
-# How a message on a link ended.
+# The end of a message on a link.
 
 ABANDONED = "abandoned"
 """The reason of a message that was dropped because its sender was interrupted."""
@@ -220,7 +220,7 @@ LINK_DOWN = "link down"
 
 
 class DeliveryOutcome(StrEnum):
-    """How a message ended."""
+    """The end of a message."""
 
     DELIVERED = "delivered"
     DROPPED = "dropped"
@@ -228,14 +228,14 @@ class DeliveryOutcome(StrEnum):
 
 @dataclass(frozen=True)
 class Delivery:
-    """How a message ended, and where its time went (ps).
+    """The end of a message, and the account of its time (ps).
 
-    - ``time``: when it was delivered or given up. ``reason``: why it was dropped, None where it was delivered.
+    - ``time``: when it was delivered or given up. ``reason``: why it was dropped; None if it was delivered.
     - ``attempts``: how often it was on the wire.
     - ``transferred``: the time on the wire, all attempts together. ``queued``: all other time since the request: the
       wait for the line, an edge, a timeout, the end of an outage, or a late arrival.
     - ``damaged``: it was delivered with wrong bits that were not detected. ``wrong``: the indices of the wrong bits of
-      the message itself, from 0, in order, without those of its checksum and its frames.
+      the message itself, from 0, in order, without the bits of its checksum and its frames.
     """
 
     time: int

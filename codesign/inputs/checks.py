@@ -1,4 +1,4 @@
-"""The faults of the variants and axes of a workload, by itself and together with a platform.
+"""Workload files read and checked: the faults of their variants and axes, by themselves and together with a platform.
 
 An axis is checked by the points with that one axis moved, in each of the variants explored for which it exists.
 """
@@ -6,13 +6,14 @@ An axis is checked by the points with that one axis moved, in each of the varian
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any
 
-from codesign.ground.errors import Fault, UnsuitedError, clip, show
+from codesign.ground.errors import Fault, InputError, SpecError, UnsuitedError, clip, show
 from codesign.ground.models import TaskParameters
-from codesign.inputs.axes import MAX_VALUES, in_circle, listed, refusals
+from codesign.inputs.axes import MAX_VALUES, in_circle, listed, refusals, with_listed_axes
 from codesign.inputs.base import validated
 from codesign.inputs.document import Document, KeyPath, Origin, put
 from codesign.inputs.edit import (
@@ -30,12 +31,69 @@ from codesign.inputs.edit import (
     with_variant,
 )
 from codesign.inputs.exploration import MAX_AXES, MAX_POINTS, overlap
-from codesign.inputs.faults import Keep, Teller
-from codesign.inputs.platform import Platform, no_such
-from codesign.inputs.platform_axis import platform_axis_faults
+from codesign.inputs.faults import Keep, Teller, validate
+from codesign.inputs.files import Source, find_spec, is_path, read_spec, shipped_names
+from codesign.inputs.platform import Platform, load_platform, no_such
 from codesign.inputs.roles import ROLES
-from codesign.inputs.workload import BASE, MAX_VARIANTS, Workload
+from codesign.inputs.workload import BASE, MAX_VARIANTS, ProblemModels, TaskModels, Workload
 from codesign.inputs.yaml_tree import MAX_FAULTS
+
+# The axis ``platform`` of an exploration: names of shipped platforms, and files beside the workload.
+
+_PLACE: KeyPath = ("explore", "axes", PLATFORM_AXIS)
+
+
+def platform_axis_faults(document: Document, values: Sequence[Any]) -> list[Fault]:
+    """Values of the axis that name no shipped platform and no file. The files themselves are not read."""
+    faults = []
+    for index, value in enumerate(values):
+        refusal = _refusal(value, document.folder)
+        if refusal is not None:
+            faults.append(document.fault((*_PLACE, index), *refusal))
+    return faults
+
+
+def _refusal(value: Any, folder: Path) -> tuple[str, str | None] | None:
+    try:
+        path, _ = find_spec(value, "platforms")
+    except InputError as wrong:
+        return wrong.what, wrong.hint
+    if (folder / path).is_file():
+        return None
+    return f"there is no file {show(value)}", "the path is relative to this workload file"
+
+
+def platforms_of(workload: Workload) -> dict[str, Platform]:
+    """The platforms that the workload's exploration chooses from, by value of the axis; empty without that axis.
+
+    Raises:
+        SpecError: every fault of the files, at its place; or a value that names no platform.
+    """
+    values = workload.explore.axes.get(PLATFORM_AXIS, ()) if workload.explore else ()
+    faults = platform_axis_faults(workload.document, values)
+    if faults:
+        raise SpecError(faults)
+    folder = workload.document.folder
+    sources = [folder / value if is_path(value) else value for value in values]
+    return dict(zip(values, load_platforms(sources), strict=True))
+
+
+def load_platforms(sources: Iterable[Any]) -> list[Platform]:
+    """Several platforms, by name or file.
+
+    Raises:
+        InputError: a value that names no platform. SpecError: every fault of every file.
+    """
+    platforms, faults = [], list[Fault]()
+    for source in sources:
+        find_spec(source, "platforms")
+        try:
+            platforms.append(load_platform(source))
+        except SpecError as wrong:
+            faults += wrong.faults
+    if faults:
+        raise SpecError(faults)
+    return platforms
 
 
 def conditions_of(document: Document, axis: str, axes: Mapping[str, Any]) -> dict[str, tuple[Any, ...]]:
@@ -435,3 +493,24 @@ def _against_platform(trial: _Trial, platform: Platform, movables: list[Movable]
         for index, value in enumerate(trial.values)
         if key == "component" and (not isinstance(value, str) or platform.named(value) not in platform.components)
     ]
+
+
+def load_workload(source: Source, tasks: TaskModels | None = None, problems: ProblemModels | None = None) -> Workload:
+    """The workload with a shipped name (``labyrinth``), or in a file, in YAML text or in a dict.
+
+    Args:
+        source: see ``read_spec``.
+        tasks: the models that parameters are checked against. Without, they are taken as they stand.
+        problems: the models of problems other than a map with goals and starts.
+
+    Raises:
+        InputError: no shipped workload of that name.
+        SpecError: all the faults of the file.
+    """
+    document = replace(with_listed_axes(read_spec(source, "workloads")), context={"tasks": tasks, "problems": problems})
+    return validate(Workload, document, workload_faults).with_document(document)
+
+
+def list_workloads() -> list[str]:
+    """Names of the shipped workloads."""
+    return shipped_names("workloads")

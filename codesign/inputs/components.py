@@ -11,7 +11,6 @@ from codesign.ground.errors import InputError, SpecError
 from codesign.ground.figures import Figure, Status
 from codesign.ground.models import Part, RefusalError, SpecModel, choice, refused
 from codesign.ground.units import format_frequency
-from codesign.inputs.calibration_file import CalibrationFile, load_calibration
 from codesign.inputs.fields import (
     AccelerationFigure,
     CountFigure,
@@ -26,8 +25,7 @@ from codesign.inputs.fields import (
     TurnRateFigure,
 )
 from codesign.inputs.hardware import Hardware
-from codesign.inputs.host_file import HOSTS, Cores, ProcessorPower
-from codesign.inputs.part_file import PARTS, load_part
+from codesign.inputs.library import HOSTS, PARTS, CalibrationFile, Cores, ProcessorPower, load_calibration, load_part
 from codesign.laws import Law, Number
 from codesign.laws.acts import FpgaLaw, IdealLaw, KernelLaw
 

@@ -13,15 +13,13 @@ from pydantic import Field
 from codesign.ground.errors import Fault, choose_hint, clip
 from codesign.ground.models import SpecModel
 from codesign.inputs.base import Spec
-from codesign.inputs.calibration_file import calibration_state
 from codesign.inputs.components import COMPONENTS, AnyComponent, Component, FpgaComponent
 from codesign.inputs.document import Document
 from codesign.inputs.faults import validate
 from codesign.inputs.fields import Name, PowerFigure, PriceFigure
 from codesign.inputs.files import Source, read_spec, shipped_names
-from codesign.inputs.host_file import host_state
+from codesign.inputs.library import PARTS, calibration_state, host_state, name_and_grade
 from codesign.inputs.links import LINKS, MAX_ENDS, Link
-from codesign.inputs.part_file import PARTS, name_and_grade
 from codesign.inputs.roles import LINK, ROLE_TYPES, ROLES, Roles, filled_roles, role_faults
 
 _SHOWN = 6

@@ -8,9 +8,7 @@ from typing import Any
 from pydantic import BaseModel
 
 from codesign.ground.errors import InputError, choose_hint
-from codesign.inputs.calibration_file import CalibrationFile
-from codesign.inputs.host_file import HostFile
-from codesign.inputs.part_file import PartFile
+from codesign.inputs.library import CalibrationFile, HostFile, PartFile
 from codesign.inputs.platform import Platform
 from codesign.inputs.tasks import SCENARIO_TASKS
 from codesign.inputs.workload import PLACE_KEYS, ProblemModels, TaskMapping, TaskModels, Variant, Workload

@@ -106,7 +106,7 @@ def slice_power(
     """Static power of ``part``; and slices × ``clock`` (Hz) × the part's power a slice and Hz × ``activity``, W.
 
     Block RAMs and the clock tree are in the figure for a slice of a typical design; pins are not counted. ``activity``:
-    over that of a typical design; None: as typical.
+    over the activity of a typical design; None: as typical.
     """
     scale = demand.total("slices") * clock
     rate = part.dynamic_power

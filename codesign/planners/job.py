@@ -97,7 +97,7 @@ def _cycle(tasks: tuple[str, ...], edges: tuple[tuple[str, str], ...]) -> tuple[
 
 @lru_cache(maxsize=256)
 def _order(tasks: tuple[str, ...], edges: tuple[tuple[str, str], ...]) -> tuple[str, ...]:
-    """The tasks in order; without those of a circle, and those after it."""
+    """The tasks in order; the tasks of a circle and those after it are left out."""
     order: list[str] = []
     while ready := [
         task

@@ -10,9 +10,9 @@ from typing import Any
 
 from codesign.ground.errors import Fault, InputError, SpecError, UnsuitedError
 from codesign.inputs import Exploration, Platform, Workload, cross_check, design_point
+from codesign.inputs.checks import platforms_of
 from codesign.inputs.document import REMOVED, KeyPath, Origin, put
 from codesign.inputs.edit import PLATFORM_AXIS, PROBLEM, Movable, moves
-from codesign.inputs.platform_axis import platforms_of
 from codesign.inputs.roles import ROLES
 
 

@@ -84,9 +84,7 @@ def canonical_digest(value: Any) -> str:
 
 def platform_digest(platform: Platform) -> str:
     """SHA-256 over a platform, and over all parts, hosts and calibrations that it may have."""
-    from codesign.inputs.calibration_file import all_digests
-    from codesign.inputs.host_file import HOSTS
-    from codesign.inputs.part_file import PARTS
+    from codesign.inputs.library import HOSTS, PARTS, all_digests
 
     folder = platform.document.folder
     paths = [*PARTS.names((folder / "parts",)).values(), *HOSTS.names((folder / "hosts",)).values()]
@@ -98,7 +96,7 @@ def platform_digest(platform: Platform) -> str:
 @lru_cache(maxsize=64)
 def _library_digest(folder: Path, _statuses: tuple[_Status, ...]) -> str:
     from codesign.inputs import list_parts, load_part
-    from codesign.inputs.host_file import HOSTS
+    from codesign.inputs.library import HOSTS
 
     folders, hosts = (folder / "parts",), HOSTS.names((folder / "hosts",))
     parts = [load_part(name, folders).model_dump(mode="json") for name in list_parts(folders)]
@@ -131,8 +129,7 @@ def files_read(explored: Explored) -> dict[Path, str]:
 
     They are parts, hosts, calibrations, and maps of axes. Shipped platforms do not change (``code_digest``).
     """
-    from codesign.inputs.calibration_file import calibration_folders
-    from codesign.inputs.library import FOLDERS
+    from codesign.inputs.library import FOLDERS, calibration_folders
 
     shipped = data_folder("platforms")
     places = dict.fromkeys(platform.document.folder for platform in explored.platforms.values())

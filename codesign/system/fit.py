@@ -13,8 +13,8 @@ from typing import Any
 from codesign.ground.figures import RESOURCES, Figure, Status
 from codesign.ground.models import Part
 from codesign.ground.units import format_frequency
-from codesign.inputs.calibration_file import CLOCK, DYNAMIC, STATIC, CalibrationFile, FittedTerm
 from codesign.inputs.components import FpgaComponent
+from codesign.inputs.library import CLOCK, DYNAMIC, STATIC, CalibrationFile, FittedTerm
 from codesign.planners.job import Demand, Job, Lever, Line, lever_texts, sum_by_resource
 from codesign.planners.styles import Architecture, TaskStyle
 from codesign.system.bind import Design

@@ -11,8 +11,7 @@ from codesign.ground.figures import label
 from codesign.ground.models import Part, Task
 from codesign.inputs.fields import PriceFigure
 from codesign.inputs.files import data_folder, shipped_names, shown
-from codesign.inputs.host_file import HOSTS
-from codesign.inputs.part_file import all_parts
+from codesign.inputs.library import HOSTS, all_parts
 from codesign.inputs.yaml_tree import read_document
 from codesign.system import catalog
 

@@ -13,12 +13,10 @@ from codesign import inputs as spec
 from codesign.ground.errors import Fault, InputError, SpecError, choose_hint, clip
 from codesign.ground.models import Part, Task
 from codesign.inputs import Platform, Spec, Workload, design_point, has_axis
-from codesign.inputs.calibration_file import CALIBRATIONS
 from codesign.inputs.document import Document, KeyPath, Origin, put
 from codesign.inputs.faults import validate
 from codesign.inputs.files import is_path
-from codesign.inputs.host_file import HOSTS
-from codesign.inputs.part_file import PARTS
+from codesign.inputs.library import CALIBRATIONS, HOSTS, PARTS
 from codesign.inputs.places import Place, place_value
 from codesign.inputs.problem import ProblemSpec
 from codesign.inputs.value_types import default_text, type_text

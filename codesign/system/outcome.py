@@ -16,8 +16,8 @@ from codesign.inputs.components import DisplayComponent, FpgaComponent, Processo
 from codesign.inputs.document import dotted, leaves
 from codesign.inputs.edit import PROBLEM, moves
 from codesign.maps import OccupancyGrid
+from codesign.planners.interface import Quality
 from codesign.planners.job import lever_texts
-from codesign.planners.quality import Quality
 from codesign.system.bind import Design, System
 from codesign.system.build import Machine
 from codesign.system.chain import Answer

@@ -13,9 +13,8 @@ from codesign.ground.figures import label
 from codesign.ground.memo import Memo
 from codesign.ground.models import TaskParameters
 from codesign.inputs.problem import ProblemSpec
-from codesign.planners.interface import Problem
+from codesign.planners.interface import Problem, Quality
 from codesign.planners.job import Job, Lever
-from codesign.planners.quality import Quality
 from codesign.planners.styles import Step
 from codesign.system.bind import System, planner_code, planner_steps
 from codesign.system.outcome import fit_system

@@ -8,8 +8,7 @@ from codesign.ground.figures import Figure, Status
 from codesign.ground.units import format_count, format_frequency, format_power
 from codesign.inputs import list_platforms, load_platform
 from codesign.inputs.components import FpgaComponent, ProcessorComponent
-from codesign.inputs.host_file import HOSTS, HostFile
-from codesign.inputs.part_file import PARTS, name_and_grade
+from codesign.inputs.library import HOSTS, PARTS, HostFile, name_and_grade
 from codesign.inputs.platform import Platform
 from docs.make_reference.model_tables import table
 

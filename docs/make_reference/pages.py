@@ -7,13 +7,11 @@ from pathlib import Path
 
 from codesign import planners
 from codesign.ground.figures import FIGURES
-from codesign.inputs.calibration_file import CalibrationFile
 from codesign.inputs.components import COMPONENTS
 from codesign.inputs.exploration import Exploration
-from codesign.inputs.host_file import HostFile
+from codesign.inputs.library import CalibrationFile, HostFile, PartFile
 from codesign.inputs.links import LINKS, AnyLink
 from codesign.inputs.map_spec import MAPS, FileMap, PreparedMap
-from codesign.inputs.part_file import PartFile
 from codesign.inputs.platform import Platform
 from codesign.inputs.problem import ProblemSpec
 from codesign.inputs.scenario import SCENARIOS

@@ -27,7 +27,7 @@ from codesign.components import (
 from codesign.components.display import SVGA_65
 from codesign.ground.errors import RunError
 from codesign.ground.figures import Status
-from codesign.inputs.part_file import load_part
+from codesign.inputs.library import load_part
 from codesign.planners.breadth_first.plan.parameters import MemoryPlace, SearchParameters
 from codesign.planners.breadth_first.plan.planner import PLANNER
 from codesign.planners.breadth_first.plan.reference import NEIGHBOURS

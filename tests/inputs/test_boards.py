@@ -18,8 +18,7 @@ from codesign.hardware.calibrate.host_costs import all_probes
 from codesign.inputs import Platform, design_point, list_platforms, load_part, load_platform
 from codesign.inputs.components import FpgaComponent, ProcessorComponent
 from codesign.inputs.files import data_folder
-from codesign.inputs.host_file import HOSTS
-from codesign.inputs.part_file import PARTS
+from codesign.inputs.library import HOSTS, PARTS
 from codesign.inputs.platform import Board
 from codesign.planners.styles import Architecture
 from codesign.system import catalog

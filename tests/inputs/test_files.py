@@ -34,9 +34,9 @@ from codesign.inputs import (
 )
 from codesign.inputs.components import FpgaComponent, ProcessorComponent
 from codesign.inputs.files import data_folder, shipped_names
+from codesign.inputs.library import PARTS
 from codesign.inputs.links import BusLink
 from codesign.inputs.map_spec import MAPS, PreparedMap
-from codesign.inputs.part_file import PARTS
 from codesign.inputs.problem import SampledStarts
 from codesign.maps import Steps
 from codesign.system import catalog

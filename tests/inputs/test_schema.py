@@ -11,7 +11,7 @@ from jsonschema import Draft202012Validator
 from codesign.ground.errors import InputError
 from codesign.inputs import json_schema, list_platforms, list_workloads, load_platform
 from codesign.inputs.files import data_folder
-from codesign.inputs.part_file import PARTS
+from codesign.inputs.library import PARTS
 from codesign.inputs.workload import PLACE_KEYS
 from codesign.planners.harmonic.plan.parameters import RelaxParameters
 from codesign.system import catalog

@@ -11,13 +11,12 @@ import pytest
 
 from codesign.ground.figures import Status
 from codesign.hardware.fidelity.designs import variables_of
-from codesign.inputs.part_file import load_part
+from codesign.inputs.library import load_part
 from codesign.planners.breadth_first.plan.parameters import Address, SearchParameters
 from codesign.planners.breadth_first.styles.resources import block_ram_total
 from codesign.planners.circuits import CircuitStyle
 from codesign.planners.counted import CountedLaws, _tables
-from codesign.planners.harmonic.styles.levers import fits
-from codesign.planners.harmonic.styles.resources import Machine, totals
+from codesign.planners.harmonic.styles.resources import Machine, fits, totals
 from codesign.system import catalog
 
 PART = load_part("LFE5U-85F-8")

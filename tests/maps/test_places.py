@@ -15,8 +15,7 @@ from click.testing import Result
 import codesign
 from codesign.ground.errors import SpecError
 from codesign.ground.records import FieldRecord, MapRecord, TrajectoryRecord
-from codesign.planners.interface import Problem
-from codesign.planners.quality import Quality
+from codesign.planners.interface import Problem, Quality
 from codesign.system.scenarios import bind
 from codesign.views.trace import McapListener, MemoryListener, open_trace
 

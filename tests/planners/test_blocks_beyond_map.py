@@ -20,8 +20,7 @@ from codesign.inputs import load_part
 from codesign.maps import OccupancyGrid
 from codesign.planners.harmonic.plan.relax import relax
 from codesign.planners.harmonic.styles import resources, timing
-from codesign.planners.harmonic.styles import resources as geometry
-from codesign.planners.harmonic.styles.levers import largest_block, resource_levers
+from codesign.planners.harmonic.styles.resources import largest_block, resource_levers
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
 from codesign.planners.wavefront.plan.parameters import PropagateParameters
@@ -128,7 +127,7 @@ def test_a_design_is_that_of_the_declared_block(problem: Problem, data: st.DataO
     assert drops[0][1] == 0
     # The words of all memories that are built are loaded.
     assert wide.blocks is not None
-    words = [2 * wide.blocks * geometry.memories(*shape, *grid) for shape in (block, inside)]
+    words = [2 * wide.blocks * resources.memories(*shape, *grid) for shape in (block, inside)]
     assert wide.cycles["load"] - narrow.cycles["load"] == words[0] - words[1]
     same = {"relax": 0, "load": 0}
     assert {**wide.cycles, **same} == {**narrow.cycles, **same}

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from codesign.ground.figures import Figure, Status
 from codesign.ground.models import Part
-from codesign.inputs.part_file import load_part
+from codesign.inputs.library import load_part
 from codesign.planners.breadth_first.styles import timing as breadth_first
 from codesign.planners.clock_law import GROWTHS, MARGIN, TRANSFER, Placement, Registers, clock_law, on_family
 from codesign.planners.harmonic.styles import timing as harmonic

@@ -9,7 +9,7 @@ import pytest
 
 from codesign.hardware.fidelity.designs import job_of, laws_of, resources
 from codesign.hardware.fidelity.points import OTHERS, TOTAL, resource_points, rooms
-from codesign.inputs.part_file import load_part
+from codesign.inputs.library import load_part
 from codesign.planners.counted import CountedLaws
 from codesign.planners.measured import ClockRow, Point, ResourceRow, family_of, fit, rows_text
 

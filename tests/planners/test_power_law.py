@@ -6,7 +6,7 @@ import pytest
 from places import ROOT
 
 from codesign.ground.figures import Status
-from codesign.inputs.part_file import load_part
+from codesign.inputs.library import load_part
 from codesign.planners.counted import REPORTS, TYPICAL, activity_by, counted_activity, slice_power
 from codesign.planners.job import Demand, Line
 from codesign.planners.measured import ActivityRow, activity_rows

@@ -291,7 +291,7 @@ TOYS = [
         "print(result.quality.bends, 'bends of paths' in str([table.rows for table in result_tables(result)]))",
         "5 True",
         edits={
-            "planners/quality.py": (
+            "planners/interface.py": (
                 (
                     "    optimal_length_mean: Annotated[",
                     '    bends: Annotated[int | None, Field(title="bends of paths", description="a toy")] = None\n',

@@ -14,7 +14,7 @@ import codesign
 from codesign import study
 from codesign.ground.errors import RunError
 from codesign.inputs.files import data_folder
-from codesign.inputs.part_file import PARTS
+from codesign.inputs.library import PARTS
 from codesign.planners.plug_in import GROUP
 from codesign.study import Progress, explore, identity, load_study
 from codesign.study.advice.candidates import Board, chains_of

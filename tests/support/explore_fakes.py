@@ -11,7 +11,7 @@ from typing import Any
 from codesign.ground.errors import InputError
 from codesign.ground.figures import FIGURES
 from codesign.inputs import Exploration, Workload
-from codesign.planners.quality import Quality
+from codesign.planners.interface import Quality
 from codesign.study.space import DesignPoint
 from codesign.system.results.mission import Mission, MissionEnergy
 from codesign.system.results.result import Reason, ResourceUse, Result, Times

@@ -26,7 +26,7 @@ LEVELS: list[list[str]] = [
     ["inputs"],
     ["planners.external_memory", "planners.map_flood"],
     ["planners.measured"],
-    ["planners.job", "planners.quality"],
+    ["planners.job"],
     ["planners.clock_law", "planners.counted", "planners.interface", "planners.reproduction"],
     ["planners.styles", "planners.circuits", "planners.papers"],
     ["planners.plug_in"],

@@ -10,7 +10,7 @@ import numpy as np
 
 from codesign.ground.figures import FIGURES, Figure, Status
 from codesign.inputs.constraint import Constraint
-from codesign.planners.quality import Quality, RobotsQuality
+from codesign.planners.interface import Quality, RobotsQuality
 from codesign.planners.reproduction import Finding, Reproduction, Row, Use
 from codesign.study.outcomes import Outcomes
 from codesign.study.study import Study

@@ -13,7 +13,7 @@ from mission_specs import PLACEMENTS, Ground
 import codesign
 from codesign.ground.records import UtilisationRecord
 from codesign.inputs import design_point
-from codesign.inputs.part_file import load_part
+from codesign.inputs.library import load_part
 from codesign.system import Result
 from codesign.system.scenarios import simulate
 from codesign.views.report import render_text, result_tables

@@ -18,7 +18,8 @@ from codesign.ground.figures import Figure, Status, label
 from codesign.ground.files import date_of_writing
 from codesign.hardware.calibrate.design import DesignPoint
 from codesign.hardware.calibrate.reports import Report
-from codesign.inputs.calibration_file import (
+from codesign.inputs.faults import validate
+from codesign.inputs.library import (
     LEAST_FACTOR,
     LEAST_SURE,
     MOST_FACTOR,
@@ -29,7 +30,6 @@ from codesign.inputs.calibration_file import (
     inverse_sizes,
     leverage,
 )
-from codesign.inputs.faults import validate
 from codesign.inputs.yaml_tree import parse_document
 from codesign.version import __version__
 

@@ -17,9 +17,8 @@ from codesign.hardware.rtl.design import PREFIX, top_name
 from codesign.hardware.rtl.export import MANIFEST
 from codesign.hardware.rtl.placed import job_of, on_fpgas
 from codesign.inputs import Platform, Workload, load_platform
-from codesign.inputs.calibration_file import CLOCK, STATIC
 from codesign.inputs.components import FpgaComponent
-from codesign.inputs.part_file import PARTS
+from codesign.inputs.library import CLOCK, PARTS, STATIC
 from codesign.planners.circuits import Circuit
 from codesign.planners.job import Demand, Job
 from codesign.planners.styles import Architecture, TaskStyle

@@ -13,7 +13,7 @@ from typing import Any
 
 from codesign.hardware.fidelity.designs import circuit_of, clocks, job_of, resources, words_of
 from codesign.hardware.fidelity.points import TOTAL, Point
-from codesign.inputs.part_file import load_part
+from codesign.inputs.library import load_part
 from codesign.planners.breadth_first.paper.measures import PAPER as BREADTH_FIRST
 from codesign.planners.counted import REPORTS
 from codesign.planners.harmonic.paper.measures import PAPER as HARMONIC

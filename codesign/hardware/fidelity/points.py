@@ -22,7 +22,7 @@ from codesign.hardware.fidelity.designs import (
 )
 from codesign.hardware.rtl.cells import Counts
 from codesign.hardware.rtl.design import digest_of_circuit
-from codesign.inputs.part_file import list_parts, load_part
+from codesign.inputs.library import list_parts, load_part
 from codesign.planners.clock_law import held_out
 from codesign.planners.job import Line
 from codesign.planners.measured import PARTS, ClockRow, ResourceRow, clock_rows, resource_rows

@@ -1,7 +1,7 @@
 """The cells that Yosys maps a design to, by family: what each counts as, and how a family is synthesised.
 
 A count is in the units of ``Part.resources``. ``lut4`` counts LUT of any number of inputs one for one: a family whose
-parts have LUT of six inputs is budgeted one such LUT for one of a law (``inputs.part_file``), so both sides agree.
+parts have LUT of six inputs is budgeted one such LUT for one of a law (``inputs.library``), so both sides agree.
 """
 
 from __future__ import annotations

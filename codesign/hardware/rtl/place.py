@@ -24,7 +24,7 @@ from codesign.hardware.rtl.design import digest_of, kept, top_name
 from codesign.hardware.rtl.few_pins import with_few_pins
 from codesign.hardware.rtl.synthesis import FLAT, flatten, hierarchy, program, synthesis_digest, synthesise
 from codesign.hardware.rtl.tools import require, run, version_of
-from codesign.inputs.part_file import load_part, name_and_grade
+from codesign.inputs.library import load_part, name_and_grade
 from codesign.planners.circuits import Circuit
 
 # The critical path of a placed design, from the timing report of nextpnr: its parts in ns, and in words.

@@ -11,8 +11,8 @@ from pydantic import TypeAdapter
 
 from codesign.ground.memo import Memo
 from codesign.ground.records import Record
+from codesign.planners.interface import Quality, RobotsQuality
 from codesign.planners.job import Flow
-from codesign.planners.quality import Quality, RobotsQuality
 from codesign.planners.styles import Exchange, Step
 from codesign.system.bind import System, planner_steps
 from codesign.system.messages import Content, Routes

@@ -10,7 +10,7 @@ from more_itertools import map_reduce
 
 from codesign.ground.figures import FIGURES, Figure, label
 from codesign.ground.units import counted
-from codesign.planners.quality import RobotsQuality
+from codesign.planners.interface import RobotsQuality
 from codesign.system.results.result import DisplayUse, Reason, ResourceUse, Result, StageUse
 from codesign.views.report.scenario_tables import end_rows, energy_table, fleet_tables, mission_tables
 from codesign.views.report.sentences import (

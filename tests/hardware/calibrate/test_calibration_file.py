@@ -14,7 +14,7 @@ from fpga_reports import DESIGN, Run, codesign_folder, nextpnr
 import codesign
 from codesign.ground.errors import SpecError
 from codesign.ground.figures import Status
-from codesign.inputs.calibration_file import CALIBRATIONS
+from codesign.inputs.library import CALIBRATIONS
 
 
 def test_a_result_with_a_calibration_says_what_the_tool_reported(calibrated: Path) -> None:

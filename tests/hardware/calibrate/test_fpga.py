@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 from fpga_reports import DESIGN, SAMPLES, Run, nextpnr
 
-from codesign.inputs.calibration_file import CALIBRATIONS
+from codesign.inputs.library import CALIBRATIONS
 
 
 def test_the_command_shows_every_term(calibrated: Path, hwsw: Run) -> None:

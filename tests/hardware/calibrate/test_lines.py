@@ -12,7 +12,7 @@ from fpga_reports import SAMPLES, Run, nextpnr
 from codesign.hardware.calibrate.design import DesignPoint, design_point
 from codesign.hardware.calibrate.fpga import REST, Comparison, compare_reports
 from codesign.inputs import load_platform
-from codesign.inputs.calibration_file import CALIBRATIONS
+from codesign.inputs.library import CALIBRATIONS
 from codesign.system import catalog
 
 ALONE = """\

@@ -17,7 +17,7 @@ from codesign.hardware.calibrate.fpga import Comparison, compare_reports
 from codesign.hardware.calibrate.reports import read_report
 from codesign.hardware.calibrate.reports.engine import Stage
 from codesign.inputs import load_platform
-from codesign.inputs.calibration_file import CALIBRATIONS, CLOCK, DYNAMIC, STATIC
+from codesign.inputs.library import CALIBRATIONS, CLOCK, DYNAMIC, STATIC
 from codesign.system import catalog
 from codesign.views.report.hardware_tables import calibration_tables
 

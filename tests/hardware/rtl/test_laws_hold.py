@@ -12,7 +12,7 @@ from codesign.ground.figures import Status
 from codesign.hardware.fidelity.designs import Design, circuit_of, design_of, job_of, laws_of
 from codesign.hardware.rtl.place import place
 from codesign.hardware.rtl.synthesis import synthesise
-from codesign.inputs.part_file import load_part
+from codesign.inputs.library import load_part
 
 PART, OTHER = "LFE5U-85F-8", "LFE5U-85F-6"
 Draw = Callable[[random.Random], Design]

@@ -12,7 +12,7 @@ from codesign.ground.errors import InputError
 from codesign.ground.figures import Status
 from codesign.ground.memo import Memo
 from codesign.ground.models import Part
-from codesign.inputs.part_file import load_part
+from codesign.inputs.library import load_part
 from codesign.planners.breadth_first.plan import search
 from codesign.planners.breadth_first.plan.parameters import Address, MemoryPlace, SearchParameters, VgaController
 from codesign.planners.breadth_first.plan.planner import PLANNER

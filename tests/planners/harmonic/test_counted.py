@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from codesign.planners.harmonic.styles import resources as geometry
+from codesign.planners.harmonic.styles import resources
 from codesign.planners.harmonic.styles.resources import ARRAY, DIGITS
 from codesign.planners.measured import resource_rows
 
@@ -43,10 +43,10 @@ def test_block_rams_are_those_of_synthesis() -> None:
         values = row.variables
         block = values["ROWS"], values["COLUMNS"]
         bits, grid = values.get("DIGIT_BITS", 1), (values["DOWN"], values["ACROSS"])
-        assert row.count("clusters", "block_rams") == bits * geometry.cluster_count(*block)
-        assert row.count("borders", "block_rams") == bits * geometry.border_rams(*block, *grid)
+        assert row.count("clusters", "block_rams") == bits * resources.cluster_count(*block)
+        assert row.count("borders", "block_rams") == bits * resources.border_rams(*block, *grid)
     for row in resource_rows("harmonic", "bit_serial", "decide"):
         values = row.variables
         shape, last = (values["ROWS"], values["COLUMNS"]), values["LAST_PRECISION"]
-        rams = geometry.field_rams_a_memory(*shape, last, [(1 << 14, 1)])
-        assert row.count("field", "block_rams") == geometry.FIELD_MEMORIES * rams
+        rams = resources.field_rams_a_memory(*shape, last, [(1 << 14, 1)])
+        assert row.count("field", "block_rams") == resources.FIELD_MEMORIES * rams

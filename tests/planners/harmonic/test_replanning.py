@@ -21,8 +21,7 @@ from codesign.planners.harmonic.plan.planner import PLANNER
 from codesign.planners.harmonic.plan.precision import converged_field
 from codesign.planners.harmonic.plan.quality import wrong_cells
 from codesign.planners.harmonic.plan.warm_start import warm_start
-from codesign.planners.harmonic.styles import ARCHITECTURES, TASK_STYLES, timing
-from codesign.planners.harmonic.styles import resources as geometry
+from codesign.planners.harmonic.styles import ARCHITECTURES, TASK_STYLES, resources, timing
 from codesign.planners.harmonic.styles.software import block_cells
 from codesign.planners.harmonic.styles.steps import remaining_precisions
 from codesign.planners.interface import Problem
@@ -112,7 +111,7 @@ def test_what_each_start_costs_to_bring_in() -> None:
     old, problem = before_and_after()
     rows, columns = PARAMETERS.block_shape(problem.rows, problem.columns)
     blocks = PARAMETERS.block_count(problem.rows, problem.columns)
-    memories = geometry.memories(rows, columns, *PARAMETERS.block_grid(problem.rows, problem.columns))
+    memories = resources.memories(rows, columns, *PARAMETERS.block_grid(problem.rows, problem.columns))
     words = 2 * memories * blocks
     starts = {
         "zero": (None, words + blocks * 41),

@@ -16,8 +16,7 @@ from codesign.ground.models import Part
 from codesign.planners.counted import counted_activity
 from codesign.planners.harmonic import published
 from codesign.planners.harmonic.plan.parameters import MAX_PRECISION, RelaxParameters
-from codesign.planners.harmonic.styles import ARCHITECTURES, levers, resources, timing
-from codesign.planners.harmonic.styles import resources as geometry
+from codesign.planners.harmonic.styles import ARCHITECTURES, resources, timing
 from codesign.planners.harmonic.styles.resources import Machine
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
@@ -131,8 +130,8 @@ def test_a_decision_made_elsewhere_leaves_its_slices_to_the_block() -> None:
 
 @given(rows=sides, columns=sides)
 def test_every_node_and_border_node_has_a_place_in_some_block_ram(rows: int, columns: int) -> None:
-    assert geometry.cluster_count(rows, columns) * geometry.RAM_WIDTH >= rows * columns
-    assert geometry.border_rams(rows, columns) * geometry.RAM_WIDTH >= geometry.border_nodes(rows, columns)
+    assert resources.cluster_count(rows, columns) * resources.RAM_WIDTH >= rows * columns
+    assert resources.border_rams(rows, columns) * resources.RAM_WIDTH >= resources.border_nodes(rows, columns)
 
 
 @given(blocks=st.integers(1, 1024), last=precisions)
@@ -191,7 +190,7 @@ def test_levers_mend_what_they_say(name: str, rows: int, columns: int, last: int
     for kind, remedies in demand.levers.items():
         for lever in remedies:
             if match := re.match(r"at most (\d+) × (\d+)", lever.advice):
-                assert levers.fits(Machine(int(match[1]), int(match[2]), last), chip)
+                assert resources.fits(Machine(int(match[1]), int(match[2]), last), chip)
             if match := re.match(r"end at (\d+) bits", lever.advice):
                 assert (
                     resources.totals(Machine(rows, columns, int(match[1])), chip.family)[kind]
@@ -210,19 +209,19 @@ def test_levers_mend_what_they_say(name: str, rows: int, columns: int, last: int
             block = int(match[1]), int(match[2])
             assert block[0] <= shape[0]
             assert block[1] <= shape[1]
-            assert levers.fits(Machine(*block, last), chip)
+            assert resources.fits(Machine(*block, last), chip)
             allowed = re.search(r"precision up to (\d+)", lever.advice)
             held = int(allowed[1]) if allowed else last
-            assert resources.words(levers.block_count(shape, block), held) <= depth.limit
+            assert resources.words(resources.block_count(shape, block), held) <= depth.limit
 
 
 @given(rows=sides, columns=sides, last=precisions, name=st.sampled_from(sorted(BUDGETS)))
 def test_no_larger_block_of_the_same_proportions_fits(rows: int, columns: int, last: int, name: str) -> None:
     chip = part(name)
-    largest = levers.largest_block(Machine(rows, columns, last), chip)
+    largest = resources.largest_block(Machine(rows, columns, last), chip)
     taller = 1 if largest is None else largest[0] + 1
     if taller <= rows:
-        assert not levers.fits(Machine(taller, max(1, taller * columns // rows), last), chip)
+        assert not resources.fits(Machine(taller, max(1, taller * columns // rows), last), chip)
 
 
 def test_published_clocks_are_met_and_the_held_out_one_lies_in_the_interval() -> None:

@@ -14,8 +14,7 @@ from codesign.ground.records import StageRecord, VisitsRecord
 from codesign.planners.harmonic.plan.fixed_point import limbs_needed
 from codesign.planners.harmonic.plan.parameters import RelaxParameters
 from codesign.planners.harmonic.plan.relax import relax
-from codesign.planners.harmonic.styles import ARCHITECTURES, timing
-from codesign.planners.harmonic.styles import resources as geometry
+from codesign.planners.harmonic.styles import ARCHITECTURES, resources, timing
 from codesign.planners.harmonic.styles.software import block_cells
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
@@ -54,7 +53,7 @@ def test_bit_serial_cycles_are_those_of_the_planner_and_the_waits(blocks: tuple[
     early = int((visits.iterations < 3).sum()) if count > 1 else len(plan.stages)
     assert total == plan.total_cycles + early * timing.dropped_pass_cycles(*shape)
     assert plan.total_cycles == sum(stage.iterations * (stage.precision + 2) for stage in plan.stages)
-    memories = geometry.memories(*shape, *blocks)
+    memories = resources.memories(*shape, *blocks)
     assert int(steps[0].cycles[0]) == count * 21 + 2 * count * memories
     assert int(steps[-1].cycles[0]) == timing.decision_cycles(20)
 

@@ -18,9 +18,8 @@ from places import SHARED
 from reference_relaxation import iterate
 
 from codesign import maps
-from codesign.planners.interface import Problem
+from codesign.planners.interface import Problem, Quality
 from codesign.planners.job import Job
-from codesign.planners.quality import Quality
 from codesign.planners.relaxation.plan import PUBLISHED_TOLERANCE, Boundary, End, Method, Search, solve
 from codesign.planners.relaxation.plan.parameters import ACCELERATION, SCALE, RelaxParameters
 from codesign.planners.relaxation.plan.planner import PLANNER, Plan

@@ -17,7 +17,7 @@ from codesign.ground.errors import InputError
 from codesign.ground.memo import Memo
 from codesign.ground.records import TaskRecord
 from codesign.inputs import load_platform
-from codesign.inputs.part_file import load_part
+from codesign.inputs.library import load_part
 from codesign.planners.breadth_first.styles.resources import block_rams
 from codesign.planners.interface import Problem
 from codesign.planners.job import Demand, Job

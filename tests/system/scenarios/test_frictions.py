@@ -13,7 +13,7 @@ from places import ROOT
 import codesign
 from codesign import maps
 from codesign.maps import Steps
-from codesign.planners.quality import Quality
+from codesign.planners.interface import Quality
 from codesign.system import catalog
 from codesign.system.results.result import Result
 from codesign.system.scenarios import simulate

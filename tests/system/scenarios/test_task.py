@@ -12,8 +12,7 @@ import codesign
 from codesign.ground.errors import SpecError
 from codesign.ground.models import Task
 from codesign.ground.records import TrajectoryRecord
-from codesign.planners.interface import Problem
-from codesign.planners.quality import Quality
+from codesign.planners.interface import Problem, Quality
 from codesign.system import point_of
 from codesign.system.energy import watts_of
 from codesign.system.ready import ready

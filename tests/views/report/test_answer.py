@@ -7,7 +7,7 @@ from report_samples import LINKS, a_fleet_result, a_mission, a_mission_result, a
 
 from codesign.ground.figures import FIGURES
 from codesign.inputs.constraint import Constraint
-from codesign.planners.quality import Quality
+from codesign.planners.interface import Quality
 from codesign.system.results.mission import Bottleneck
 from codesign.system.results.result import Clock, Result
 from codesign.views.report import answer, study_sentence, study_tables

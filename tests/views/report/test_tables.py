@@ -9,7 +9,7 @@ from report_samples import QUALITY, a_hopeless_study, a_reproduction, a_result, 
 
 from codesign.ground.errors import CodesignError, Fault, SpecError
 from codesign.ground.figures import FIGURES, Figure, Status
-from codesign.planners.quality import Quality
+from codesign.planners.interface import Quality
 from codesign.study.outcomes import Outcomes
 from codesign.system.results.result import DisplayUse, Reason, Result
 from codesign.views.report import (

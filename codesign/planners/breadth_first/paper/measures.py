@@ -11,7 +11,7 @@ from statistics import fmean
 import numpy as np
 
 from codesign import maps
-from codesign.inputs.part_file import load_part
+from codesign.inputs.library import load_part
 from codesign.planners.breadth_first import published
 from codesign.planners.breadth_first.paper.fit import Fit, fit, java_cell_seconds, least_popped
 from codesign.planners.breadth_first.plan import search

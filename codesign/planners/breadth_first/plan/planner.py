@@ -24,6 +24,7 @@ from codesign.planners.interface import (
     LoadParameters,
     Planner,
     Problem,
+    Quality,
     by_sides,
     cell_of,
     from_position,
@@ -31,7 +32,6 @@ from codesign.planners.interface import (
     judge_paths,
 )
 from codesign.planners.job import Flow, Job
-from codesign.planners.quality import Quality
 
 kernels = late("codesign.planners.breadth_first.plan.kernels")
 

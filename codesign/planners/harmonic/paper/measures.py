@@ -23,7 +23,6 @@ from codesign.planners.harmonic.plan.fixed_point import limbs_needed
 from codesign.planners.harmonic.plan.precision import required_precision
 from codesign.planners.harmonic.published import HarmonicSettings
 from codesign.planners.harmonic.styles import resources, timing
-from codesign.planners.harmonic.styles import resources as geometry
 from codesign.planners.papers import Case, Paper, Runs, Words
 from codesign.planners.reproduction import Row, Series, Use
 
@@ -136,8 +135,8 @@ def whole_design(_runs: HarmonicRuns, case: Case) -> Words:
         "of_cluster": cells * published.CLUSTER.nodes,
         "share": share,
         "verdict": "holds" if share < 92 else "does not hold",
-        "rams": geometry.cluster_count(*shape),
-        "border_rams": geometry.border_rams(*shape),
+        "rams": resources.cluster_count(*shape),
+        "border_rams": resources.border_rams(*shape),
         "printed": 100 * case.design_share,
         "slices": 100 * demand / budget,
         "border": resources.SLICES_A_BORDER_NODE,

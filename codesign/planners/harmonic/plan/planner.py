@@ -37,11 +37,11 @@ from codesign.planners.interface import (
     Planner,
     Policy,
     Problem,
+    Quality,
     by_sides,
     cell_of,
 )
 from codesign.planners.job import Flow, Job
-from codesign.planners.quality import Quality
 
 if TYPE_CHECKING:
     pass

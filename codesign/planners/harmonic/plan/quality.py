@@ -9,8 +9,7 @@ from codesign.planners.harmonic.plan.fixed_point import Field
 from codesign.planners.harmonic.plan.precision import converged_field
 from codesign.planners.harmonic.plan.relax import stage_cost
 from codesign.planners.harmonic.plan.trajectory import DEFAULT_STEP, Ascent
-from codesign.planners.interface import Problem, by_sides, judge_arrival, judge_paths
-from codesign.planners.quality import Quality
+from codesign.planners.interface import Problem, Quality, by_sides, judge_arrival, judge_paths
 
 _CONSECUTIVE_ITERATIONS = 64
 _converged = Memo(max_bytes=64 * 2**20)

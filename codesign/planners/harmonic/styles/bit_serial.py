@@ -18,8 +18,7 @@ from codesign.planners.harmonic.plan.fixed_point import LowerBound
 from codesign.planners.harmonic.plan.parameters import RelaxParameters, Stop, Termination
 from codesign.planners.harmonic.plan.relax import HarmonicPlan
 from codesign.planners.harmonic.plan.stages import Visits
-from codesign.planners.harmonic.styles import levers, resources, timing
-from codesign.planners.harmonic.styles import resources as geometry
+from codesign.planners.harmonic.styles import resources, timing
 from codesign.planners.harmonic.styles.designs import block_designs
 from codesign.planners.harmonic.styles.find import find_schedule
 from codesign.planners.harmonic.styles.steps import DECIDE, LOAD, READ, Costs, notes, relax_steps
@@ -29,7 +28,7 @@ from codesign.planners.styles import Architecture, Designs, Found, Memory, Step,
 
 
 class BitSerial(Architecture):
-    """The paper's circuit. Its laws are in ``resources`` and ``timing``, the remedies in ``levers``."""
+    """The paper's circuit. Its laws and remedies are in ``resources`` and ``timing``."""
 
     planner = "harmonic"
     style = "bit_serial"
@@ -79,7 +78,7 @@ class BitSerial(Architecture):
         blocks = parameters.block_count(*problem.shape)
         last = parameters.precisions[-1]
         depth = resources.words(1, last, parameters.digit_bits)
-        return Memory(geometry.RAM_WIDTH, {f"block {block}": depth for block in range(blocks)})
+        return Memory(resources.RAM_WIDTH, {f"block {block}": depth for block in range(blocks)})
 
     def work(self, job: Job[Problem, RelaxParameters]) -> Generator[Step, None, HarmonicPlan]:
         """Phases ``load``, ``relax`` and ``decide``; with ``detail`` a unit of ``relax`` is a visit.
@@ -93,7 +92,7 @@ class BitSerial(Architecture):
         rows, columns = parameters.block_shape(*problem.shape)
         blocks = parameters.block_count(*problem.shape)
         last = parameters.precisions[-1]
-        memories = geometry.memories(rows, columns, *parameters.block_grid(*problem.shape))
+        memories = resources.memories(rows, columns, *parameters.block_grid(*problem.shape))
         if start is None:
             load = timing.load_cycles(memories, blocks, last, parameters.digit_bits)
         elif isinstance(start, LowerBound):
@@ -124,8 +123,8 @@ def _demand(shape: tuple[int, int], machine: resources.Machine, precisions: tupl
     depth = resources.word_depth(part)
     return Demand(
         items=resources.items(machine, part.family),
-        bounds=(levers.word_depth_bound(shape, machine, precisions, part, depth),),
-        levers=levers.resource_levers(shape, machine, precisions, part, depth),
+        bounds=(resources.word_depth_bound(shape, machine, precisions, part, depth),),
+        levers=resources.resource_levers(shape, machine, precisions, part, depth),
     )
 
 

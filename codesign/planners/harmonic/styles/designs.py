@@ -5,8 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from codesign.ground.models import Part
-from codesign.planners.harmonic.styles.levers import block_count, fits
-from codesign.planners.harmonic.styles.resources import Machine, largest_precision, word_depth
+from codesign.planners.harmonic.styles.resources import Machine, block_count, fits, largest_precision, word_depth
 from codesign.planners.styles import Designs
 
 FIRST, STEP = 15, 16

@@ -26,7 +26,6 @@ from codesign.planners.harmonic.plan.planner import PLANNER
 from codesign.planners.harmonic.plan.relax import HarmonicPlan
 from codesign.planners.harmonic.plan.warm_start import warm_start
 from codesign.planners.harmonic.styles import resources, timing
-from codesign.planners.harmonic.styles import resources as geometry
 from codesign.planners.interface import Problem
 from codesign.planners.job import Demand, Job, Line, packed
 from codesign.planners.styles import HostTask, Step, TaskStyle, one_step
@@ -60,9 +59,9 @@ class DecisionModule(TaskStyle):
             text = f"{published.PAPER}, section 5.4: 3p + 682"
             shown = resources.decision_slices(last)
             slices = Line.item("decision", "slices", shown, Status.PUBLISHED, text)
-        rams = geometry.field_rams_a_memory(rows, columns, last, part.block_ram_shapes)
+        rams = resources.field_rams_a_memory(rows, columns, last, part.block_ram_shapes)
         law = f"{last + 1} bits of each of {rows * columns:,} cells, as synthesis counts the RTL of this package"
-        memories = geometry.FIELD_MEMORIES * rams
+        memories = resources.FIELD_MEMORIES * rams
         field = Line.item("field", "block_rams", memories, Status.MEASURED, law)
         return Demand(items=(slices, *logic, field))
 

@@ -12,9 +12,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codesign.ground.models import TaskParameters
-from codesign.planners.interface import Cell, LoadParameters, Planner, Policy, Problem, by_sides, cell_of, from_position
+from codesign.planners.interface import (
+    Cell,
+    LoadParameters,
+    Planner,
+    Policy,
+    Problem,
+    Quality,
+    by_sides,
+    cell_of,
+    from_position,
+)
 from codesign.planners.job import Flow, Job
-from codesign.planners.quality import Quality
 from codesign.planners.relaxation.plan.parameters import DEFAULT_METHOD, Method, RelaxParameters, SearchParameters
 from codesign.planners.relaxation.plan.quality import quality
 from codesign.planners.relaxation.plan.search import Search

@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from codesign.planners.interface import Problem, judge_arrival, judge_paths
-from codesign.planners.quality import Quality
+from codesign.planners.interface import Problem, Quality, judge_arrival, judge_paths
 from codesign.planners.relaxation.plan.parameters import DEFAULT_METHOD, Boundary, Method
 from codesign.planners.relaxation.plan.run import End
 from codesign.planners.relaxation.plan.search import Search

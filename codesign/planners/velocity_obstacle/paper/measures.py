@@ -12,8 +12,8 @@ import numpy as np
 
 from codesign.ground.models import Part
 from codesign.inputs import load_part
+from codesign.planners.interface import RobotsQuality
 from codesign.planners.papers import Case, Paper, Runs, Words
-from codesign.planners.quality import RobotsQuality
 from codesign.planners.reproduction import Series, Use
 from codesign.planners.velocity_obstacle import published
 from codesign.planners.velocity_obstacle.paper.agreement import Verdict, compare

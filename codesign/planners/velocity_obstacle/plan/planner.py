@@ -10,9 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codesign.ground.models import TaskParameters
-from codesign.planners.interface import Planner
+from codesign.planners.interface import Planner, RobotsQuality
 from codesign.planners.job import Flow, Job
-from codesign.planners.quality import RobotsQuality
 from codesign.planners.velocity_obstacle.plan.avoid import avoid
 from codesign.planners.velocity_obstacle.plan.avoidance import Avoidance
 from codesign.planners.velocity_obstacle.plan.faults import fault_of

@@ -11,7 +11,7 @@ from statistics import fmean
 
 import numpy as np
 
-from codesign.inputs.part_file import load_part
+from codesign.inputs.library import load_part
 from codesign.planners.papers import Case, Paper, Runs, Words
 from codesign.planners.reproduction import Series
 from codesign.planners.wavefront import published

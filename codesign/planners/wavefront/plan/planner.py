@@ -11,9 +11,8 @@ from numpy.typing import NDArray
 from codesign.ground.errors import MapError
 from codesign.ground.models import Task, TaskParameters
 from codesign.maps.reach import reachable
-from codesign.planners.interface import Cell, LoadParameters, Planner, Problem, cell_of, from_position
+from codesign.planners.interface import Cell, LoadParameters, Planner, Problem, Quality, cell_of, from_position
 from codesign.planners.job import Flow, Job
-from codesign.planners.quality import Quality
 from codesign.planners.wavefront.plan.grid import check_cells
 from codesign.planners.wavefront.plan.parameters import MAX_TILES, Course, Paths, PropagateParameters, TrackParameters
 from codesign.planners.wavefront.plan.plan import (

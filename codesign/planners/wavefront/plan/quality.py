@@ -8,8 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codesign.maps.reach import reachable
-from codesign.planners.interface import Cell, Problem, judge_arrival, judge_paths
-from codesign.planners.quality import Quality
+from codesign.planners.interface import Cell, Problem, Quality, judge_arrival, judge_paths
 from codesign.planners.wavefront.plan.plan import WavefrontPlan
 from codesign.planners.wavefront.plan.tracking import Tracker
 from codesign.planners.wavefront.plan.wave import run_wave

@@ -11,7 +11,7 @@ from examples import examples
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from codesign.inputs.part_file import load_part
+from codesign.inputs.library import load_part
 from codesign.planners.velocity_obstacle.paper.agreement import Verdict, compare
 from codesign.planners.velocity_obstacle.plan import AvoidParameters, RobotsProblem, avoid, generate, quality, reference
 from codesign.planners.velocity_obstacle.plan.arithmetic import double, fixed
