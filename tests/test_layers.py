@@ -180,6 +180,18 @@ def test_help_needs_no_heavy_module() -> None:
     assert done.stdout.strip() == "[]"
 
 
+@pytest.mark.parametrize("statement", ["import codesign", "import codesign.__main__; codesign.cli.main(['list'])"])
+def test_a_list_needs_no_heavy_module(statement: str) -> None:
+    heavy = ["numba", "scipy", "matplotlib", "networkx", "simpy", "mcap", "PIL", "pandas", "pyarrow", "rich", "jinja2"]
+    models = ["codesign.inputs.platform", "codesign.inputs.workload"]
+    script = (
+        f"import sys, codesign.cli\ntry:\n    {statement}\nexcept SystemExit:\n    pass\n"
+        f"print([name for name in {heavy + models!r} if name in sys.modules])\n"
+    )
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
+    assert done.stdout.splitlines()[-1] == "[]"
+
+
 def test_no_plan_and_no_style_of_a_planner_knows_of_files() -> None:
     """A planner is usable without anything of YAML: only its reproduction reads platforms and workloads."""
     rooms = {module: path for module, path in modules().items() if entry_of(module) in ROOM_NAMES}

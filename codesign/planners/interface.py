@@ -435,7 +435,7 @@ class Planner(ABC):
 
 
 _of_maps = Memo(max_bytes=64 * 2**20)
-"""What all plans on one map share. Larger maps are computed each time."""
+"""The data that all plans on one map share. Larger maps are computed each time."""
 
 
 class PathsQuality(TypedDict):
