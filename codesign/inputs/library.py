@@ -12,9 +12,11 @@ import functools
 import math
 import os
 from collections.abc import Iterable, Mapping, Sequence
+from operator import attrgetter
 from pathlib import Path
 from typing import Annotated, Generic, Literal, Self, TypeVar
 
+from more_itertools import map_reduce
 from pydantic import Field, ValidationInfo, model_validator
 
 from codesign.ground.errors import Fault, InputError, SpecError, choose_hint, clip
@@ -457,10 +459,9 @@ class FittedTerm(SpecModel):
 
 def inverse_sizes(samples: Iterable[Sample]) -> dict[str, float]:
     """The mean of 1 / predicted of each design, by its name."""
-    groups: dict[str, list[float]] = {}
-    for sample in samples:
-        groups.setdefault(sample.design, []).append(1 / sample.predicted)
-    return {design: math.fsum(group) / len(group) for design, group in groups.items()}
+    return map_reduce(
+        samples, attrgetter("design"), lambda sample: 1 / sample.predicted, lambda group: math.fsum(group) / len(group)
+    )
 
 
 def leverage(fitted: Sequence[float], at: float) -> float:

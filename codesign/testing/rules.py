@@ -24,10 +24,9 @@ from codesign.hardware.rtl.verify import verify
 from codesign.inputs.components import PLANNING_TYPES
 from codesign.planners.circuits import MOST_KINDS, Circuit, CircuitStyle, Expected
 from codesign.planners.external_memory import ExternalMemoryLaw
-from codesign.planners.interface import COMMAND, LOAD, LOWER_BOUND, POSE, Planner, Policy
+from codesign.planners.interface import COMMAND, LOAD, LOWER_BOUND, POSE, Planner, Policy, Quality, RobotsQuality
 from codesign.planners.job import Demand
 from codesign.planners.plug_in import PlugIn
-from codesign.planners.quality import Quality, RobotsQuality
 from codesign.planners.styles import Architecture, Memory, TaskStyle
 from codesign.system.place import sound_flows
 from codesign.testing.case import Case, Rule, Run, drained, names, of, on_maps, require, rule

@@ -15,7 +15,7 @@ from codesign.hardware.calibrate.calibration import Compared, Errors, errors_of,
 from codesign.hardware.calibrate.design import DesignPoint, check_design, exported_point, find_manifest
 from codesign.hardware.calibrate.reports import ClockReading, Reading, Report, Stage, read_report
 from codesign.hardware.calibrate.reports.engine import added
-from codesign.inputs.calibration_file import CLOCK, DYNAMIC, STATIC, CalibrationFile
+from codesign.inputs.library import CLOCK, DYNAMIC, STATIC, CalibrationFile
 
 # The lines of a demand beside a report that has a hierarchy: which part of the law is off.
 

@@ -26,7 +26,7 @@ from codesign.ground.errors import CodesignError, RunError, SpecError
 from codesign.ground.figures import FIGURES, label
 from codesign.ground.memo import Memo
 from codesign.inputs import Platform, Workload, design_point
-from codesign.planners.quality import Quality
+from codesign.planners.interface import Quality
 from codesign.study.advice.candidates import Board, Candidate, chains_of
 from codesign.study.advice.needs import Question, workload_tree
 from codesign.study.identity import code_digest, platform_digest

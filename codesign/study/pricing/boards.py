@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from codesign.ground.figures import Figure, Status
 from codesign.ground.memo import Same
 from codesign.ground.models import Part
-from codesign.inputs.calibration_file import CalibrationFile
 from codesign.inputs.components import FpgaComponent
+from codesign.inputs.library import CalibrationFile
 from codesign.planners.job import Demand
 from codesign.study.pricing.machines import Column, Specs
 from codesign.system.bind import Design, System

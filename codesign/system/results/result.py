@@ -19,7 +19,7 @@ from codesign.ground.files import date_of_writing
 from codesign.ground.notebooks import InNotebooks, data_frame
 from codesign.ground.units import PICOSECONDS_PER_SECOND
 from codesign.inputs.derived import DerivedFigure, derived_interval
-from codesign.planners.quality import Quality, RobotsQuality
+from codesign.planners.interface import Quality, RobotsQuality
 from codesign.system.results.mission import LinkUse, Mission
 from codesign.system.results.model import ResultModel
 from codesign.system.results.terms import Terms

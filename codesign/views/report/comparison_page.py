@@ -14,7 +14,7 @@ from codesign.ground.figures import FIGURES, ResultFigure, label
 from codesign.ground.units import counted
 from codesign.inputs.constraint import Constraint, limit_text
 from codesign.inputs.exploration import DEFAULT_OBJECTIVES
-from codesign.planners.quality import Quality
+from codesign.planners.interface import Quality
 from codesign.system.results.result import Provenance, Reason, Result
 from codesign.system.verdicts import constraint_verdict
 from codesign.views.report.page import rendered, write_page

@@ -10,7 +10,7 @@ from codesign.ground.units import format_count
 from codesign.hardware.calibrate.calibration import Compared
 from codesign.hardware.calibrate.fpga import Comparison
 from codesign.hardware.rtl.campaign import Checked, StyleChecked
-from codesign.inputs.calibration_file import UNITS
+from codesign.inputs.library import UNITS
 from codesign.views.report.wording import Cell, Column, Table, left, right, word, words
 
 # Circuits against the model: a row for each style, and the first difference of each point that has one.

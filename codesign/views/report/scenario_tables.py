@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 from codesign.ground.units import counted
-from codesign.planners.quality import RobotsQuality
+from codesign.planners.interface import RobotsQuality
 from codesign.system.results.ledger import SPENT
 from codesign.system.results.mission import Account, LatencyShare, LeverRun, LinkUse, Mission, MissionEnergy
 from codesign.system.results.result import Energy, FleetFigures, Frames, Pacemaker, Result, Spread

@@ -15,7 +15,7 @@ from codesign.ground.figures import FIGURES, Figure, ResultFigure, label, named
 from codesign.ground.units import counted
 from codesign.inputs.constraint import UPPER, Constraint, limit_text
 from codesign.inputs.exploration import DEFAULT_OBJECTIVES
-from codesign.planners.quality import Quality, RobotsQuality
+from codesign.planners.interface import Quality, RobotsQuality
 from codesign.study.constraints import with_constraints
 from codesign.system.results.mission import Mission
 from codesign.system.results.result import FleetFigures, Reason, ResourceUse, Result, TaskFigures, reach_text

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from codesign.hardware.calibrate.calibration import LEAST_DESIGNS, fitted_term
-from codesign.inputs.calibration_file import FittedTerm, Sample
+from codesign.inputs.library import FittedTerm, Sample
 
 DRAWS = 600
 STATED = 0.95

@@ -7,7 +7,7 @@ import math
 import pytest
 
 from codesign.hardware.calibrate.calibration import errors_of, factor_of, fitted_term
-from codesign.inputs.calibration_file import Sample
+from codesign.inputs.library import Sample
 
 
 def samples_of(*pairs: tuple[str, float, float]) -> list[Sample]:

@@ -167,7 +167,7 @@ def test_the_document_has_the_offset_and_the_reason(hwsw: Run, tmp_path: Path) -
 
 def test_an_offset_moves_a_small_design_more_than_a_large_one() -> None:
     from codesign.hardware.calibrate.calibration import fitted_term
-    from codesign.inputs.calibration_file import Sample
+    from codesign.inputs.library import Sample
 
     samples = [
         Sample(design=str(size), predicted=size, reported=size + 200, report="r") for size in (400, 800, 1600, 3200)

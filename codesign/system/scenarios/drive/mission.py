@@ -21,8 +21,8 @@ from codesign.ground.records import CommandRecord, PlanRecord, TrajectoryRecord
 from codesign.ground.units import PICOSECONDS_PER_SECOND, format_time
 from codesign.inputs.scenario import Drive, ReplanPolicy, ReplanTrigger, WhenBusy
 from codesign.planners.interface import COMMAND, LOAD, POSE, Problem
+from codesign.planners.job import Flow
 from codesign.planners.styles import Step
-from codesign.planners.task_graph import Flow
 from codesign.system.bind import planner_code
 from codesign.system.build import CONTROL, SIDE, Machine
 from codesign.system.chain import Answer, MisreadMapError, plan_chain

@@ -16,9 +16,8 @@ from codesign.inputs import Platform, Workload
 from codesign.inputs.components import RobotComponent
 from codesign.inputs.exploration import MISSION_OBJECTIVES
 from codesign.inputs.scenario import ReplanPolicy
-from codesign.planners.interface import Planner
-from codesign.planners.quality import Quality
-from codesign.planners.task_graph import Flow
+from codesign.planners.interface import Planner, Quality
+from codesign.planners.job import Flow
 from codesign.system.bind import System
 from codesign.system.build import Machine
 from codesign.system.chain import Answer

@@ -18,8 +18,8 @@ from codesign.inputs import fault
 from codesign.inputs.exploration import FLEET_OBJECTIVES
 from codesign.inputs.scenario import Fleet
 from codesign.planners.interface import COMMAND, LOAD, Planner
+from codesign.planners.job import Flow
 from codesign.planners.styles import FleetUpdates
-from codesign.planners.task_graph import Flow
 from codesign.system.build import SIDE, Machine
 from codesign.system.chain import Answer
 from codesign.system.messages import LostMessageError
