@@ -128,7 +128,7 @@ class Kept:
         if done.block:
             done = replace(done, priced=self._read(done.block, len(done.work)))
         elif not self.lasting:
-            shared = done.priced and replace(done.priced, templates=self.parts.put(done.priced.templates)[2])
+            shared = done.priced and replace(done.priced, templates=self.parts.shared(done.priced.templates))
             done = replace(done, priced=shared)
         if not self.lasting:
             return done

@@ -84,6 +84,12 @@ class Parts:
         self._text: dict[tuple[str, int], str] = {}
         self._shared = Shared()
         self._given: OrderedDict[tuple[str, int], tuple[Any, str]] = OrderedDict()
+        self._plain = 0
+
+    def shared(self, templates: tuple[Result, ...]) -> tuple[Result, ...]:
+        """The results, of shared parts; the first ``_MOST_PLAIN`` as they are, since they fit in memory."""
+        self._plain += len(templates)
+        return templates if self._plain <= _MOST_PLAIN else self.put(templates)[2]
 
     def put(self, templates: Sequence[Result]) -> tuple[dict[str, list[str]], NDArray[np.int32], tuple[Result, ...]]:
         """Results as texts, and of shared parts.
@@ -157,6 +163,7 @@ class Parts:
 
 _FIELDS = tuple(Result.model_fields)
 _MOST_GIVEN = 1024
+_MOST_PLAIN = 4096
 _ALL_SET = set(_FIELDS)
 
 
