@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from codesign.ground.errors import CodesignError
 from codesign.ground.figures import FIGURES, ResultFigure
 from codesign.ground.models import SpecModel
+from codesign.ground.numbering import distinct
 from codesign.inputs.aggregate import Share
 from codesign.inputs.constraint import LOWER, Constraint
 from codesign.inputs.derived import DerivedFigure, derived_ends
@@ -376,9 +377,8 @@ class OpenFamily:
                     for axis in axes
                 ]
             )
-            different, numbers = np.unique(levels, axis=0, return_inverse=True)
+            different, which[name] = distinct(levels, axis=0)
             each = [self.bounds.model(member, name, dict(zip(axes, row, strict=True))) for row in different.tolist()]
-            which[name] = numbers.reshape(-1).astype(np.intp)
             sound &= np.array([model is not None for model in each])[which[name]]
             models[name] = [base if model is None else model for model in each]
         return Specs(models, which, len(rows)), sound

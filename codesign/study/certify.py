@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from codesign.ground.errors import CertificateError, clip
 from codesign.ground.figures import FIGURES, ResultFigure
+from codesign.ground.numbering import Numbering
 from codesign.inputs.aggregate import Share, rule_as_written
 from codesign.inputs.axes import value_text
 from codesign.inputs.constraint import UPPER, Bound, Constraint
@@ -59,7 +60,7 @@ class Listed:
     """Texts, each once, by their numbers; at most ``MAX_TEXTS``: all further ones are one."""
 
     def __init__(self) -> None:
-        self._numbers: dict[str, int] = {}
+        self._numbers = Numbering[str]()
 
     @property
     def texts(self) -> list[str]:
@@ -71,15 +72,15 @@ class Listed:
         line = clip(text.partition("\n")[0], 200)
         if line not in self._numbers and len(self._numbers) >= MAX_TEXTS - 1:
             line = "another one of too many"
-        return self._numbers.setdefault(line, len(self._numbers))
+        return self._numbers[line]
 
 
 class Reasons:
     """Reasons, each once, by their numbers: the number of the name, demand and limit."""
 
     def __init__(self) -> None:
-        self._names: dict[tuple[str, str, str, str], int] = {}
-        self._held: dict[tuple[int, float, float], int] = {}
+        self._names = Numbering[tuple[str, str, str, str]]()
+        self._held = Numbering[tuple[int, float, float]]()
 
     @property
     def names(self) -> list[ReasonName]:
@@ -103,8 +104,7 @@ class Reasons:
         name = str(reason.kind), clip(reason.name, 200), reason.unit, side
         if name not in self._names and len(self._names) >= MAX_TEXTS - 2:
             name = "", "another one of too many", "", side
-        number = self._names.setdefault(name, len(self._names))
-        return self._held.setdefault((number, demand, limit), len(self._held))
+        return self._held[self._names[name], demand, limit]
 
 
 class Claims:

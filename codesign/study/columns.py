@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from codesign.ground.errors import InputError
 from codesign.ground.figures import FIGURES, ResultFigure
 from codesign.ground.files import written_atomically
+from codesign.ground.numbering import Numbering
 from codesign.ground.progress import Show, silent, tracked
 from codesign.inputs.edit import PLATFORM_AXIS
 from codesign.study.conditions import Scalar, axis_column
@@ -185,20 +186,20 @@ def _reason_column(table: Table) -> Column:
     is its message.
     """
     outcomes = table.outcomes
-    texts: dict[str, int] = {"": 0}
+    texts = Numbering({"": 0})
 
     def number(reasons: Sequence[Any]) -> int:
-        return texts.setdefault("; ".join(f"{each.kind} {each.name}" for each in reasons), len(texts))
+        return texts["; ".join(f"{each.kind} {each.name}" for each in reasons)]
 
     code = np.asarray(outcomes.each(lambda template: number(template.reasons), 0), np.int64)
     late = np.array([*(number((reason,)) for reason in outcomes.reasons), 0], np.int64)[outcomes.reason]
     failed = np.zeros(len(outcomes), np.int64)
     for index, message in outcomes.failures.items():
-        failed[index] = texts.setdefault(message, len(texts))
+        failed[index] = texts[message]
     parts = [code, late]
     for broken in table.judged.broken_points:
         parts.append(np.zeros(len(outcomes), np.int64))
-        parts[-1][broken.which] = texts.setdefault(f"constraint {broken.name}", len(texts))
+        parts[-1][broken.which] = texts[f"constraint {broken.name}"]
     words, numbers = [*texts], failed
     for part in parts:
         pairs = numbers * len(words) + part

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -93,18 +93,15 @@ class Explored:
     @cached_property
     def named_files(self) -> Mapping[str, Sequence[tuple[Any, tuple[Path, ...]]]]:
         """The map and ``.scen`` files that each value of an axis names, by axis; of values that name one."""
-        document = self.workload.document
-        named: dict[str, list[tuple[Any, tuple[Path, ...]]]] = {}
-        for axis, values in (self.workload.explore.every_axis if self.workload.explore else {}).items():
-            if not moves(axis, PROBLEM):
-                continue
-            path = tuple(axis.split(".")[1:])
-            for value in values:
-                problem = put(document, {path: value}, lambda _path: Origin(())).tree["problem"]
-                texts = _texts_of_files(problem)
-                if texts:
-                    named.setdefault(axis, []).append((value, tuple(document.folder / text for text in texts)))
-        return named
+        axes = self.workload.explore.every_axis if self.workload.explore else {}
+        named = {axis: self._files_named(axis, values) for axis, values in axes.items() if moves(axis, PROBLEM)}
+        return {axis: files for axis, files in named.items() if files}
+
+    def _files_named(self, axis: str, values: Iterable[Any]) -> list[tuple[Any, tuple[Path, ...]]]:
+        document, path = self.workload.document, tuple(axis.split(".")[1:])
+        problems = [(value, put(document, {path: value}, lambda _: Origin(())).tree["problem"]) for value in values]
+        texts = [(value, _texts_of_files(problem)) for value, problem in problems]
+        return [(value, tuple(document.folder / text for text in own)) for value, own in texts if own]
 
     def check_axes(self) -> None:
         """Check the axes; each fault is reported at its place in the file.

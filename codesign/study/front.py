@@ -8,6 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from codesign.ground.numbering import distinct
+
 _BITS = 64
 _BLOCK = 256
 """Rows that are looked at together; a multiple of ``_BITS``."""
@@ -152,10 +154,10 @@ class _Below:
     @classmethod
     def of(cls, column: NDArray[np.float64], count: int) -> _Below:
         """Those of a column."""
-        values, rank = np.unique(column, return_inverse=True)
+        values, rank = distinct(column)
         words = -(-count // _BITS)
         groups = max(1, min(len(values), _GROUPS, _MOST_BYTES // (8 * words)))
-        group = rank.reshape(-1) * groups // len(values)
+        group = rank * groups // len(values)
         below = np.zeros((groups + 1, words), np.uint64)
         # below[g + 1] gets the bit of each row of group g; then the union of all groups up to it.
         number = np.arange(count)

@@ -13,11 +13,12 @@ from functools import cached_property
 from typing import Any, ClassVar
 
 import numpy as np
+from more_itertools import map_reduce
 from numpy.typing import NDArray
 
 from codesign.ground.errors import CodesignError
+from codesign.ground.numbering import Numbering, distinct
 from codesign.inputs import Platform
-from codesign.inputs.document import KeyPath
 from codesign.inputs.edit import PLATFORM_AXIS, Movable, design_point
 from codesign.inputs.hardware import Hardware
 from codesign.study.explored import Explored
@@ -156,17 +157,9 @@ class Parting:
     @cached_property
     def priced(self) -> dict[str, list[str]]:
         """The axes that move prices, by component or link."""
-        movable = self._movable
-        owners: dict[str, list[str]] = {}
-        for axis in self.levels:
-            if not self._is_of_hardware(axis):
-                continue
-            key = axis.partition(".")[2]
-            path: KeyPath = movable.path(axis)
-            spec = self._models[str(path[1])]
-            if key.split(".")[0] in spec.prices():
-                owners.setdefault(str(path[1]), []).append(axis)
-        return owners
+        owner = {axis: str(self._movable.path(axis)[1]) for axis in self.levels if self._is_of_hardware(axis)}
+        moving = (axis for axis, name in owner.items() if axis.split(".")[1] in self._models[name].prices())
+        return dict(map_reduce(moving, owner.__getitem__))
 
     @cached_property
     def _movable(self) -> Movable:
@@ -308,8 +301,8 @@ def _is_number(value: Any) -> bool:
 
 def _shapes(models: Sequence[Hardware | None]) -> NDArray[np.int32]:
     """A number for each kind of model: models of one kind differ in prices alone."""
-    kinds: dict[str, int] = {}
-    return np.array([kinds.setdefault(_shape(model), len(kinds)) for model in models], np.int32)
+    kinds = Numbering[str]()
+    return np.array([kinds[_shape(model)] for model in models], np.int32)
 
 
 def _shape(model: Hardware | None) -> str:
@@ -326,12 +319,12 @@ def _grouped(columns: Sequence[NDArray[np.int32]], count: int) -> NDArray[np.int
     for column in columns:
         width = int(column.max(initial=0)) + 2
         if size * width > _MOST:
-            used, rows = np.unique(rows, return_inverse=True)
+            used, rows = distinct(rows)
             size = len(used)
         rows, size = rows * width + (column + 1), size * width
     if size > _DENSE * count:
-        used, rows = np.unique(rows, return_inverse=True)
-        rows, size = rows.reshape(-1), len(used)
+        used, rows = distinct(rows)
+        size = len(used)
     # Without sorting: of several assignments to one place the last one counts, which is that of the first row.
     first = np.full(size, count, np.int64)
     first[rows[::-1]] = np.arange(count - 1, -1, -1)

@@ -115,7 +115,9 @@ class BoundSearch:
         return design
 
     def _archive(self, task: str) -> _Archive:
-        return self._archives.setdefault(task, _Archive(len(self._signs)))
+        if task not in self._archives:
+            self._archives[task] = _Archive(len(self._signs))
+        return self._archives[task]
 
     def _pilots(self, room: int) -> list[int]:
         """The slowest designs of some more families."""

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from codesign.ground.errors import Fault, InputError, SpecError, clip, show
 from codesign.ground.figures import FIGURES, ResultFigure
 from codesign.ground.figures import figure_of as figure_named
+from codesign.ground.numbering import Numbering
 from codesign.ground.units import counted, format_count
 from codesign.inputs import Platform, Workload
 from codesign.inputs.aggregate import Rule
@@ -207,10 +208,10 @@ class Table:
     @property
     def _tasks(self) -> NDArray[np.int64]:
         """The number of the task of each design in its first condition."""
-        numbers: dict[str, int] = {}
+        numbers = Numbering[str]()
 
         def number(template: Result) -> int:
-            return numbers.setdefault("" if template.task is None else template.task.task, len(numbers))
+            return numbers["" if template.task is None else template.task.task]
 
         return np.asarray(self.judged.by_design(self.outcomes.each(number, -1))[:, 0], np.int64)
 
@@ -382,11 +383,11 @@ def _several(held: Indices, keys: Sequence[NDArray[Any]]) -> tuple[Indices, list
 def _figure_columns(table: Table) -> list[NDArray[Any]]:
     """Columns that are equal where all declared figures of designs are, in every condition."""
     outcomes, judged = table.outcomes, table.judged
-    numbers: dict[tuple[float | None, ...], int] = {}
+    numbers = Numbering[tuple[float | None, ...]]()
     fixed = [figure for figure in FIGURES.values() if figure.name not in PRICED]
 
     def number(template: Result) -> int:
-        return numbers.setdefault(tuple(figure_of(template, figure) for figure in fixed), len(numbers))
+        return numbers[tuple(figure_of(template, figure) for figure in fixed)]
 
     columns = [judged.by_design(outcomes.each(number, -1))]
     columns += [judged.by_design(outcomes.figures[name]) for name in PRICED]

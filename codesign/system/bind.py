@@ -136,9 +136,9 @@ class System(Draft):
         found = {self.component: Design(self.architecture, self.job)} if self.component in fpgas else {}
         for task, style in placement.styles.items():
             name = placement.places[task]
-            if name in fpgas and task not in placement.inside:
+            if name in fpgas and name not in found and task not in placement.inside:
                 job = Job(self.problem, self.planning, part=fpgas[name].chip)
-                found.setdefault(name, Design(style, job, task))
+                found[name] = Design(style, job, task)
         return found
 
 

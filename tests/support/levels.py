@@ -11,7 +11,7 @@ ROOMS = sorted(path.parent.name for path in (ROOT / "codesign").glob("planners/*
 LEVELS: list[list[str]] = [
     ["ground", "views", "hardware"],
     ["ground.errors", "ground.late", "version"],
-    ["ground.units"],
+    ["ground.units", "ground.numbering"],
     ["ground.figures"],
     ["ground.memo", "ground.progress"],
     ["ground.files", "ground.notebooks", "ground.gtkwave"],

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from codesign.ground.numbering import distinct
 from codesign.study.certificates.cover import covered, require
 from codesign.study.certificates.form import WORDS, Bound, Certificate, Claim, digests_of
 
@@ -228,7 +229,7 @@ class _Entries:
             numbers = self._by[entries] * (kind != Claim.SAME)
             if kind == Claim.UNFIT:
                 numbers = self._held.columns["name"][numbers]
-            used, places = np.unique(numbers, return_inverse=True)
+            used, places = distinct(numbers)
             sums = np.zeros((2, len(used)), np.int64)
             for total, of in zip(sums, (sizes, counted), strict=True):
                 np.add.at(total, places, of[entries])

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from codesign.ground.errors import RunError
 from codesign.ground.figures import Figure
+from codesign.ground.numbering import distinct
 from codesign.ground.units import PICOSECONDS_PER_SECOND, cycles_by, edge
 from codesign.inputs.components import FpgaComponent, MemoryComponent, ProcessorComponent
 from codesign.laws import Law
@@ -137,7 +138,7 @@ class Specs:
         """By name, the numbers of the models that any machine has, and the place of each machine's model among them."""
         used = {}
         for name, numbers in self.which.items():
-            present, which = np.unique(numbers, return_inverse=True)
+            present, which = distinct(numbers)
             used[name] = present.tolist(), which
         return used
 

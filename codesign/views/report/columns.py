@@ -14,6 +14,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from codesign.ground.numbering import distinct
+
 Entry = dict[str, Any]
 """The place of a column: its ``type``, the byte ``at`` which it begins, and the ``count`` of its numbers."""
 
@@ -38,7 +40,7 @@ class Columns:
             most = int(numbers.max(initial=0))
             size = 1 if most < 1 << 8 else 2 if most < _FEW else 4
             return self._put(f"u{size}", numbers.astype(f"<u{size}").tobytes(), len(numbers))
-        values, codes = np.unique(numbers, return_inverse=True)
+        values, codes = distinct(numbers)
         if len(values) < min(_FEW, max(2, len(numbers) // 2)):
             of = [self._floats(values), self.add(codes)]
             return {"type": "coded", "count": len(numbers), "of": of}
