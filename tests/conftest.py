@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gc
 import os
+import time
 from collections.abc import Callable
 from pathlib import Path
 
@@ -14,6 +15,9 @@ from hypothesis import HealthCheck, settings
 
 # While modules load and tests are collected nothing is garbage.
 gc.disable()
+
+# One date for all that a session writes: midnight decides no test either.
+os.environ.setdefault("SOURCE_DATE_EPOCH", str(int(time.time())))
 
 # Time decides no test: what an example takes depends on the machine and on what else it does. Nor does luck: the same
 # examples are drawn at each run, but for `make test-all`, which looks for new ones. Examples may share a folder.

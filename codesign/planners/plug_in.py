@@ -17,9 +17,6 @@ from codesign.planners.interface import Planner
 from codesign.planners.reproduction import Progress, Reproduction, Settings, silent
 from codesign.planners.styles import Architecture, TaskStyle
 
-GROUP = "codesign.planners"
-"""The entry-point group."""
-
 
 @dataclass(frozen=True)
 class Probe:

@@ -18,6 +18,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from codesign.inputs.files import data_folder
+from codesign.planners.registered import registered
 from codesign.study.space import canonical
 
 if TYPE_CHECKING:
@@ -223,14 +224,12 @@ def code_digest() -> str:
     name, value and version, and by the files of its package: one that is worked on, as after ``pip install -e``,
     changes without a new version.
     """
-    from codesign.system import catalog
-
     digest = hashlib.sha256()
     for name, path in _shipped():
         if not _has_no_part(name):
             digest.update(f"{name} {_digest_at(path, _status(path))}\n".encode())
     hashed = {"codesign"}
-    for point in catalog.registered():
+    for point in registered():
         release = f"{point.dist.name} {point.dist.version}" if point.dist is not None else ""
         digest.update(f"{point.name} {point.value} {release}\n".encode())
         package, places = _package_of(point.module)

@@ -10,15 +10,16 @@ import logging
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cache
-from importlib.metadata import EntryPoint, entry_points
+from importlib.metadata import EntryPoint
 from typing import TYPE_CHECKING, Any
 
 from codesign import inputs as spec
 from codesign.ground.errors import Fault, InputError, SpecError, choose_hint
-from codesign.ground.models import TaskParameters
+from codesign.ground.models import Task, TaskParameters
 from codesign.planners.circuits import CircuitStyle
 from codesign.planners.interface import Planner
-from codesign.planners.plug_in import GROUP, PlugIn, Reproduce
+from codesign.planners.plug_in import PlugIn, Reproduce
+from codesign.planners.registered import GROUP, Headlines, is_ours, registered
 from codesign.planners.reproduction import Settings
 from codesign.planners.styles import Architecture, TaskStyle
 
@@ -53,6 +54,28 @@ def plug_ins() -> tuple[PlugIn, ...]:
 def planners() -> Mapping[str, Planner]:
     """Every installed planner by the name that workloads use."""
     return {each.planner.name: each.planner for each in plug_ins() if each.planner is not None}
+
+
+def headlines_of(point: EntryPoint) -> Headlines:
+    """The names and one-line descriptions that a list has of a plug-in, by kind; none of one that cannot be loaded."""
+    plug_in = _loaded(_points().index(point))
+    if not isinstance(plug_in, PlugIn):
+        return {}
+    planner = plug_in.planner
+    named = {} if planner is None else {planner.name: planner}
+    return {
+        "planners": {name: each.description for name, each in named.items()},
+        "tasks": {
+            f"{name}, {task}": each.task_text(task)
+            for name, each in named.items()
+            if each.problem_model is None
+            for task in Task
+        },
+        "styles": {
+            f"{style.planner}.{style.style}": f"on {style.component_type}: {style.description}"
+            for style in plug_in.styles
+        },
+    }
 
 
 @cache
@@ -93,12 +116,6 @@ def paper_settings(name: str) -> type[Settings]:
 def broken() -> tuple[BrokenPlugIn, ...]:
     """The plug-ins that are registered and cannot be loaded."""
     return tuple(each for each in map(_loaded, range(len(_points()))) if isinstance(each, BrokenPlugIn))
-
-
-def registered() -> tuple[EntryPoint, ...]:
-    """The entry points of all installed plug-ins: ours first, then by name."""
-    points = entry_points(group=GROUP)
-    return tuple(sorted(points, key=lambda point: (not _is_ours(point), point.name, point.value)))
 
 
 _points = cache(registered)
@@ -208,17 +225,13 @@ def _refuse_broken(name: str) -> None:
             raise InputError(str(plug_in), GROUP, _REMEDY)
 
 
-def _is_ours(point: EntryPoint) -> bool:
-    return point.value.startswith("codesign.")
-
-
 def _about(planner_name: str) -> Iterator[PlugIn]:
     """The plug-ins that may have the planner or styles of it.
 
     One of ours is named as its planner, and has styles of no other. Those of other packages have any name.
     """
     for number, point in enumerate(_points()):
-        plug_in = _loaded(number) if point.name == planner_name or not _is_ours(point) else None
+        plug_in = _loaded(number) if point.name == planner_name or not is_ours(point) else None
         if isinstance(plug_in, PlugIn):
             yield plug_in
 
@@ -248,7 +261,7 @@ def _refuse_second(number: int, plug_in: PlugIn) -> None:
     name = _points()[number].name
     planner = plug_in.planner.name if plug_in.planner is not None else None
     for other, point in enumerate(_points()[:number]):
-        before = None if _is_ours(point) else _loaded(other)
+        before = None if is_ours(point) else _loaded(other)
         if isinstance(before, BrokenPlugIn):
             continue
         if point.name == name:

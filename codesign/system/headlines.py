@@ -8,12 +8,15 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 
 from codesign import inputs as spec
 from codesign.ground.figures import label
-from codesign.ground.models import Part, Task
+from codesign.ground.late import late
+from codesign.ground.models import Part
 from codesign.inputs.fields import PriceFigure
 from codesign.inputs.files import data_folder, shipped_names, shown
 from codesign.inputs.library import HOSTS, all_parts
 from codesign.inputs.yaml_tree import read_document
-from codesign.system import catalog
+from codesign.planners.registered import kept_headlines, registered
+
+catalog = late("codesign.system.catalog")
 
 
 class _Board(BaseModel):
@@ -60,27 +63,22 @@ def at_hand() -> dict[str, dict[str, str]]:
     hosts = {name: HOSTS.find(name).description for name in sorted(HOSTS.names())}
     workloads = {name: _head(name, "workloads").description for name in shipped_names("workloads")}
     parts = {name: _budgets(part) for name, part in all_parts().items()}
-    planners = {name: planner.description for name, planner in catalog.planners().items()}
-    tasks = {
-        f"{name}, {task}": planner.task_text(task)
-        for name, planner in catalog.planners().items()
-        if planner.problem_model is None
-        for task in Task
-    }
-    styles = {
-        f"{planner}.{name}": f"on {style.component_type}: {style.description}"
-        for (planner, name), style in catalog.architectures().items()
-    }
-    names = {
+    names: dict[str, dict[str, str]] = {
         "platforms": platforms,
         "workloads": workloads,
         "parts": parts,
         "hosts": hosts,
-        "planners": planners,
-        "tasks": tasks,
-        "styles": styles,
+        "planners": {},
+        "tasks": {},
+        "styles": {},
     }
-    broken = {f"{plug_in.name} ({plug_in.value})": plug_in.why for plug_in in catalog.broken()}
+    points, kept = registered(), kept_headlines()
+    # What others registered is loaded: nothing else says what it is, or that it is broken.
+    foreign = any(point.value not in kept for point in points)
+    for point in points:
+        for kind, lines in (kept.get(point.value) or catalog.headlines_of(point)).items():
+            names[kind] |= lines
+    broken = {f"{plug_in.name} ({plug_in.value})": plug_in.why for plug_in in (catalog.broken() if foreign else ())}
     return {**names, "broken plug-ins": broken} if broken else names
 
 

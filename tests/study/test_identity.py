@@ -15,7 +15,7 @@ from codesign import study
 from codesign.ground.errors import RunError
 from codesign.inputs.files import data_folder
 from codesign.inputs.library import PARTS
-from codesign.planners.plug_in import GROUP
+from codesign.planners.registered import GROUP, registered
 from codesign.study import Progress, explore, identity, load_study
 from codesign.study.advice.candidates import Board, chains_of
 from codesign.study.advice.needs import ask, parse_needs, problem_section
@@ -48,7 +48,7 @@ def digest() -> str:
 
 
 def test_our_own_planners_are_registered_as_others_are() -> None:
-    names = {point.name for point in catalog.registered() if point.value.startswith("codesign.")}
+    names = {point.name for point in registered() if point.value.startswith("codesign.")}
     assert names == set(catalog.planners())
 
 

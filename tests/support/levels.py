@@ -24,7 +24,7 @@ LEVELS: list[list[str]] = [
     ["ground.records"],
     ["maps", "views.trace"],
     ["inputs"],
-    ["planners.external_memory", "planners.map_flood"],
+    ["planners.external_memory", "planners.map_flood", "planners.registered"],
     ["planners.measured"],
     ["planners.job"],
     ["planners.clock_law", "planners.counted", "planners.interface", "planners.reproduction"],

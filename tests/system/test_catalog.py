@@ -17,6 +17,7 @@ from mission_specs import Ground
 
 from codesign.ground.errors import InputError, SpecError
 from codesign.inputs import list_workloads
+from codesign.planners import registered
 from codesign.planners.job import Flow, Job
 from codesign.plugin import PlugIn
 from codesign.system import at_hand, catalog
@@ -33,7 +34,7 @@ def registering(monkeypatch: pytest.MonkeyPatch, *others: tuple[str, str]) -> It
         return [*(point for point in points if point.group == group), *entry_points(group=group)]
 
     caches = (catalog._points, catalog.planners, catalog.architectures, catalog.task_styles, catalog._loaded)
-    monkeypatch.setattr(catalog, "entry_points", installed)
+    monkeypatch.setattr(registered, "entry_points", installed)
     for each in caches:
         each.cache_clear()
     yield
@@ -43,7 +44,7 @@ def registering(monkeypatch: pytest.MonkeyPatch, *others: tuple[str, str]) -> It
 
 def test_a_plug_in_of_ours_is_named_as_its_planner_and_has_no_styles_of_another() -> None:
     """A planner is found by the name of its entry point, so that no other is loaded."""
-    ours = [point for point in catalog.registered() if point.value.startswith("codesign.")]
+    ours = [point for point in registered.registered() if point.value.startswith("codesign.")]
     for point, plug_in in zip(ours, catalog.plug_ins(), strict=False):
         assert plug_in.planner is not None
         assert {plug_in.planner.name, *(style.planner for style in (*plug_in.styles, *plug_in.task_styles))} == {

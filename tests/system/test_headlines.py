@@ -10,7 +10,9 @@ from codesign.ground.errors import SpecError
 from codesign.inputs import files as input_files
 from codesign.inputs import list_platforms, list_workloads, load_platform
 from codesign.inputs.components import FpgaComponent
+from codesign.planners.registered import HEADLINES
 from codesign.system import at_hand, catalog
+from docs.make_reference.headlines import headlines_text
 
 
 @pytest.mark.parametrize("name", list_platforms())
@@ -46,3 +48,9 @@ def test_a_file_with_a_faulty_head_is_told_as_when_it_is_run(
     with pytest.raises(SpecError) as read:
         load_platform("p")
     assert listed.value.faults == read.value.faults
+
+
+def test_the_headlines_of_our_planners_are_those_of_the_planners() -> None:
+    assert HEADLINES.read_text(encoding="utf-8") == headlines_text(), "out of date: run `make docs`"
+    assert at_hand()["planners"].keys() >= catalog.planners().keys()
+    assert at_hand()["styles"].keys() == {f"{planner}.{style}" for planner, style in catalog.architectures()}
