@@ -10,11 +10,13 @@ from __future__ import annotations
 import json
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
+from functools import lru_cache
 from itertools import chain, islice
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import zstandard
+from more_itertools import split_when
 from numpy.typing import NDArray
 from pydantic import TypeAdapter
 
@@ -51,6 +53,7 @@ def expanded(data: bytes) -> bytes:
 
 _COLUMNS = ("figures", "lows", "highs")
 _REASONS = TypeAdapter(tuple[Reason, ...])
+_VARIES = object()
 
 
 Plan = Sequence[tuple[str, Indices]]
@@ -76,9 +79,9 @@ def block_of(priced: Priced, parts: Parts) -> tuple[bytes, Priced]:
         "reasons": [reason.model_dump(mode="json") for reason in priced.reasons],
         "constants": constants,
     }
-    lines = [json.dumps(header, ensure_ascii=False, separators=(",", ":")), *chain(*texts.values())]
+    line = json.dumps(header, ensure_ascii=False, separators=(",", ":")).encode()
     columns = [numbers.T.reshape(-1), *arrays]
-    data = compressed(b"\n".join(["\n".join(lines).encode(), b"".join(map(_planes, columns))]))
+    data = compressed(b"\n".join([line, *chain(*texts.values()), b"".join(map(_planes, columns))]))
     return data, replace(priced, templates=templates)
 
 
@@ -89,30 +92,44 @@ def read_block(data: bytes, parts: Parts) -> Priced:
         ValueError, KeyError, TypeError: the bytes are no block that this version can read.
     """
     text, _, rest = expanded(data).partition(b"\n")
-    header = read_json(text.decode())
-    count = int(header["count"])
-    texts, rest = _texts(header["texts"], rest)
+    header = _Header.read(text)
+    texts, rest = _texts(header.texts, rest)
     reader = _Reader(rest)
-    numbers = reader.rows(header["templates"], len(texts))
-    which, reason = (reader.take(np.dtype(np.int32), count).astype(np.intp) for _ in range(2))
-    columns: dict[str, dict[str, NDArray[np.float64]]] = {}
-    constants: Mapping[str, Mapping[str, float | None]] = header["constants"]
-    for kind in _COLUMNS:
-        own = constants[kind]
-        columns[kind] = {
-            name: np.broadcast_to(np.float64(np.nan if own[name] is None else own[name]), count)
-            if name in own
-            else reader.take(np.dtype(np.float64), count)
-            for name in PRICED
-        }
-    templates = parts.take(texts, numbers)
-    reasons = _REASONS.validate_python(header["reasons"])
-    varying = (columns[kind][name] for kind in _COLUMNS for name in PRICED if name not in constants[kind])
-    if any(np.isinf(column).any() for column in varying):
+    numbers = reader.take(np.dtype(np.int32), header.templates * len(texts)).reshape(len(texts), -1).T
+    which, reason = reader.take(np.dtype(np.int32), header.points, 2).astype(np.intp)
+    varying = reader.take(np.dtype(np.float64), header.points, len(header.varying))
+    if np.isinf(varying).any():
         raise ValueError("a block has figures that are not finite")
-    if reader.left or not _inside(which, 0, len(templates)) or not _inside(reason, -1, len(reasons)):
+    table = np.repeat(header.constants[:, None], header.points, axis=1)
+    table[header.varying] = varying
+    templates = parts.take(texts, numbers)
+    if reader.left or not _inside(which, 0, len(templates)) or not _inside(reason, -1, len(header.reasons)):
         raise ValueError("the arrays of a block do not belong to its header")
-    return Priced(templates, which, columns["figures"], columns["lows"], columns["highs"], reasons, reason)
+    kinds = table.reshape(len(_COLUMNS), len(PRICED), -1)
+    figures, lows, highs = (dict(zip(PRICED, own, strict=True)) for own in kinds)
+    return Priced(templates, which, figures, lows, highs, header.reasons, reason)
+
+
+class _Header(NamedTuple):
+    """The first line of a block. ``constants``: of each column; NaN where it varies. ``varying``: which ones do."""
+
+    points: int
+    templates: int
+    texts: Mapping[str, int]
+    reasons: tuple[Reason, ...]
+    constants: NDArray[np.float64]
+    varying: list[int]
+
+    @staticmethod
+    @lru_cache(maxsize=256)
+    def read(text: bytes) -> _Header:
+        """The header of many blocks that say the same is one object."""
+        held = read_json(text.decode())
+        constants = [held["constants"][kind].get(name, _VARIES) for kind in _COLUMNS for name in PRICED]
+        varying = [number for number, value in enumerate(constants) if value is _VARIES]
+        columns = np.array([np.nan if value in (None, _VARIES) else value for value in constants], np.float64)
+        reasons = _REASONS.validate_python(held["reasons"])
+        return _Header(int(held["count"]), int(held["templates"]), held["texts"], reasons, columns, varying)
 
 
 def plan_of(works: Iterable[Work], *, alone: bool = False, earlier: Plan = ()) -> bytes:
@@ -129,7 +146,7 @@ def plan_of(works: Iterable[Work], *, alone: bool = False, earlier: Plan = ()) -
             numbers = np.array(sorted(work.indices), np.int64)
             plan["", numbers.tobytes()] = "", numbers
     header = json.dumps([[key, len(numbers)] for key, numbers in plan.values()])
-    steps = [np.diff(numbers, prepend=0) for _, numbers in plan.values()]
+    steps = [numbers - np.append(0, numbers[:-1]) for _, numbers in plan.values()]
     return compressed(b"\n".join([header.encode(), b"".join(map(_planes, steps))]))
 
 
@@ -140,15 +157,14 @@ def read_plan(data: bytes, count: int) -> list[tuple[str, Indices]]:
         ValueError, KeyError, TypeError: the bytes are no plan that this version can read.
     """
     text, _, rest = expanded(data).partition(b"\n")
-    plan = []
+    plan: list[tuple[str, Indices]] = []
     reader = _Reader(rest)
-    for key, size in read_json(text.decode()):
-        if size < 0:
-            raise ValueError(f"a block of {size} points")
-        numbers = np.cumsum(reader.take(np.dtype(np.int64), size))
+    for blocks in split_when(read_json(text.decode()), lambda one, other: one[1] != other[1]):
+        keys, (size, *_) = zip(*blocks, strict=True)
+        numbers = np.cumsum(reader.take(np.dtype(np.int64), size, len(keys)), axis=1)
         if not _inside(numbers, 0, count) or (np.diff(numbers) <= 0).any():
             raise ValueError("a block has points that the study has not")
-        plan.append((str(key), numbers))
+        plan += zip(map(str, keys), numbers, strict=True)
     return plan
 
 
@@ -162,13 +178,13 @@ def _planes(array: NDArray[Any]) -> bytes:
     return little.view(np.uint8).reshape(len(array), -1).T.tobytes()
 
 
-def _texts(counts: Mapping[str, int], data: bytes) -> tuple[dict[str, list[str]], bytes]:
+def _texts(counts: Mapping[str, int], data: bytes) -> tuple[dict[str, list[bytes]], bytes]:
     """The texts of each field, as many as counted, a line each; and the bytes behind them."""
     *lines, rest = data.split(b"\n", sum(counts.values()))
     if len(lines) != sum(counts.values()) or min(counts.values(), default=0) < 0:
         raise ValueError("a block lacks texts")
     texts = iter(lines)
-    return {name: [text.decode() for text in islice(texts, count)] for name, count in counts.items()}, rest
+    return {name: [*islice(texts, count)] for name, count in counts.items()}, rest
 
 
 class _Reader:
@@ -177,24 +193,24 @@ class _Reader:
     def __init__(self, data: bytes) -> None:
         self._data, self._place = data, 0
 
-    def rows(self, count: int, width: int) -> NDArray[np.int32]:
-        """The next numbers: ``count`` rows of ``width``, column by column."""
-        return self.take(np.dtype(np.int32), count * width).reshape(width, count).T
-
     @property
     def left(self) -> int:
         """Bytes that were not read."""
         return len(self._data) - self._place
 
-    def take(self, kind: np.dtype[Any], count: int) -> NDArray[Any]:
-        """The next array, of ``count`` numbers."""
-        size = count * kind.itemsize
-        if not 0 <= size <= self.left:
+    def take(self, kind: np.dtype[Any], count: int, arrays: int = 1) -> NDArray[Any]:
+        """The next arrays, of ``count`` numbers each: arrays × numbers."""
+        size = arrays * count * kind.itemsize
+        if count < 0 or size > self.left:
             raise ValueError("a block is cut off")
-        planes = np.frombuffer(self._data, np.uint8, size, self._place).reshape(kind.itemsize, count)
+        planes = np.frombuffer(self._data, np.uint8, size, self._place).reshape(arrays, kind.itemsize, count)
         self._place += size
-        return np.ascontiguousarray(planes.T).view(kind.newbyteorder("<")).reshape(-1).astype(kind, copy=False)
+        numbers = np.empty((arrays, count), kind.newbyteorder("<"))
+        own = numbers.view(np.uint8).reshape(arrays, count, kind.itemsize)
+        for place in range(kind.itemsize):
+            own[:, :, place] = planes[:, place]
+        return numbers.astype(kind, copy=False)
 
 
 def _inside(numbers: NDArray[Any], least: int, count: int) -> bool:
-    return not len(numbers) or bool(least <= numbers.min() and numbers.max() < count)
+    return not numbers.size or bool(least <= numbers.min() and numbers.max() < count)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 from collections.abc import Collection
 from dataclasses import dataclass
 from functools import cached_property
@@ -25,6 +26,8 @@ OTHER_VERSION = "read it with the version that wrote it, or explore again into a
 """The remedy for a text that this version cannot read."""
 
 _MOST_DIGITS = 40
+_LONG = re.compile(f"[0-9][0-9]{{{_MOST_DIGITS}}}")
+"""More digits. As two parts, so that it is searched by its first character."""
 
 
 @dataclass(frozen=True)
@@ -117,7 +120,7 @@ def read_json(text: str) -> Any:
     Raises:
         ValueError: the text is no such JSON. RecursionError: it is nested too deep.
     """
-    return json.loads(text, parse_float=_float, parse_int=_integer, parse_constant=_float)
+    return (_CAREFUL if _LONG.search(text) else _PLAIN).decode(text)
 
 
 def _float(text: str) -> float:
@@ -131,3 +134,7 @@ def _integer(text: str) -> int:
     if len(text) > _MOST_DIGITS:
         raise ValueError(f"a number of {len(text)} digits")
     return int(text)
+
+
+_PLAIN = json.JSONDecoder(parse_float=_float, parse_constant=_float)
+_CAREFUL = json.JSONDecoder(parse_float=_float, parse_int=_integer, parse_constant=_float)

@@ -23,6 +23,7 @@ from codesign.system.results.result import ResourceItem, ResourceUse, Result
 T = TypeVar("T")
 
 _WHOLE = (ResourceItem, ResourceUse)
+_NUMBERS = (int, float)
 
 
 class Shared:
@@ -52,6 +53,8 @@ class Shared:
         # Text only: a word of an enumeration equals its text, and must stay what it is.
         if type(value) is str:
             return self._met.setdefault(value, value)
+        if type(value) in _NUMBERS:
+            return value
         if isinstance(value, tuple):
             parts = tuple(map(self._part, value))
             # Numbers of different types may be equal: a tuple is shared whole only where it holds no such number.
@@ -59,11 +62,14 @@ class Shared:
             return self._met.setdefault(parts, parts) if shareable else parts
         if isinstance(value, dict):
             return self._first(value, {self._part(key): self._part(part) for key, part in value.items()})
+        if isinstance(value, _WHOLE):
+            met = self._met.get(value)
+            if met is None:
+                self._fields(value)
+                met = self._met[value] = value
+            return met
         if isinstance(value, BaseModel):
             self._fields(value)
-            if isinstance(value, _WHOLE):
-                return self._met.setdefault(value, value)
-            return value
         return self._first(value, value) if isinstance(value, Figure) else value
 
     def _first(self, value: Any, part: T) -> T:
@@ -80,10 +86,10 @@ class Parts:
     """
 
     def __init__(self) -> None:
-        self._by_text: dict[tuple[str, str], Any] = {}
-        self._text: dict[tuple[str, int], str] = {}
+        self._by_text: dict[str, dict[bytes, Any]] = {name: {} for name in _FIELDS}
+        self._text: dict[tuple[str, int], bytes] = {}
         self._shared = Shared()
-        self._given: OrderedDict[tuple[str, int], tuple[Any, str]] = OrderedDict()
+        self._given: OrderedDict[tuple[str, int], tuple[Any, bytes]] = OrderedDict()
         self._plain = 0
 
     def shared(self, templates: tuple[Result, ...]) -> tuple[Result, ...]:
@@ -91,16 +97,16 @@ class Parts:
         self._plain += len(templates)
         return templates if self._plain <= _MOST_PLAIN else self.put(templates)[2]
 
-    def put(self, templates: Sequence[Result]) -> tuple[dict[str, list[str]], NDArray[np.int32], tuple[Result, ...]]:
+    def put(self, templates: Sequence[Result]) -> tuple[dict[str, list[bytes]], NDArray[np.int32], tuple[Result, ...]]:
         """Results as texts, and of shared parts.
 
         Returns the texts of each field by its name, for each result (rows) the number of the text of each field
         (columns), and the results again. A field that is one object in several results is written once.
         """
-        texts: dict[str, list[str]] = {}
+        texts: dict[str, list[bytes]] = {}
         columns = []
         for name in _FIELDS:
-            numbers: dict[str, int] = {}
+            numbers: dict[bytes, int] = {}
             by_value: dict[int, int] = {}
             values = [template.__dict__[name] for template in templates]
             for template, value in zip(templates, values, strict=True):
@@ -114,26 +120,25 @@ class Parts:
         table = np.array(columns, np.int32).reshape(len(_FIELDS), -1).T
         return texts, table, self.take(texts, table)
 
-    def _written(self, name: str, value: Any, template: Result) -> str:
+    def _written(self, name: str, value: Any, template: Result) -> bytes:
         """The text of a field that is given for the first time, or was given lately."""
         key = name, id(value)
         if key in self._given:
             self._given.move_to_end(key)
             return self._given[key][1]
         plain = template.model_dump(mode="json", include={name})[name]
-        text = json.dumps(plain, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
+        text = json.dumps(plain, ensure_ascii=False, allow_nan=False, separators=(",", ":")).encode()
         self._given[key] = value, text
-        self._keep(name, text, value)
+        if text not in self._by_text[name]:
+            self._keep(name, text, value)
         return text
 
-    def _keep(self, name: str, text: str, value: Any) -> None:
-        if (name, text) not in self._by_text:
-            shared = self._shared.part(value)
-            self._by_text[name, text] = shared
-            # It is held here, so no other object gets its id.
-            self._text[name, id(shared)] = text
+    def _keep(self, name: str, text: bytes, value: Any) -> None:
+        shared = self._by_text[name][text] = self._shared.part(value)
+        # It is held here, so no other object gets its id.
+        self._text[name, id(shared)] = text
 
-    def take(self, texts: Mapping[str, Sequence[str]], numbers: NDArray[np.int32]) -> tuple[Result, ...]:
+    def take(self, texts: Mapping[str, Sequence[bytes]], numbers: NDArray[np.int32]) -> tuple[Result, ...]:
         """The results that ``put`` wrote.
 
         Raises:
@@ -145,26 +150,32 @@ class Parts:
             return ()
         if numbers.min() < 0 or (numbers.max(axis=0) >= [len(texts[name]) for name in _FIELDS]).any():
             raise ValueError("a field of a block has no number")
-        columns = []
-        for name, own in zip(_FIELDS, numbers.T.tolist(), strict=True):
-            parts = [self._of_text(name, text) for text in texts[name]]
-            columns.append([parts[number] for number in own])
-        first, *others = (dict(zip(_FIELDS, values, strict=True)) for values in zip(*columns, strict=True))
-        # Where each field is given, a copy of a result takes a fifth of the time of a new one.
-        result = Result.model_construct(_ALL_SET, **first)
-        return result, *(result.model_copy(update=values) for values in others)
-
-    def _of_text(self, name: str, text: str) -> Any:
-        key = name, text
-        if key not in self._by_text:
-            self._keep(name, text, _field(name).validate_python(read_json(text)))
-        return self._by_text[key]
+        same, varying = {}, []
+        for place, (name, own) in enumerate(texts.items()):
+            met = self._by_text[name]
+            for text in own:
+                if text not in met:
+                    self._keep(name, text, _field(name).validate_python(read_json(text.decode())))
+            same[name] = met[own[0]]
+            if len(own) > 1:
+                varying.append((place, name, [met[text] for text in own]))
+        rows = ({name: parts[row[place]] for place, name, parts in varying} for row in numbers.tolist())
+        return tuple(_of_parts(same | row) for row in rows)
 
 
 _FIELDS = tuple(Result.model_fields)
 _MOST_GIVEN = 1024
 _MOST_PLAIN = 4096
 _ALL_SET = set(_FIELDS)
+_NONE = ("__pydantic_extra__", None), ("__pydantic_private__", None)
+
+
+def _of_parts(fields: dict[str, Any]) -> Result:
+    """A result of all of its fields; pydantic's own ways go through the fields for defaults, or copy their set."""
+    result = Result.__new__(Result)
+    for name, value in (("__pydantic_fields_set__", _ALL_SET), *_NONE, ("__dict__", fields)):
+        object.__setattr__(result, name, value)
+    return result
 
 
 @cache

@@ -294,6 +294,8 @@ class Tally:
         batch = self._one_by_one(done.entries) if done.priced is None else Outcomes.of_priced(done.priced)
         self._failed += len(batch.failures)
         self._join(indices, batch)
+        if self.progress is None:
+            return
         # With conditions, it is a design that keeps a constraint, by what all of its points come to.
         limits = () if self.section.conditions else self.section.constraints
         self._feasible += int(Judged(batch, Conditions({}, {}), limits).feasible_points.sum())
