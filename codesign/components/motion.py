@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from codesign.components import kernels as motion_kernels
+from codesign.components import kernels
 from codesign.components.path import NEAR, Point, Polyline
 from codesign.ground.errors import InputError
 
@@ -300,14 +300,14 @@ def _profile(
     else:
         if speed <= 0.0:
             angles[0] = 0.0  # from standing it starts in any direction
-        limits = motion_kernels.bend_limits(
+        limits = kernels.bend_limits(
             arcs[:-1], 2.0 * np.sin(angles / 2.0), kinematics.acceleration, control_period / SECOND, kinematics.speed
         )
     limits = np.concatenate((np.minimum(limits, kinematics.speed), np.zeros(1)))
-    speeds, most = motion_kernels.speeds_at(lengths, limits, kinematics.acceleration, speed)
+    speeds, most = kernels.speeds_at(lengths, limits, kinematics.acceleration, speed)
     if speed > most + _SLACK:
         return None
-    phases = motion_kernels.phases_of(lengths, arcs, speeds, turns, kinematics.speed, kinematics.acceleration)
+    phases = kernels.phases_of(lengths, arcs, speeds, turns, kinematics.speed, kinematics.acceleration)
     turned = None
     if turns.any():
         # A phase without speed and acceleration, except the last, is a turn. Turns are in the order of the vertices.

@@ -15,7 +15,7 @@ def ranges(
 ) -> NDArray[np.float64]:
     """The length of each ray from (y, x), cells, to the side of the first blocked cell; infinite within ``reach``.
 
-    The rays are the rays of ``components.sensor_kernels.cast``, with the same arguments.
+    The rays are the rays of ``components.kernels.cast``, with the same arguments.
     """
     rows, columns = free.shape
     lengths = np.full(directions.shape[0], np.inf)

@@ -14,8 +14,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from codesign.components import kernels as sensor_kernels
-from codesign.components import range_kernels
+from codesign.components import kernels, range_kernels
 from codesign.components.path import NEAR, Point, cell_of
 from codesign.ground.errors import InputError
 from codesign.ground.figures import Figure, Status
@@ -105,7 +104,7 @@ class RaySensor:
         if self.range_cells == 0.0:
             return NOTHING
         y, x = position
-        return RangeScan(*sensor_kernels.cast(free, y, x, self.range_cells, self.directions))
+        return RangeScan(*kernels.cast(free, y, x, self.range_cells, self.directions))
 
     def ranges(self, free: NDArray[np.bool_], position: Point) -> NDArray[np.float64]:
         """Cells along each ray to the first blocked cell, float64; infinite where it meets none within its length."""
@@ -127,7 +126,7 @@ class RaySensor:
         intact = np.ones(self.rays, np.bool_)
         intact[list(masks)] = False
         y, x = position
-        undamaged = RangeScan(*sensor_kernels.cast(free, y, x, self.range_cells, self.directions[intact]))
+        undamaged = RangeScan(*kernels.cast(free, y, x, self.range_cells, self.directions[intact]))
         seen, blocked = [undamaged.free], [undamaged.blocked]
         for ray, mask in masks.items():
             word = self._word(free, position, ray) ^ mask
@@ -144,7 +143,7 @@ class RaySensor:
         A ray from p along d enters the cell c at s = max over both axes of (c - sign(d) / 2 - p) / d.
         """
         direction = self.directions[ray : ray + 1]
-        obstacles = sensor_kernels.cast(free, *position, self.range_cells, direction)[1]
+        obstacles = kernels.cast(free, *position, self.range_cells, direction)[1]
         if not len(obstacles):
             return NOTHING_SEEN
         along = np.where(direction == 0.0, np.inf, direction)
@@ -158,7 +157,7 @@ class RaySensor:
         met = word != NOTHING_SEEN and cells <= self.range_cells
         reach = cells if met else self.range_cells
         direction = self.directions[ray]
-        passed = sensor_kernels.cast(np.ones(shape, np.bool_), *position, reach, direction[None])[0]
+        passed = kernels.cast(np.ones(shape, np.bool_), *position, reach, direction[None])[0]
         if not met:
             return RangeScan(passed, NOTHING.blocked)
         obstacle = np.array(cell_of(np.array(position) + (reach + NEAR) * direction), np.int64)

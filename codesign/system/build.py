@@ -19,7 +19,7 @@ from codesign.system.results.ledger import BEGINS, CYCLES, Ledger, Spent
 
 CONTROL, PLANNING, SIDE = 0, 10, 20
 """Priorities on a shared component, the most urgent lowest: the control loop goes before planning, and both before
-the tasks that nothing waits for, also where all ask in the same picosecond (``components.arbiter``)."""
+the tasks that nothing waits for, also where all ask in the same picosecond (``components.channel``)."""
 
 
 class Machine:
