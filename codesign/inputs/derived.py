@@ -41,7 +41,7 @@ MAX_NAME = 60
 MAX_UNIT = 200
 
 COLUMNS = frozenset(
-    {"index", "design", "feasible", "on_front", "state", "why_not", "codesign", "platform", "platform_digest"}
+    {"index", "design", "feasible", "on_front", "state", "why_not", "reason", "codesign", "platform", "platform_digest"}
     | {"workload_digest", "map_digest", "seeds", "date"}
 )
 """The columns of a table of points that are no figures."""
