@@ -29,7 +29,7 @@ def places(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     exec(GENERATOR, {})
 
 
-def check(hwsw: Run, command: str, shown: str) -> None:
+def assert_answered(hwsw: Run, command: str, shown: str) -> None:
     result = hwsw(*shlex.split(command))
     verdict, *rest = shown.splitlines()
     assert result.stdout.splitlines()[0] == verdict
@@ -43,13 +43,13 @@ def test_the_questions_have_the_answers_of_the_page(hwsw: Run) -> None:
     """One cache: only the first question on a map is costly."""
     assert len(QUESTIONS) >= 5
     for command, shown in QUESTIONS:
-        check(hwsw, command, shown)
+        assert_answered(hwsw, command, shown)
 
 
 def test_the_first_question_among_three_boards(hwsw: Run) -> None:
     """The winner of the page is the winner among some of its boards, with the same sentence."""
     command, shown = QUESTIONS[0]
-    check(hwsw, f"{command} --boards teensy-4-1,raspberry-pi-4,pynq-z2", shown)
+    assert_answered(hwsw, f"{command} --boards teensy-4-1,raspberry-pi-4,pynq-z2", shown)
 
 
 def test_the_memory_of_a_microcontroller_excludes_it(hwsw: Run) -> None:
