@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Generator, Mapping
+from collections.abc import Callable, Generator, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -90,6 +90,29 @@ Within a chain each design takes at least the time and the resources of the one 
 good: a higher last precision, for example. So a search ends a chain at the first design that serves, or that is too
 slow.
 """
+
+
+@dataclass(frozen=True, eq=False)
+class Family:
+    """Designs of a planning task that one lower bound covers (``Architecture.families``).
+
+    - ``chain``: the parameters of some of them, as a workload writes them. Each takes at least the time and the
+      resources of the one before it, and its plan is at least as good: a higher last precision, for example. The first
+      one is the least of the whole family: no design of it takes less of a resource, or reaches a faster clock.
+    - ``cycles``: no design of the family takes fewer cycles of the component, for the worst of the starts. 0: no bound.
+    - ``ranges``: the designs in words and whole numbers: (least, greatest) by name. ``count``: how many they are.
+    - ``sharper``: a sharper bound of the cycles, which takes a computation. Its argument is a number of cycles that is
+      too many: the bound is of use up to it.
+    - ``parts``: the families that hold every design that is not in the chain, each design in one of them. None: the
+      chain has all.
+    """
+
+    chain: tuple[Mapping[str, Any], ...]
+    cycles: int = 0
+    ranges: Mapping[str, tuple[int, int]] = field(default_factory=dict)
+    count: int = 1
+    sharper: Callable[[int], int] | None = None
+    parts: Callable[[], Iterator[Family]] | None = None
 
 
 @dataclass(frozen=True)
@@ -294,11 +317,20 @@ class Architecture(_Style):
     def designs(self, _job: Job[Any, Any], /) -> Designs:
         """The sets of parameters that are worth a try for the problem of a job on its part, as a workload writes them.
 
-        ``hwsw advise`` searches them. The parameters of the job are None: the style chooses them. ``Job.inside`` and
-        ``Job.external`` belong to the placement in question. A design that fits no part may be among them: it then
-        shows what is short. By default none: the samples of the plug-in are tried.
+        The parameters of the job are None: the style chooses them. ``Job.inside`` and ``Job.external`` belong to the
+        placement in question. A design that fits no part may be among them: it then shows what is short. By default
+        none: the samples of the plug-in are tried.
         """
         return ()
+
+    def families(self, job: Job[Any, Any], /) -> Iterator[Family]:
+        """Every design for the problem of a job on its part, in families, the most promising one first.
+
+        ``hwsw advise`` searches them: it excludes a family by its bound, or else tries its designs. The job is as of
+        ``designs``. By default each chain of ``designs``, without a bound.
+        """
+        for chain in self.designs(job):
+            yield Family(chain, count=len(chain))
 
     def memory(self, _job: Job[Any, Any], /) -> Memory | None:
         """The contents of the block RAMs. By default None: the style uses none."""
