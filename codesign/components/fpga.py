@@ -19,8 +19,8 @@ from codesign.components.block_ram import PORTS, BlockRam, Claims, Scan, Scanned
 from codesign.components.component import ClockDomain, Component
 from codesign.ground.errors import InputError, RunError, choose_hint
 from codesign.ground.records import BROKEN_OFF, ENDED, PREEMPTED, UNFINISHED, Listener, TaskRecord
-from codesign.ground.units import PICOSECONDS_PER_SECOND
-from codesign.laws.acts import KernelLaw
+from codesign.ground.units import PICOSECONDS_PER_SECOND, edge
+from codesign.laws.acts import UNDISTURBED, KernelLaw
 from codesign.planners.external_memory import ExternalMemoryLaw, Traffic
 from codesign.planners.styles import MemoryStep, Step
 
@@ -411,6 +411,7 @@ class Processor(Component):
         listeners: Sequence[Listener] = (),
         *,
         cores: int = 1,
+        pace: int = UNDISTURBED,
     ) -> None:
         super().__init__(environment, name, listeners)
         if cores < 1:
@@ -418,6 +419,7 @@ class Processor(Component):
         self.clock = clock
         self.costs = dict(costs)
         self.cores = cores
+        self.pace = pace
         self.waited = 0
         self._ended_core_busy = 0
         self._requests = 0
@@ -440,7 +442,8 @@ class Processor(Component):
             )
         if units < 0:
             raise RunError(f"{units} units of {kernel}", self.name, "give 0 or more")
-        return int(KernelLaw(self.costs[kernel]).ticks(units))
+        law = KernelLaw(self.costs[kernel], self.pace)
+        return edge(law.ticks(units), law.rate())
 
     def execute(
         self, kernel: str, units: int, task: str | None = None, priority: int = 0
@@ -471,7 +474,7 @@ class Processor(Component):
                     job.resume = self.environment.event()
                     yield job.resume
         except simpy.Interrupt as interrupt:
-            raise self._abandon(job, kernel, units, interrupt.cause) from None
+            raise self._abandon(job, units, interrupt.cause) from None
         self._leave(job)
         self._emit_stretch(job, ENDED)
         return self.now
@@ -510,13 +513,12 @@ class Processor(Component):
         self.waited += self.now - job.requested - job.served
         self._assign_cores()
 
-    def _abandon(self, job: _Job, kernel: str, units: int, cause: object) -> PreemptedError:
+    def _abandon(self, job: _Job, units: int, cause: object) -> PreemptedError:
         self._leave(job)
         if not job.begun:
             return PreemptedError(cause, self.now, None, 0, 0)
         self._emit_stretch(job, ENDED if job.served == job.duration else BROKEN_OFF)
-        cost = self.costs[kernel]
-        done = job.served // cost if cost else units
+        done = job.served * units // job.duration if job.duration else units
         return PreemptedError(cause, self.now, job.task, done, self.clock.cycles_by(job.served))
 
     def _emit_stretch(self, job: _Job, outcome: str) -> None:

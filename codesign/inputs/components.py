@@ -20,14 +20,24 @@ from codesign.inputs.fields import (
     Name,
     PositiveFigure,
     PowerFigure,
+    ShareFigure,
     SpeedFigure,
     TimeFigure,
     TurnRateFigure,
 )
 from codesign.inputs.hardware import Hardware
-from codesign.inputs.library import HOSTS, PARTS, CalibrationFile, Cores, ProcessorPower, load_calibration, load_part
+from codesign.inputs.library import (
+    HOSTS,
+    PARTS,
+    CalibrationFile,
+    Cores,
+    Jitter,
+    ProcessorPower,
+    load_calibration,
+    load_part,
+)
 from codesign.laws import Law, Number
-from codesign.laws.acts import FpgaLaw, IdealLaw, KernelLaw
+from codesign.laws.acts import FpgaLaw, IdealLaw, KernelLaw, pace_of
 
 MAX_RAYS = 4096
 
@@ -133,6 +143,11 @@ def _without_host(schema: dict[str, Any]) -> None:
     schema["anyOf"] = [{"required": ["host"]}, {"required": ["clock", "power"]}]
 
 
+def _undeclared(value: Any) -> bool:
+    """A platform that does not declare a key has the digest that it had before there was this key."""
+    return value is None
+
+
 class ProcessorComponent(AnyComponent):
     """A processor that runs named kernels.
 
@@ -161,6 +176,18 @@ class ProcessorComponent(AnyComponent):
     cores: Cores = Field(
         default=1, description="How many tasks it runs at once. On each core, control runs before planning."
     )
+    load: ShareFigure | None = Field(
+        default=None,
+        exclude_if=_undeclared,
+        description="Share of a core's time that other programs take, such as 0.2: a plan then takes 1 / (1 - 0.2)"
+        " times as long. Without it, none. A host may bring it; hwsw calibrate host measures it.",
+    )
+    jitter: Jitter | None = Field(
+        default=None,
+        exclude_if=_undeclared,
+        description="How many times as long a plan takes as on a core that nothing interrupts: the median plan, and the"
+        " 99th percentile, which bounds the interval of a time. Without it, once. A host may bring it.",
+    )
     memory: DataFigure | None = Field(
         default=None,
         description="RAM for the arrays of a plan. A design that needs more is infeasible. Without it, no map is too"
@@ -179,21 +206,31 @@ class ProcessorComponent(AnyComponent):
         return None if self.memory is None else self.memory.per(8, "bytes")
 
     @property
+    def pace(self) -> Figure | None:
+        """The pace of its kernels, ppm; None where neither load nor jitter is declared."""
+        return pace_of(self.load, *((None, None) if self.jitter is None else (self.jitter.median, self.jitter.p99)))
+
+    @property
     def drawing(self) -> ProcessorPower:
         """Its power."""
         return self.power
 
     def prices(self) -> frozenset[str]:
-        """The costs of kernels, the clock that counts them, and the power; a host moves them all."""
-        return frozenset({"host", "clock", "costs", "power"})
+        """The costs of kernels, their pace, the clock that counts them, and the power; a host moves them all."""
+        return frozenset({"host", "clock", "costs", "load", "jitter", "power"})
+
+    def directions(self) -> Mapping[str, int]:
+        """None: a cost is of one kernel, and the pace is no key."""
+        return {}
 
     def law_of(self, unit: str, number: Callable[[str], Number]) -> KernelLaw:
         """The law of a kernel."""
-        return KernelLaw(number(f"costs.{unit}"))
+        cost = number(f"costs.{unit}")
+        return KernelLaw(cost) if self.pace is None else KernelLaw(cost, number("pace"))
 
     def shape(self) -> Any:
-        """All but its prices, and the kernels that have a cost."""
-        return super().shape() | {"costs": sorted(self.costs)}
+        """All but its prices, the kernels that have a cost, and if they have a pace."""
+        return super().shape() | {"costs": sorted(self.costs), "paced": self.pace is not None}
 
     @model_validator(mode="before")
     @classmethod
@@ -209,7 +246,7 @@ class ProcessorComponent(AnyComponent):
             raise
         except InputError as error:
             raise RefusalError(error.what, error.hint, ("host",)) from None
-        filled = {"clock": host.clock, "cores": host.cores, "memory": host.memory} | value
+        filled = {key: getattr(host, key) for key in ("clock", "cores", "load", "jitter", "memory")} | value
         for key, of_host in (("costs", costs), ("power", dict(host.power))):
             own = value.get(key, {})
             filled[key] = {**of_host, **own} if isinstance(own, dict) else own

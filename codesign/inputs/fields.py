@@ -24,6 +24,8 @@ from codesign.ground.units import SCALES, Dimension, parse_quantity
 
 MAX_COUNT = 10**15
 MIN_FACTOR, MAX_FACTOR = 1e-6, 1e6
+MOST_LOAD = 0.99
+"""With more, no program gets anything done."""
 
 DECLARED = "declared"
 """Source of a figure in short form, until its file and line are put in."""
@@ -163,19 +165,19 @@ def _counted(least: int) -> tuple[Any, ...]:
     return _reader(_count(least), "1"), _AS_MAPPING, schema
 
 
-def _factor(value: Any) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        raise RefusalError(f"{show(value)} is not a number", "write it without a unit, such as 2.5")
-    if not MIN_FACTOR <= value <= MAX_FACTOR:
-        raise RefusalError(f"{value} is out of bounds", f"from {MIN_FACTOR:g} to {MAX_FACTOR:,.0f}")
-    return float(value)
+def _ratio(least: float, most: float, what: str) -> tuple[Any, ...]:
+    """The annotations that make a field a figure that is a factor or a share."""
 
+    def read(value: Any) -> float:
+        if isinstance(value, bool) or not isinstance(value, int | float):
+            raise RefusalError(f"{show(value)} is not a number", "write it without a unit, such as 0.5")
+        if not least <= value <= most:
+            raise RefusalError(f"{value} is out of bounds", f"from {least:g} to {most:,g}")
+        return float(value)
 
-def _times() -> tuple[Any, ...]:
-    """The annotations that make a field a figure that is a factor."""
-    short = {"type": "number", "minimum": MIN_FACTOR, "maximum": MAX_FACTOR}
-    schema = _json_schema(short, "A number above 0, or a mapping that also cites where it comes from.")
-    return _reader(_factor, "1"), _AS_MAPPING, schema
+    short = {"type": "number", "minimum": least, "maximum": most}
+    schema = _json_schema(short, f"A number {what}, or a mapping that also cites where it comes from.")
+    return _reader(read, "1"), _AS_MAPPING, schema
 
 
 def _chosen(dimension: Dimension) -> tuple[Any, ...]:
@@ -215,8 +217,11 @@ TurnRateFigure = Annotated[Figure, *_measured(Dimension.TURN_RATE, "rad/s")]
 PriceFigure = Annotated[Figure, *_measured(Dimension.MONEY, "USD")]
 """A price; ``Figure.value`` in US dollars."""
 
-FactorFigure = Annotated[Figure, *_times()]
+FactorFigure = Annotated[Figure, *_ratio(MIN_FACTOR, MAX_FACTOR, "above 0")]
 """A number above 0 that something else is multiplied with; ``Figure.value`` is a float."""
+
+ShareFigure = Annotated[Figure, *_ratio(0.0, MOST_LOAD, f"from 0 to {MOST_LOAD:g}")]
+"""A share that leaves something, such as the load of a processor; ``Figure.value`` is a float."""
 
 DataFigure = Annotated[Figure, *_measured(Dimension.DATA, "b")]
 """An amount of data; ``Figure.value`` is an int, bits."""

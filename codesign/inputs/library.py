@@ -32,6 +32,7 @@ from codesign.inputs.fields import (
     FrequencyFigure,
     Name,
     PowerFigure,
+    ShareFigure,
     SlicePowerFigure,
     TimeFigure,
 )
@@ -303,6 +304,21 @@ class ProcessorPower(SpecModel):
 Cores = Annotated[int, Field(ge=1, le=1024)]
 
 
+class Jitter(SpecModel):
+    """How much longer a plan takes than on a core that nothing interrupts, apart from the load."""
+
+    median: FactorFigure = Field(description="Of the median plan, at least 1.")
+    p99: FactorFigure = Field(description="Of the 99th percentile of plans. The greatest time of a plan is of it.")
+
+    @model_validator(mode="after")
+    def _rises(self) -> Self:
+        for key, least, what in (("median", 1.0, "1"), ("p99", self.median.value, "the median")):
+            if getattr(self, key).value < least:
+                hint = "jitter is the time of a plan over its time on a core that nothing interrupts"
+                raise RefusalError(f"{getattr(self, key).value:g} is below {what}", hint, (key,))
+        return self
+
+
 class CostsOf(SpecModel):
     """The costs of another host, times a factor: of a host that was not measured."""
 
@@ -324,6 +340,12 @@ class HostFile(Spec):
     costs_of: CostsOf | None = Field(
         default=None,
         description="Another host. Its costs, times a factor, are those of every kernel that costs leaves out.",
+    )
+    load: ShareFigure | None = Field(
+        default=None, description="Share of a core's time that other programs take. Without it, none."
+    )
+    jitter: Jitter | None = Field(
+        default=None, description="How much longer a plan takes than on a core that nothing interrupts. Without it, no."
     )
     memory: DataFigure | None = Field(
         default=None, description="RAM for the arrays of a plan. Without it, no map is too large for the host."

@@ -11,7 +11,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields
 from typing import Any, ClassVar, Self
 
-from codesign.ground.figures import Figure
+from codesign.ground.figures import Figure, weakest
 from codesign.ground.units import PICOSECONDS_PER_SECOND
 from codesign.laws.numbers import Number, Sum, ceil_div, symbol
 
@@ -95,18 +95,43 @@ class FpgaLaw(Law):
         return amount
 
 
+UNDISTURBED = 10**6
+"""The pace of a kernel that has a core for itself, ppm."""
+
+
+def pace_of(load: Figure | None, median: Figure | None, p99: Figure | None) -> Figure | None:
+    """The pace of the kernels of a processor, ppm: (1 - load) / jitter. None where neither is declared.
+
+    A plan takes its time on an undisturbed core, times jitter, over what ``load`` leaves of the core. The value is of
+    the median plan, the least of the 99th percentile, and the greatest of a plan that is not delayed.
+    """
+    parts = [each for each in (load, median, p99) if each is not None]
+    if not parts:
+        return None
+    taken, (low, high) = (0.0, (0.0, 0.0)) if load is None else (load.value, load.interval)
+    late, latest = 1.0 if median is None else median.value, 1.0 if p99 is None else p99.interval[1]
+    texts = [f"load {load.value:g}: {load.source}"] if load is not None else []
+    texts += [f"jitter {late:g}, {latest:g} at the 99th percentile: {p99.source}"] if p99 is not None else []
+    value, least, most = (int(UNDISTURBED * each) for each in ((1 - taken) / late, (1 - high) / latest, 1 - low))
+    return Figure(value, "ppm", weakest(*(each.status for each in parts)), "; ".join(texts), least, most)
+
+
 @dataclass(frozen=True)
 class KernelLaw(Law):
-    """A kernel on a processor: so many units of one cost each, ps. Its clock does not matter."""
+    """A kernel on a processor: so many units of one cost each, ps of the processor's time. Its clock does not matter.
+
+    ``pace``: picoseconds of it that the kernel gets of a microsecond; all of them on a processor that nothing disturbs.
+    """
 
     cost: Number
+    pace: Number = UNDISTURBED
 
-    def rate(self) -> int:
-        """Picoseconds a second."""
-        return PICOSECONDS_PER_SECOND
+    def rate(self) -> Number:
+        """Picoseconds of the processor that the kernel gets in a second."""
+        return PICOSECONDS_PER_SECOND // UNDISTURBED * self.pace
 
     def ticks(self, amount: int) -> Number:
-        """Picoseconds of some units."""
+        """Picoseconds of the processor of some units."""
         return amount * self.cost
 
 

@@ -25,6 +25,7 @@ from codesign.inputs.components import (
     Sensor,
 )
 from codesign.inputs.links import AnyLink
+from codesign.laws.acts import UNDISTURBED
 from codesign.planners.external_memory import ExternalMemoryLaw
 
 
@@ -87,7 +88,8 @@ def _processor(
 
     costs = {kernel: int(cost.value) for kernel, cost in spec.costs.items()}
     clock = components.ClockDomain(int(spec.clock.value))
-    return components.Processor(environment, name, clock, costs, listeners, cores=spec.cores)
+    pace = UNDISTURBED if spec.pace is None else int(spec.pace.value)
+    return components.Processor(environment, name, clock, costs, listeners, cores=spec.cores, pace=pace)
 
 
 _BUILD: Mapping[type[AnyComponent], Callable[..., components.Component]] = {

@@ -17,6 +17,7 @@ from codesign.ground.figures import Figure, Status
 from codesign.ground.units import PICOSECONDS_PER_SECOND
 from codesign.inputs.components import MemoryComponent
 from codesign.laws import Law, Monomial, Sum, as_sum, symbol
+from codesign.laws.acts import UNDISTURBED
 from codesign.system.bind import System
 from codesign.system.build import Machine
 from codesign.system.results.ledger import BEGINS, RETRIES, Ledger, Spent, Work
@@ -27,6 +28,9 @@ WAIT, WAIT_RETRIES = WAITS = "wait", "wait to send again"
 """The name of what a component or a link does while it does not work."""
 
 NO_ROWS = Figure(0, "1", Status.PUBLISHED, "an SRAM has no rows")
+_COUNTED = {"ps": (PICOSECONDS_PER_SECOND, "s"), "ppm": (UNDISTURBED, "1")}
+"""By unit of a figure, how many of them make one of the unit of its input."""
+
 SAME = 1e-9
 """Two figures of a law that differ by less than this share are one: each went through some roundings."""
 
@@ -208,12 +212,12 @@ class _Pricing:
         return law
 
     def _symbol(self, name: str, key: str) -> Sum:
-        """The input of a field of a component or link. Times are in picoseconds, and their inputs in seconds."""
+        """The input of a field of a component or link. Laws count in ps and ppm, and inputs in s and shares."""
         figure = self.figures.figure(name, key)
-        if figure.unit != "ps":
+        if figure.unit not in _COUNTED:
             return symbol(self.input(f"{name}.{key}", figure))
-        seconds = figure.per(PICOSECONDS_PER_SECOND, "s")
-        return PICOSECONDS_PER_SECOND * symbol(self.input(f"{name}.{key}", seconds))
+        scale, unit = _COUNTED[figure.unit]
+        return scale * symbol(self.input(f"{name}.{key}", figure.per(scale, unit)))
 
     def _of(self, name: str, key: str) -> str:
         """The input of a field of a component or link."""

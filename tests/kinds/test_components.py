@@ -39,6 +39,8 @@ BOARD: dict[str, Any] = {
         "clock": "1 GHz",
         "costs": {"harmonic_node_update": interval("40 ns", "30 ns", "80 ns"), "harmonic_decision": "40 ns"},
         "cores": 1,
+        "load": interval(0.2, 0.1, 0.5),
+        "jitter": {"median": interval(1.05, 1.01, 1.1), "p99": interval(1.3, 1.2, 1.7)},
         "memory": "100 MiB",
         "power": POWER,
     },
@@ -99,6 +101,8 @@ OTHERS: dict[str, list[Any]] = {
     "refresh_share": [0.2],
     "memory": ["1 kB"],
     "cores": [],
+    "load": [0.4],
+    "jitter": [{"median": 1.1, "p99": 1.6}],
     "costs": [{"harmonic_node_update": "90 ns", "harmonic_decision": "40 ns"}],
     "power": [{"busy": "9 W", "idle": "3 W"}],
     "capacity": ["64 B"],
@@ -132,7 +136,8 @@ def priced_keys(kind: str) -> dict[str, dict[str, Any]]:
     name, declared, _ = site(kind)
     found = {key: each for key, each in declared[name].items() if isinstance(each, dict) and "low" in each}
     costs = declared[name].get("costs", {})
-    return found | {f"costs.{key}": each for key, each in costs.items() if isinstance(each, dict)}
+    jitter = {f"jitter.{key}": each for key, each in declared[name].get("jitter", {}).items()}
+    return found | {f"costs.{key}": each for key, each in costs.items() if isinstance(each, dict)} | jitter
 
 
 def with_figure(spec: dict[str, Any], key: str, value: Any) -> dict[str, Any]:
@@ -158,7 +163,8 @@ def test_what_is_simulated_is_what_is_priced(kind: str) -> None:
         if "." not in key
     }
     if kind == "processor":
-        axes = {f"{name}.power.busy": ["1 W", "3 W"], "line.clock": ["10 MHz", "33 MHz"]}
+        jitters = [{"median": 1.0, "p99": 1.2}, {"median": 1.3, "p99": 3}]
+        axes |= {f"{name}.power.busy": ["1 W", "3 W"], f"{name}.jitter": jitters, "line.clock": ["10 MHz", "33 MHz"]}
     if not axes:
         pytest.skip("it has no figure")
     workload = codesign.load_workload(yaml.safe_load(work) | {"explore": {"axes": axes}})
@@ -225,7 +231,7 @@ def test_symbols_and_numbers_are_of_one_law(kind: str) -> None:
     name, declared, _ = site(kind)
     spec = board(declared).components[name]
     unit = next(iter(spec.kernels or {}), "")
-    keys = (f"costs.{unit}",) if unit else spec.law.prices(spec)
+    keys = (f"costs.{unit}", "pace") if unit else spec.law.prices(spec)
     values = {key: int(spec.figure(key).value) for key in keys}
     law, told = spec.law_of(unit, values.__getitem__), spec.law_of(unit, symbol)
     time = as_sum(told.ticks(1000) / told.rate()).at(values)

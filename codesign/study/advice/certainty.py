@@ -159,8 +159,14 @@ def certainty_of(result: Result, board: Board, needs: Needs) -> Certainty:
         power_high_w=None if power is None or math.isinf(power[1]) else power[1],
         rate=rate,
         fit=fit,
-        text="; ".join(open_texts) or "proved at every value inside the declared intervals",
+        text="; ".join(open_texts) or f"proved at every value inside the declared intervals{_late_text(result)}",
     )
+
+
+def _late_text(result: Result) -> str:
+    """The words for a declared load or jitter: its bound is no proof. "" where none is declared."""
+    paces = () if result.terms is None else (name for name in result.terms.inputs if name.endswith(".pace"))
+    return "".join(f", with {name} at its least (jitter counts to its 99th percentile)" for name in paces)
 
 
 def _rate_text(rate: Verdict) -> str:
@@ -175,7 +181,7 @@ def _rate_text(rate: Verdict) -> str:
     if flips is None:
         return f"whether it is fast enough is not sure: {rate.reason}; {name} moves it most"
     unit = rate.decides.figure.unit
-    value = format_time(round(flips * 1e12)) if unit == "s" else f"{flips:.4g} {unit}"
+    value = format_time(round(flips * 1e12)) if unit == "s" else f"{flips:.4g} {unit}".removesuffix(" 1")
     return f"whether it is fast enough depends on {name}, and changes at {value}"
 
 

@@ -258,9 +258,11 @@ class Machines:
         else:
             ledger.count(act.where, act.what, act.unit, act.amount)
         if act.where == self.system.component:
-            law, _ = resource.law(act.unit)
+            law, clocks = resource.law(act.unit)
             for phase, amount in act.phases:
-                self._ticks[phase] = self._ticks.get(phase, 0) + law.ticks(amount)
+                ticks = law.ticks(amount)
+                spent = ticks if law.aligned else clocks.edge(np.broadcast_to(np.int64(ticks), self.specs.count))
+                self._ticks[phase] = self._ticks.get(phase, 0) + spent
 
     def _resource(self, act: Act) -> Resource:
         return (self.links if act.unit == BITS else self.by_name)[act.where]
