@@ -56,6 +56,8 @@ frequencies = st.one_of(
         ("5 cm", Dimension.LENGTH, Fraction(1, 20)),
         ("20 mA", Dimension.CURRENT, Fraction(1, 50)),
         ("1.2 V", Dimension.VOLTAGE, Fraction(6, 5)),
+        ("2m/s^2", Dimension.ACCELERATION, Fraction(2)),
+        ("2 m/s\N{SUPERSCRIPT TWO}", Dimension.ACCELERATION, Fraction(2)),
     ],
 )
 def test_reads(text: str, dimension: Dimension, value: int | Fraction) -> None:

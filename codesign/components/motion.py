@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from codesign.components import kernels
 from codesign.components.path import NEAR, Point, Polyline
 from codesign.ground.errors import InputError
+from codesign.laws.stopping import braking
 
 SECOND = 10**12
 """Picoseconds."""
@@ -86,7 +87,7 @@ class OmnidirectionalDrive:
     @property
     def braking(self) -> float:
         """The braking distance v² / 2a from ``speed``."""
-        return self.speed**2 / (2 * self.acceleration)
+        return braking(self.speed, self.acceleration)
 
 
 @dataclass(frozen=True)
@@ -116,7 +117,7 @@ class DifferentialDrive:
     @property
     def braking(self) -> float:
         """The braking distance v² / 2a from ``speed``."""
-        return self.speed**2 / (2 * self.acceleration)
+        return braking(self.speed, self.acceleration)
 
 
 Kinematics = PointDrive | OmnidirectionalDrive | DifferentialDrive

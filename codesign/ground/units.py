@@ -161,7 +161,17 @@ SCALES: Mapping[Dimension, Scale] = MappingProxyType(
             "m/s", {"mm/s": _MILLI, "cm/s": Fraction(1, 100), "km/h": Fraction(5, 18), "m/s": 1}, "1e6", "0.5 m/s"
         ),
         Dimension.ACCELERATION: _scale(
-            "m/s^2", {"mm/s^2": _MILLI, "cm/s^2": Fraction(1, 100), "m/s^2": 1}, "1e6", "0.5 m/s^2"
+            "m/s^2",
+            {
+                "mm/s^2": _MILLI,
+                "mm/s²": _MILLI,
+                "cm/s^2": Fraction(1, 100),
+                "cm/s²": Fraction(1, 100),
+                "m/s^2": 1,
+                "m/s²": 1,
+            },
+            "1e6",
+            "0.5 m/s^2",
         ),
         Dimension.TURN_RATE: _scale(
             # Pi as the nearest double, exactly.
