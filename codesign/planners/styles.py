@@ -97,21 +97,26 @@ class Family:
     """Designs of a planning task that one lower bound covers (``Architecture.families``).
 
     - ``chain``: the parameters of some of them, as a workload writes them. Each takes at least the time and the
-      resources of the one before it, and its plan is at least as good: a higher last precision, for example. The first
-      one is the least of the whole family: no design of it takes less of a resource, or reaches a faster clock.
-    - ``cycles``: no design of the family takes fewer cycles of the component, for the worst of the starts. 0: no bound.
+      resources of the one before it, and its plan is at least as good: a higher last precision, for example. It may be
+      empty where ``parts`` has all.
+    - ``least``: parameters with the least demand for resources and the fastest clock: no design of the family takes
+      less of a resource, or reaches a faster clock. They need be no design of it, and may break a bound of the demand:
+      registers of as few bits as any design has. By default the first of the chain.
+    - ``units``: no design of the family takes fewer units, for the worst of the starts: cycles of the component under
+      "", on a processor units by kernel. A kernel that is not there: no bound.
     - ``ranges``: the designs in words and whole numbers: (least, greatest) by name. ``count``: how many they are.
-    - ``sharper``: a sharper bound of the cycles, which takes a computation. Its argument is a number of cycles that is
-      too many: the bound is of use up to it.
+    - ``sharper``: sharper ``units`` of every design, which take a computation. Its argument is a number of cycles that
+      is too many: the bound is of use up to it.
     - ``parts``: the families that hold every design that is not in the chain, each design in one of them. None: the
       chain has all.
     """
 
     chain: tuple[Mapping[str, Any], ...]
-    cycles: int = 0
+    units: Mapping[str, int] = field(default_factory=dict)
     ranges: Mapping[str, tuple[int, int]] = field(default_factory=dict)
     count: int = 1
-    sharper: Callable[[int], int] | None = None
+    least: Mapping[str, Any] | None = None
+    sharper: Callable[[int], Mapping[str, int]] | None = None
     parts: Callable[[], Iterator[Family]] | None = None
 
 
