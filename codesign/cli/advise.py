@@ -20,7 +20,7 @@ def advise(asked: Advise) -> None:
     """Answer which board suffices for a map at a rate, and why no cheaper one does."""
     needs = advice.parse_needs(asked.rate, asked.power, asked.price, asked.clearance)
     named = None if asked.boards is None else [name.strip() for name in asked.boards.split(",") if name.strip()]
-    boards = advice.boards_of(named)
+    boards = advice.boards_of(named, asked.prices)
     section = advice.problem_section(
         asked.map_file,
         asked.goals,

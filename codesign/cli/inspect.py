@@ -32,7 +32,7 @@ def check(asked: Check) -> None:
 
 
 def schema(asked: Schema) -> None:
-    """Print the JSON Schema of a platform, workload, part, host or calibration file, or of the output of --json."""
+    """Print the JSON Schema of a kind of file, or of what a command prints with --json."""
     schema_of = load(_SCHEMAS.get(asked.kind, "codesign.system:schema_of"))
     document = schema_of() if asked.kind in _SCHEMAS else schema_of(asked.kind)
     click.echo(json.dumps(document, indent=2))

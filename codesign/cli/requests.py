@@ -99,6 +99,7 @@ class Advise(Request):
     boards: str | None = option("Boards to ask about: names or files.  [default: all]", "--boards NAME,...")
     power: str | None = option("Most mean power at that rate, such as 5W.", "--power POWER")
     price: str | None = option("Most that a board may cost, such as 200USD.", "--price PRICE")
+    prices: Path | None = option("A file of your own prices, in place of the declared ones.", "--prices FILE")
     clearance: str | None = option("Distance to keep from obstacles, such as 0.3m.", "--clearance LENGTH")
     starts: tuple[str, ...] = option("A start.  [default: 64 are drawn]", "--start PLACE", default=())
     task: Literal["path", "field", "replan"] = option("What is asked of a plan.", default="path")
@@ -678,7 +679,7 @@ class Map(Request):
 
 
 class Schema(Request):
-    """Print the JSON Schema of a platform, workload, part, host or calibration file, or of the output of --json.
+    """Print the JSON Schema of a platform, workload, part, host, calibration or prices file, or of a --json output.
 
     The output is a result (hwsw run), a study (hwsw explore), an explanation (hwsw explain), an advice (hwsw advise) or
     a reproduction (hwsw reproduce).
@@ -690,6 +691,7 @@ class Schema(Request):
         "part",
         "host",
         "calibration",
+        "prices",
         "result",
         "study",
         "explanation",

@@ -11,13 +11,16 @@ Every number that a report shows is one of four kinds, and says which:
 from __future__ import annotations
 
 import re
+from calendar import monthrange
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from datetime import date
 from enum import StrEnum
 from functools import lru_cache, partial
 from typing import Any, ClassVar, Literal
 
 from codesign.ground.errors import InputError, choose_hint, clip, show
+from codesign.ground.units import counted
 
 
 class Status(StrEnum):
@@ -66,6 +69,36 @@ class Figure:
         """The same figure in a unit that is ``divisor`` times as large."""
         low, high = self.interval
         return Figure(self.value / divisor, unit, self.status, self.source, low / divisor, high / divisor)
+
+
+@dataclass(frozen=True)
+class Price(Figure):
+    """A price. ``date``: the day, month or year in which it was seen (``2023-06-15``, ``2023-06``, ``2023``)."""
+
+    date: str | None = field(default=None, metadata={"description": "the day, month or year in which it was seen"})
+
+
+def last_day(day: str) -> date:
+    """The last day of a day, a month or a year that is written as in ``Price``.
+
+    Raises:
+        ValueError: it is none.
+
+    >>> last_day("2023"), last_day("2024-02")
+    (datetime.date(2023, 12, 31), datetime.date(2024, 2, 29))
+    """
+    year, month, *_ = (int(part) for part in (*day.split("-"), "12"))
+    return date.fromisoformat(day) if len(day) > len("2024-02") else date(year, month, monthrange(year, month)[1])
+
+
+def age_text(day: str, today: str) -> str:
+    """The day, month or year of a price, with its age where that is surely a year or more.
+
+    >>> age_text("2023", "2026-11-24"), age_text("2026-05", "2026-11-24")
+    ('of 2023, over 2 years old', 'of 2026-05')
+    """
+    years = (last_day(today) - last_day(day)).days // 365
+    return f"of {day}, over {counted(years, 'year')} old" if years >= 1 else f"of {day}"
 
 
 _SUFFIXES = {"_m_s": "m/s", "_s": "s", "_j": "J", "_m": "m"}

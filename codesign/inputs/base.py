@@ -10,6 +10,7 @@ import functools
 import hashlib
 import json
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, ClassVar, Self, TypeVar, cast
 
@@ -211,8 +212,7 @@ def with_sources(value: Any, document: Document, path: KeyPath, before: Any = No
     if isinstance(value, Figure):
         if value.source != DECLARED:
             return value
-        source = _declared_in(document, path)
-        return Figure(value.value, value.unit, value.status, source, value.low, value.high)
+        return replace(value, source=_declared_in(document, path))
     is_model, changes = isinstance(value, BaseModel), {}
     fields_before = (before.__dict__ if is_model else before) if type(before) is type(value) else {}
     for name, inner in (value.__dict__ if is_model else value).items():

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable
 from fractions import Fraction
-from typing import Annotated, Any
+from typing import Annotated, Any, ClassVar
 
 from pydantic import (
     BeforeValidator,
@@ -18,7 +18,7 @@ from pydantic import (
 )
 
 from codesign.ground.errors import InputError, show
-from codesign.ground.figures import Figure, Status
+from codesign.ground.figures import Figure, Price, Status, last_day
 from codesign.ground.models import NAME_PATTERN, RefusalError, SpecModel, refused
 from codesign.ground.units import SCALES, Dimension, parse_quantity
 
@@ -49,6 +49,8 @@ Cell = tuple[_Coordinate, _Coordinate]
 
 
 class _FullFigure(SpecModel):
+    makes: ClassVar[type[Figure]] = Figure
+
     value: Any
     status: Status
     source: Annotated[str, Field(min_length=1)]
@@ -56,20 +58,50 @@ class _FullFigure(SpecModel):
     high: Any = None
 
 
-def _reader(read: Callable[[Any], Any], unit: str) -> WrapValidator:
+def _day(value: Any) -> str:
+    text = str(value) if isinstance(value, int | str) and not isinstance(value, bool) else ""
+    try:
+        if not re.fullmatch(DAY_PATTERN, text):
+            raise ValueError
+        last_day(text)
+    except ValueError:
+        hint = "write a day, a month or a year: 2026-11-24, 2026-11 or 2026"
+        raise RefusalError(f"{show(value)} is no date", hint) from None
+    return text
+
+
+DAY_PATTERN = r"[0-9]{4}(-[0-9]{2}){0,2}"
+DAY_SCHEMA = {"anyOf": [{"type": "string", "pattern": f"^{DAY_PATTERN}$"}, {"type": "integer"}]}
+
+Day = Annotated[str, BeforeValidator(_day), WithJsonSchema(DAY_SCHEMA)]
+"""A day, a month or a year: ``2026-11-24``, ``2026-11``, ``2026``."""
+
+
+class _FullPrice(_FullFigure):
+    makes = Price
+
+    date: Day | None = None
+
+
+class _OwnPrice(_FullPrice):
+    status: Status = Status.ASSUMED
+    source: Annotated[str, Field(min_length=1)] = DECLARED
+
+
+def _reader(read: Callable[[Any], Any], unit: str, full_form: type[_FullFigure] = _FullFigure) -> WrapValidator:
     def validate(value: Any, _handler: Callable[[Any], Any], info: ValidationInfo) -> Figure:
         if isinstance(value, Figure):
             return value
         if not isinstance(value, dict):
-            return Figure(read(value), unit, Status.ASSUMED, DECLARED)
-        full = _FullFigure.model_validate(value, context=info.context)
+            return full_form.makes(read(value), unit, Status.ASSUMED, DECLARED)
+        full = full_form.model_validate(value, context=info.context)
         value_, low, high = (_read_at(read, full, key) for key in ("value", "low", "high"))
         for key, bound in (("low", low), ("high", high)):
             outside = bound is not None and (bound > value_ if key == "low" else bound < value_)
             if outside:
                 side = "above" if key == "low" else "below"
                 raise RefusalError(f"{getattr(full, key)} is {side} the value {full.value}", f"correct {key}", (key,))
-        return Figure(value_, unit, full.status, full.source, low, high)
+        return full.makes(**{**vars(full), "value": value_, "unit": unit, "low": low, "high": high})
 
     return WrapValidator(validate)
 
@@ -112,17 +144,15 @@ def _count(least: int) -> Callable[[Any], int]:
     return read
 
 
-def _json_schema(short: dict[str, Any], what: str) -> WithJsonSchema:
+def _json_schema(short: dict[str, Any], what: str, full_form: type[_FullFigure] = _FullFigure) -> WithJsonSchema:
+    numbers = dict.fromkeys(("value", "low", "high"), short)
+    status = {"enum": [str(status) for status in Status]}
+    properties = {"source": {"type": "string", "minLength": 1}, "date": DAY_SCHEMA, "status": status} | numbers
+    keys = full_form.model_fields
     full = {
         "type": "object",
-        "properties": {
-            "value": short,
-            "status": {"enum": [str(status) for status in Status]},
-            "source": {"type": "string", "minLength": 1},
-            "low": short,
-            "high": short,
-        },
-        "required": ["value", "status", "source"],
+        "properties": {key: properties[key] for key in keys},
+        "required": [key for key, field in keys.items() if field.is_required()],
         "additionalProperties": False,
     }
     return WithJsonSchema({"anyOf": [short, full], "description": what})
@@ -137,25 +167,19 @@ def _quantity_text(dimension: Dimension) -> dict[str, Any]:
 
 
 def _dump(figure: Figure) -> dict[str, Any]:
-    low, high = figure.interval
-    return {
-        "value": figure.value,
-        "unit": figure.unit,
-        "status": str(figure.status),
-        "source": figure.source,
-        "low": low,
-        "high": high,
-    }
+    return {**vars(figure), "status": str(figure.status)}
 
 
 _AS_MAPPING = PlainSerializer(_dump)
 
 
-def _measured(dimension: Dimension, unit: str, scale: Fraction = Fraction(1)) -> tuple[Any, ...]:
+def _measured(
+    dimension: Dimension, unit: str, scale: Fraction = Fraction(1), full_form: type[_FullFigure] = _FullFigure
+) -> tuple[Any, ...]:
     """The annotations that make a field a figure of a dimension, with its value in ``unit``."""
     what = f"A {dimension} with its unit, or a mapping that also cites where it comes from."
-    schema = _json_schema(_quantity_text(dimension), what)
-    return _reader(_quantity(dimension, scale), unit), _AS_MAPPING, schema
+    schema = _json_schema(_quantity_text(dimension), what, full_form)
+    return _reader(_quantity(dimension, scale), unit, full_form), _AS_MAPPING, schema
 
 
 def _counted(least: int) -> tuple[Any, ...]:
@@ -214,8 +238,11 @@ AccelerationFigure = Annotated[Figure, *_measured(Dimension.ACCELERATION, "m/s^2
 TurnRateFigure = Annotated[Figure, *_measured(Dimension.TURN_RATE, "rad/s")]
 """A rate of turning; ``Figure.value`` in rad/s."""
 
-PriceFigure = Annotated[Figure, *_measured(Dimension.MONEY, "USD")]
-"""A price; ``Figure.value`` in US dollars."""
+PriceFigure = Annotated[Price, *_measured(Dimension.MONEY, "USD", full_form=_FullPrice)]
+"""A price; ``Price.value`` in US dollars."""
+
+OwnPriceFigure = Annotated[Price, *_measured(Dimension.MONEY, "USD", full_form=_OwnPrice)]
+"""The same in a file of prices: without a status it is assumed, without a source declared there."""
 
 FactorFigure = Annotated[Figure, *_ratio(MIN_FACTOR, MAX_FACTOR, "above 0")]
 """A number above 0 that something else is multiplied with; ``Figure.value`` is a float."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 import os
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -87,18 +87,28 @@ def read_spec(source: Source, folder: str) -> Document:
         InputError: no such name. SpecError: the file, text or dict cannot be read, or is of the other kind.
     """
     kind, other = folder.removesuffix("s"), _OTHER[folder].removesuffix("s")
-    if isinstance(source, Document):
-        document = source
-    elif isinstance(source, Mapping):
-        document = document_from(source, f"{kind} dict")
-    elif isinstance(source, str) and "\n" in source:
-        document = parse_document(source.encode("utf-8", "surrogateescape"), f"{kind} text", Path())
-    else:
-        document = read_document(*find_spec(source, folder))
+    document = document_of(source, kind, lambda name: find_spec(name, folder))
     # All its other keys would be faults too.
     if isinstance(document.tree, dict) and document.tree.get("kind") == other:
         raise SpecError([document.fault(("kind",), f"this is a {other}, and a {kind} is asked for", _SWAPPED)])
     return document
+
+
+def document_of(source: Source, kind: str, find: Callable[[str | Path], tuple[Path, str]]) -> Document:
+    """The document of a source: of a file, of YAML text, or of a dict.
+
+    ``find``: the file that a user means by a word, and its name in messages. ``kind``: what it is, for messages.
+
+    Raises:
+        SpecError: it cannot be read.
+    """
+    if isinstance(source, Document):
+        return source
+    if isinstance(source, Mapping):
+        return document_from(source, f"{kind} dict")
+    if isinstance(source, str) and "\n" in source:
+        return parse_document(source.encode("utf-8", "surrogateescape"), f"{kind} text", Path())
+    return read_document(*find(source))
 
 
 def shown(path: Path) -> str:

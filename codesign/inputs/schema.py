@@ -10,6 +10,7 @@ from pydantic import BaseModel
 from codesign.ground.errors import InputError, choose_hint
 from codesign.inputs.library import CalibrationFile, HostFile, PartFile
 from codesign.inputs.platform import Platform
+from codesign.inputs.prices import PricesFile
 from codesign.inputs.tasks import SCENARIO_TASKS
 from codesign.inputs.workload import PLACE_KEYS, ProblemModels, TaskMapping, TaskModels, Variant, Workload
 
@@ -21,6 +22,7 @@ _MODELS: dict[str, type[BaseModel]] = {
     "part": PartFile,
     "host": HostFile,
     "calibration": CalibrationFile,
+    "prices": PricesFile,
 }
 
 
@@ -28,7 +30,7 @@ def json_schema(kind: str, tasks: TaskModels | None = None, problems: ProblemMod
     """JSON Schema, draft 2020-12, of a kind of file.
 
     Args:
-        kind: ``platform``, ``workload``, ``part``, ``host`` or ``calibration``.
+        kind: ``platform``, ``workload``, ``part``, ``host``, ``calibration`` or ``prices``.
         tasks: parameter models by planner and task, for ``workload``; without, parameters are left open.
         problems: models of problems other than a map with goals and starts, by planner.
 

@@ -28,14 +28,15 @@ FIGURES = {
     "TurnRateFigure": "rate of turning",
     "DataFigure": "amount of data",
     "PriceFigure": "price",
+    "OwnPriceFigure": "price",
     "FactorFigure": "factor",
     "CountFigure": "count",
     "PositiveFigure": "count from 1",
 }
 """The dimension of a figure of each type in ``codesign.inputs.fields``."""
 
-QUANTITIES = {"Duration": "time", "Length": "length", "Speed": "speed"}
-"""The same of the plain quantities, which have no source."""
+QUANTITIES = {"Duration": "time", "Length": "length", "Speed": "speed", "Day": "day, month or year"}
+"""The same of the plain quantities, which have no source, and of dates."""
 
 SCALARS: Mapping[Any, str] = {
     int: "whole number",

@@ -7,7 +7,7 @@ from typing import Any, Literal
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from codesign import inputs as spec
-from codesign.ground.figures import label
+from codesign.ground.figures import Price, label
 from codesign.ground.late import late
 from codesign.ground.models import Part
 from codesign.inputs.fields import PriceFigure
@@ -86,8 +86,12 @@ def _board(platform: _Head) -> str:
     """Its description, and its part and price where it has them."""
     chips = [each.part for each in platform.components.values() if each.type == "fpga"]
     price = platform.board.price if platform.board is not None else None
-    facts = [*chips, *([f"{price.value:,g} {price.unit}, {price.status}"] if price is not None else [])]
+    facts = [*chips, *([] if price is None else [f"{price.value:,g} {price.unit}{_seen(price)}, {price.status}"])]
     return f"{platform.description} [{'; '.join(facts)}]" if platform.board and facts else platform.description
+
+
+def _seen(price: Price) -> str:
+    return f" of {price.date}" if price.date else ""
 
 
 def _budgets(part: Part) -> str:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -18,6 +19,7 @@ from codesign.inputs.faults import validate
 from codesign.inputs.files import is_path
 from codesign.inputs.library import CALIBRATIONS, HOSTS, PARTS
 from codesign.inputs.places import Place, place_value
+from codesign.inputs.prices import load_prices
 from codesign.inputs.problem import ProblemSpec
 from codesign.inputs.value_types import default_text, type_text
 from codesign.inputs.yaml_tree import read_document
@@ -38,7 +40,7 @@ def point_of(platform: Platform, workload: Workload, settings: Mapping[str, Any]
 def schema_of(kind: str) -> dict[str, Any]:
     """The JSON Schema (draft 2020-12) of a file, or of a ``result``.
 
-    ``kind``: ``platform``, ``workload``, ``part``, ``host``, ``calibration`` or ``result``.
+    ``kind``: ``platform``, ``workload``, ``part``, ``host``, ``calibration``, ``prices`` or ``result``.
 
     Raises:
         InputError: another kind.
@@ -48,7 +50,7 @@ def schema_of(kind: str) -> dict[str, Any]:
             "$schema": "https://json-schema.org/draft/2020-12/schema",
             **RunDocument.model_json_schema(mode="serialization"),
         }
-    files = ("platform", "workload", "part", "host", "calibration")
+    files = ("platform", "workload", "part", "host", "calibration", "prices")
     if kind not in files:
         raise InputError(f"there is no schema of {kind!r}", hint=choose_hint(kind, [*files, "result"]))
     return spec.json_schema(kind, catalog.task_models(), catalog.problem_models())
@@ -147,8 +149,18 @@ def _plain(text: str) -> str:
     return text.replace("`", "")
 
 
-def load_any(source: str | Path) -> Spec | Part:
-    """The spec of a source of any kind."""
+def own_names(sources: Iterable[str | Path]) -> set[str]:
+    """The names that files give, whatever their kind; of those that can be read."""
+    names = set()
+    for source in filter(is_path, sources):
+        with suppress(SpecError):
+            tree = read_document(Path(source), str(source)).tree
+            names |= {tree["name"]} if isinstance(tree, dict) and isinstance(tree.get("name"), str) else set()
+    return names
+
+
+def load_any(source: str | Path, own: Collection[str] = ()) -> Spec | Part:
+    """The spec of a source of any kind. ``own``: the names of platforms of the user's own, for prices."""
     if not is_path(source):
         shipped: dict[str, Callable[[str], Spec | Part]] = {
             **dict.fromkeys(HOSTS.names(), HOSTS.find),
@@ -167,6 +179,7 @@ def load_any(source: str | Path) -> Spec | Part:
         "part": PARTS.load,
         "host": HOSTS.load,
         "calibration": CALIBRATIONS.load,
+        "prices": lambda file: load_prices(file, own),
     }
     read = readers.get(kind) if isinstance(kind, str) else None
     return catalog.load_workload(source) if read is None else read(Path(source))

@@ -116,7 +116,7 @@ def _host_row(host: HostFile, platforms: list[Platform]) -> tuple[str, ...]:
 
 def _price(platform: Platform) -> str:
     price = platform.board.price if platform.board is not None else None
-    return "unknown" if price is None else _marked(f"{price.value:,g} USD", price)
+    return "unknown" if price is None else _marked(f"{price.value:,g} USD", price) + f", {price.date}"
 
 
 def _plug(platform: Platform) -> str:

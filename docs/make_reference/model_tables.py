@@ -10,7 +10,7 @@ from typing import Annotated, Any, Union, get_args, get_origin, get_type_hints
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
-from codesign.ground.figures import Figure, ResultFigure
+from codesign.ground.figures import Figure, Price, ResultFigure
 from codesign.inputs.value_types import default_text, type_text
 from codesign.maps import Radius
 from docs.make_reference.docstrings import markdown
@@ -52,7 +52,7 @@ def fields_of(model: type) -> Mapping[str, FieldInfo]:
 
 def models_in(annotation: Any) -> list[type]:
     """The models that a value may be made of: itself, one of several, the entries of a list or mapping."""
-    is_class = isinstance(annotation, type) and annotation not in {Figure, Radius}
+    is_class = isinstance(annotation, type) and annotation not in {Figure, Price, Radius}
     if annotation is ResultFigure:
         return []  # a name in files and in JSON
     if is_class and (issubclass(annotation, BaseModel) or is_dataclass(annotation)):

@@ -13,6 +13,7 @@ from codesign.inputs.library import CalibrationFile, HostFile, PartFile
 from codesign.inputs.links import LINKS, AnyLink
 from codesign.inputs.map_spec import MAPS, FileMap, PreparedMap
 from codesign.inputs.platform import Platform
+from codesign.inputs.prices import PricesFile
 from codesign.inputs.problem import ProblemSpec
 from codesign.inputs.scenario import SCENARIOS
 from codesign.inputs.tasks import SCENARIO_TASKS, ExtraTask
@@ -42,6 +43,7 @@ def pages() -> dict[str, str]:
         "part.md": part_page,
         "host.md": host_page,
         "calibration.md": calibration_page,
+        "prices.md": prices_page,
         "result.md": result_page,
         "trace.md": trace_page,
         "python.md": python_page,
@@ -88,6 +90,11 @@ def host_page() -> list[str]:
 def calibration_page() -> list[str]:
     """Keys of a calibration file."""
     return [*_file_head("Calibration files"), *Keys({}).section(2, "Calibration", CalibrationFile)]
+
+
+def prices_page() -> list[str]:
+    """Keys of a file of prices."""
+    return [*_file_head("Files of prices"), *Keys({}).section(2, "Prices", PricesFile)]
 
 
 def workload_page() -> list[str]:

@@ -61,7 +61,7 @@ def test_list_names_what_ships(hwsw: Run) -> None:
     assert {"XC4VLX160-12", "XC2V6000-4", "XC3S500E-4"} <= set(found["parts"])
     assert "harmonic.bit_serial" in found["styles"]
     assert "cortex-a72" in found["hosts"]
-    assert found["platforms"]["pynq-z2"].endswith("as the host [XC7Z020-1; 169 USD, assumed]")
+    assert found["platforms"]["pynq-z2"].endswith("as the host [XC7Z020-1; 169 USD of 2023, assumed]")
     assert "[" not in found["platforms"]["laptop"]
 
 

@@ -18,7 +18,7 @@ from docs.make_reference.docstrings import markdown, signature_text
 from docs.make_reference.pages import FOLDER, SHIPPED, pages
 
 PAGES = pages()
-SPOKEN = ("platform.md", "workload.md", "part.md", "host.md", "calibration.md", "result.md", "cli.md")
+SPOKEN = ("platform.md", "workload.md", "part.md", "host.md", "calibration.md", "prices.md", "result.md", "cli.md")
 
 
 def test_the_committed_pages_are_those_that_the_code_makes() -> None:

@@ -13,7 +13,7 @@ from pydantic import BaseModel
 
 import codesign
 from codesign.ground.errors import InputError, SpecError
-from codesign.ground.figures import FIGURES, Figure, Status
+from codesign.ground.figures import FIGURES, Figure, Status, last_day
 from codesign.hardware.calibrate.host_costs import all_probes
 from codesign.inputs import Platform, design_point, list_platforms, load_part, load_platform
 from codesign.inputs.components import FpgaComponent, ProcessorComponent
@@ -134,7 +134,9 @@ def test_prices_are_figures() -> None:
             assert price.unit == "USD"
             assert 10 < price.value < 5000
             assert price.interval[0] < price.interval[1]
-            assert "20" in price.source
+            assert price.date
+            assert price.date[:4] in price.source
+            assert last_day(price.date).isoformat() < "2027", "of a year that is over, or of this one"
 
 
 def processors(platform: Platform) -> list[ProcessorComponent]:

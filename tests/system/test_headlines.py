@@ -20,7 +20,7 @@ def test_the_headline_of_a_platform_is_that_of_the_whole_file(name: str) -> None
     platform, line = load_platform(name), at_hand()["platforms"][name]
     price = platform.board.price if platform.board is not None else None
     parts = [fpga.part for fpga in platform.of(FpgaComponent).values()] if platform.board is not None else []
-    facts = [*parts, *([f"{price.value:,g} {price.unit}, {price.status}"] if price is not None else [])]
+    facts = [*parts, *([f"{price.value:,g} USD of {price.date}, {price.status}"] if price is not None else [])]
     assert line == platform.description + (f" [{'; '.join(facts)}]" if facts else "")
 
 

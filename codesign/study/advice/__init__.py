@@ -30,7 +30,7 @@ from more_itertools import map_reduce
 from codesign.ground.errors import RunError, StoreError
 from codesign.ground.files import cache_folder, kept_folder, write_atomically
 from codesign.study.advice.answer import Advice, BoardAdvice, Design, advice_schema, cheaper_than, judged, met_alone
-from codesign.study.advice.candidates import Board, Candidate, boards_of, is_file
+from codesign.study.advice.candidates import Board, Candidate, boards_of, is_file, price_remarks
 from codesign.study.advice.certainty import Certainty, certainty_of
 from codesign.study.advice.needs import Needs, Question, ask, parse_needs, problem_section, workload_tree
 from codesign.study.advice.sentence import verdict
@@ -164,6 +164,7 @@ def advise(
             why = fault.what if isinstance(fault, RunError) else fault.strerror
             unkept = f"the winner's workload is not kept (--write FOLDER writes it): {why}"
         next_certainty = _of_next(laboratory, best, cheaper_than(winner, advice))
+    texts = (*question.grid.remarks, *laboratory.failures[:1], remark, unkept, *price_remarks(boards))
     return Advice(
         verdict=verdict(
             advice, needs, met_alone(boards, findings, needs), certainty, next_certainty, complete=not findings.left
@@ -179,7 +180,7 @@ def advise(
         recommended=None if winner is None else winner.board,
         boards=tuple(advice),
         not_searched=_left(findings),
-        remarks=tuple(text for text in (*question.grid.remarks, *laboratory.failures[:1], remark, unkept) if text),
+        remarks=tuple(text for text in texts if text),
         simulated=findings.simulated,
         kept=findings.kept,
         command=command,

@@ -7,18 +7,23 @@ A planner of another package takes part without an edit here.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import chain
 from typing import Any, Literal
 
+from more_itertools import map_reduce
+
 from codesign.ground.errors import InputError
-from codesign.ground.figures import Figure
+from codesign.ground.figures import Figure, Price, age_text
+from codesign.ground.files import date_of_writing
 from codesign.ground.models import TaskParameters
+from codesign.ground.units import counted
 from codesign.inputs import Platform, list_platforms, load_platform
 from codesign.inputs.components import MemoryComponent
-from codesign.inputs.files import is_path
+from codesign.inputs.files import Source, is_path
 from codesign.inputs.platform import Board as Sold
+from codesign.inputs.prices import load_prices
 from codesign.inputs.workload import PLACE_KEYS
 from codesign.planners.interface import LOAD, Planner, Problem
 from codesign.planners.job import Job
@@ -33,10 +38,14 @@ from codesign.system.place import DETECT
 
 @dataclass(frozen=True, eq=False)
 class Board:
-    """A platform that is asked about. ``source``: its shipped name or its file, as ``hwsw run`` takes it."""
+    """A platform that is asked about. ``source``: its shipped name or its file, as ``hwsw run`` takes it.
+
+    ``own_prices``: the user's prices by platform, in place of what platforms declare.
+    """
 
     source: str
     platform: Platform
+    own_prices: Mapping[str, Price] = field(default_factory=dict)
 
     @property
     def name(self) -> str:
@@ -46,31 +55,32 @@ class Board:
     @property
     def price_usd(self) -> float | None:
         """Its price, with the price of the computer beside it; None if the platforms do not declare both."""
-        prices = self._prices
-        return None if prices is None else sum(float(price.value) for price in prices)
+        prices = self.prices
+        return None if prices is None else sum(float(price.value) for price in prices.values())
 
     @property
     def price_interval_usd(self) -> tuple[float, float] | None:
         """The least and the greatest price inside the intervals of the figures; None where it is not known."""
-        prices = self._prices
-        if prices is None:
+        if self.prices is None:
             return None
-        return sum(price.interval[0] for price in prices), sum(price.interval[1] for price in prices)
+        low, high = zip(*(price.interval for price in self.prices.values()), strict=True)
+        return sum(low), sum(high)
 
     @property
-    def _prices(self) -> list[Figure] | None:
-        """Its own price, and the price of the computer beside it."""
-        prices = [board.price for board in self._sold]
-        known = [price for price in prices if price is not None]
-        return known if prices and len(known) == len(prices) else None
+    def prices(self) -> dict[str, Price] | None:
+        """Its price and the price of the computer beside it, by platform; None where one of them is not known."""
+        declared = {
+            name: sold.price for name, sold in self._sold.items() if sold is not None and sold.price is not None
+        }
+        known = declared | {name: self.own_prices[name] for name in self._sold if name in self.own_prices}
+        return known if len(known) == len(self._sold) else None
 
     @property
-    def _sold(self) -> list[Sold]:
-        """The board that is sold, and the computer beside it; empty for a platform that is none."""
+    def _sold(self) -> dict[str, Sold | None]:
+        """The board that is sold, None where the platform is none, and the computer beside it; by platform."""
         board = self.platform.board
-        if board is None:
-            return []
-        return [board] if board.beside is None else [board, *Board(board.beside, load_platform(board.beside))._sold]
+        beside = {} if board is None or board.beside is None else Board(board.beside, load_platform(board.beside))._sold
+        return {self.name: board} | beside
 
     @cached_property
     def input_idle_w(self) -> tuple[float, float, float] | None:
@@ -78,9 +88,9 @@ class Board:
 
         The greatest is of the work that was measured too. None if it is not declared for both.
         """
-        powers = [board.power for board in self._sold]
+        powers = [None if sold is None else sold.power for sold in self._sold.values()]
         known = [power for power in powers if power is not None]
-        if not powers or len(known) < len(powers):
+        if len(known) < len(powers):
             return None
         ends = [(power.idle.interval[0], (power.busy or power.idle).interval[1]) for power in known]
         return sum(power.idle.value for power in known), *(sum(column) for column in zip(*ends, strict=True))
@@ -104,12 +114,38 @@ class Board:
         return figures + [power.idle for power in drawing if power is not None]
 
 
-def boards_of(sources: Sequence[str] | None = None) -> tuple[Board, ...]:
+def boards_of(sources: Sequence[str] | None = None, prices: Source | None = None) -> tuple[Board, ...]:
     """The boards of these shipped names or files; by default every shipped platform that is a board on sale.
+
+    ``prices``: a file of the user's own prices, or its content (see ``load_prices``).
 
     Raises:
         InputError: no such board, none at all, or one is named twice. SpecError: the faults of a file.
     """
+    boards = _boards(sources)
+    if prices is None:
+        return boards
+    own = load_prices(prices, [board.name for board in boards]).dated
+    return tuple(replace(board, own_prices=own) for board in boards)
+
+
+def price_remarks(boards: Sequence[Board]) -> list[str]:
+    """Remarks on where the prices of the boards come from, and on their age."""
+    today, own = date_of_writing(), set().union(*(board.own_prices for board in boards))
+    prices = {name: price for board in boards for name, price in (board.prices or {}).items()}
+
+    def described(name: str) -> str:
+        price, whose = prices[name], "yours" if name in own else "declared"
+        return f"{whose}, {age_text(price.date, today) if price.date else 'without a date'}"
+
+    groups = map_reduce(sorted(prices), described)
+    texts = [f"{what} ({counted(len(names), 'board')})" for what, names in sorted(groups.items())]
+    old = any(name not in own and " old" in described(name) for name in prices)
+    hint = "; --prices FILE takes yours" if old else ""
+    return [f"Prices: {'; '.join(texts)}{hint}."] if texts else []
+
+
+def _boards(sources: Sequence[str] | None) -> tuple[Board, ...]:
     if sources is None:
         shipped = (Board(name, load_platform(name)) for name in list_platforms())
         return tuple(board for board in shipped if board.platform.board is not None)

@@ -21,7 +21,7 @@ from codesign.planners.job import lever_texts
 from codesign.system.assemble import platform_faults
 from codesign.system.bind import System, bind_to, plannable
 from codesign.system.fit import TellLevers
-from codesign.system.inspect import load_any
+from codesign.system.inspect import load_any, own_names
 from codesign.system.outcome import head_fields
 from codesign.system.problem_map import map_notes
 from codesign.system.ready import ready
@@ -178,9 +178,10 @@ def check_files(
     faults: list[Fault] = []
     platforms: list[Platform] = []
     workloads: list[Workload] = []
+    own = own_names(sources)
     for source in sources:
         try:
-            loaded = load_any(source)
+            loaded = load_any(source, own)
         except SpecError as wrong:
             faults += wrong.faults
         except CodesignError as wrong:

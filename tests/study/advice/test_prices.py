@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import pytest
 from advice_boards import Run, asked, board, by_name, priced
 
+from codesign.ground.errors import SpecError
 from codesign.study import advice
 
 
@@ -49,3 +51,52 @@ def test_the_price_of_the_computer_beside_a_board_is_added(tmp_path: Path) -> No
     assert len(on_sale) >= 15
     assert {each.name for each in on_sale} >= {"raspberry-pi-4", "pynq-z2", "kv260", "icebreaker"}
     assert not {each.name for each in on_sale} & {"virtex4-pci", "wavefront-array"}
+
+
+PRICES = {"kind": "prices", "date": "2026-11", "prices": {"raspberry-pi-4": "70 USD", "mine": "5 USD"}}
+
+
+def test_own_prices_go_before_the_declared_ones_and_bring_their_interval(tmp_path: Path) -> None:
+    """Also before the price of the computer beside a board, and of a platform that is no board on sale."""
+    mine = board(tmp_path, "mine", 1)
+    pair = priced(board(tmp_path, "pair", 1), 20, beside="raspberry-pi-4")
+    sources = [str(mine), str(pair), "raspberry-pi-4", "pynq-z2"]
+    before = {each.name: each.price_usd for each in advice.boards_of(sources)}
+    boards = advice.boards_of(sources, PRICES)
+    assert {each.name: each.price_usd for each in boards} == before | {"mine": 5, "pair": 90, "raspberry-pi-4": 70}
+    assert boards[2].price_interval_usd == (70, 70)
+    with pytest.raises(SpecError, match="there is no platform 'mine'"):
+        advice.boards_of(["raspberry-pi-4"], PRICES)
+
+
+def test_an_answer_says_whose_the_prices_are_and_how_old(
+    hwsw: Run, corridor: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", "1795478400")  # 24 November 2026
+    prices = tmp_path / "prices.yaml"
+    prices.write_text("kind: prices\ndate: 2026-11-20\nprices: {pynq-z2: 1 USD}\n")
+    boards = [Path("raspberry-pi-4"), Path("pynq-z2")]
+
+    def remark(*more: object) -> str:
+        _, answer = asked(hwsw, corridor, boards, "100 Hz", *more)
+        (text,) = (text for text in answer["remarks"] if text.startswith("Prices: "))
+        return str(text)
+
+    assert remark() == "Prices: declared, of 2023, over 2 years old (2 boards); --prices FILE takes yours."
+    ours = remark("--prices", prices)
+    assert ours.startswith("Prices: declared, of 2023, over 2 years old (1 board); yours, of 2026-11-20 (1 board)")
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", "1700000000")  # November 2023
+    assert remark() == "Prices: declared, of 2023 (2 boards)."
+
+
+def test_a_list_of_own_prices_decides_which_board_is_recommended(hwsw: Run, corridor: Path, tmp_path: Path) -> None:
+    dear, fair = priced(board(tmp_path, "dear", 1), 90), priced(board(tmp_path, "fair", 10), 40)
+    prices = tmp_path / "prices.yaml"
+    prices.write_text("kind: prices\ndate: 2026\nprices: {dear: 30 USD}\n")
+    assert asked(hwsw, corridor, [dear, fair], "100 Hz")[1]["recommended"] == "fair"
+    assert asked(hwsw, corridor, [dear, fair], "100 Hz", "--prices", prices)[1]["recommended"] == "dear"
+    for name, content in (("missing.yaml", None), ("empty.yaml", "")):
+        if content is not None:
+            (tmp_path / name).write_text(content)
+        result = hwsw("advise", corridor, "--goal", "0,0", "--rate", "1Hz", "--prices", tmp_path / name)
+        assert (result.exit_code, "Traceback" in result.output) == (2, False)
