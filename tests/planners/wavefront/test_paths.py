@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import reference_tiles
 from examples import examples
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -18,7 +19,7 @@ from codesign.planners.wavefront.plan import obstacle_potentials, octile_length,
 from codesign.planners.wavefront.plan.grid import check_map
 from codesign.planners.wavefront.plan.parameters import PropagateParameters
 from codesign.planners.wavefront.plan.planner import PLANNER
-from codesign.planners.wavefront.plan.tiles import run_tiles
+from codesign.planners.wavefront.plan.tiles import NEVER, run_tiles
 from codesign.planners.wavefront.plan.wave import run_wave
 
 NO_STOP = np.zeros((0, 2), np.int64)
@@ -116,23 +117,38 @@ def test_the_skeleton_of_a_corridor_is_its_middle(width: int, crest: list[int]) 
     assert np.flatnonzero(skeleton(obstacle_potentials(free)).any(axis=1)).tolist() == crest
 
 
-@given(walks(), st.integers(1, 15), st.integers(1, 15), st.sampled_from(["plain", "corners", "penalty"]))
-@settings(max_examples=examples(120))
-def test_tiles_give_the_same_potentials(
-    walk: tuple[NDArray[np.bool_], tuple[int, int], tuple[int, int]], height: int, width: int, kind: str
+@given(
+    walks(),
+    st.integers(1, 15),
+    st.integers(1, 15),
+    st.sampled_from(["plain", "corners", "penalty", "even"]),
+    st.integers(0, 2000),
+)
+@settings(max_examples=examples(160))
+def test_tiles_give_the_same_potentials_by_the_visits_of_the_plain_loop(
+    walk: tuple[NDArray[np.bool_], tuple[int, int], tuple[int, int]], height: int, width: int, kind: str, most: int
 ) -> None:
     free, source, start = walk
     extra = np.add.outer(np.arange(free.shape[0]) * 3, np.arange(free.shape[1])) % 6 if kind == "penalty" else None
-    wave_map = check_map(free, None, kind != "corners", extra)
-    sources = np.array([source])
+    wave_map = check_map(free, (3, 3) if kind == "even" else None, kind != "corners", extra)
+    sources, tile = np.array([source]), (height, width)
+    whole, unbounded = run_wave(wave_map, sources, NO_STOP)[0], run_tiles(wave_map, sources, tile)[1]
     for stops in (NO_STOP, np.array([start])):
-        if kind == "corners" and len(stops) and run_wave(wave_map, sources, NO_STOP)[0][start] < 0:
+        if len(stops) and whole[start] < 0:
             continue
-        whole = run_wave(wave_map, sources, stops)[0]
-        potentials, visits = run_tiles(wave_map, sources, stops, (height, width))
-        assert (potentials == whole).all()
-        assert visits.largest >= whole.max()
-        assert (visits.span >= 0).all()
+        until = int(whole[start]) if len(stops) else NEVER
+        potentials, visits = run_tiles(wave_map, sources, tile, until)
+        expected, loop = reference_tiles.run_tiles(wave_map, sources, stops, tile)
+        assert (potentials == expected).all()
+        assert (potentials == run_wave(wave_map, sources, stops)[0]).all()
+        assert list(zip(visits.tile, visits.since, visits.span, visits.last, strict=True)) == loop
+        assert visits.largest >= potentials.max()
+        # Near stops take the first visits of the wave to its own end.
+        assert (np.diff(visits.since) >= 0).all()
+        assert (unbounded.before(until).span == visits.span).all()
+        given_up = run_tiles(wave_map, sources, tile, until, 5, most)[1]
+        assert (given_up.span == visits.span[: len(given_up.span)]).all()
+        assert (given_up.until < until) == (int((visits.span + 6).sum()) > most)
         if height >= free.shape[0] and width >= free.shape[1]:
             # A stop that is the source is reached before any visit.
             assert len(visits.tile) == (0 if len(stops) and start == source else 1)

@@ -19,6 +19,7 @@ of it:
 
 from __future__ import annotations
 
+import heapq
 from typing import Any
 
 import numpy as np
@@ -280,3 +281,242 @@ def follow(
         path[used] = cell
         used += 1
     return path[:used]
+
+
+NEVER = np.int32(2147483647)
+"""The potential of a cell that no visit has reached yet, and the time of what is not awaited."""
+HALO = -4
+"""A free cell around a tile: no wave enters it."""
+
+
+@njit(cache=True, nogil=True)
+def _copy_tile(
+    potentials: NDArray[np.int32],
+    frame: NDArray[np.int32],
+    extra: NDArray[np.uint8],
+    own: NDArray[np.uint8],
+    first: int,
+) -> None:
+    """A tile and the cells around it from the padded map into ``frame``; ``extra`` into ``own``."""
+    rows, columns = frame.shape
+    top, left = first // potentials.shape[1], first % potentials.shape[1]
+    for row in range(rows):
+        frame[row] = potentials[top + row, left : left + columns]
+    for row in range(rows):
+        for column in range(0, columns, 1 if row in (0, rows - 1) else columns - 1):
+            frame[row, column] = CLOSED if frame[row, column] == CLOSED else HALO
+    if extra.size > 0:
+        for row in range(rows):
+            begin = (top + row) * potentials.shape[1] + left
+            own[row * columns : (row + 1) * columns] = extra[begin : begin + columns]
+
+
+@njit(cache=True, nogil=True)
+def _seed_tile(
+    potentials: NDArray[np.int32],
+    source: NDArray[np.bool_],
+    frame: NDArray[np.int32],
+    own: NDArray[np.uint8],
+    first: int,
+    steps: NDArray[np.int32],
+    delays: NDArray[np.int32],
+    beside: NDArray[np.int32],
+) -> Any:
+    """Lower the cells that a source or a cell around the tile reaches by a step: these, first and last emission."""
+    rows, columns = frame.shape
+    flat = frame.ravel()
+    top, left = first // potentials.shape[1], first % potentials.shape[1]
+    seeds = np.empty(rows * columns, np.int32)
+    used, begin, last = 0, int(NEVER), 0
+    for row in range(rows):
+        inside = 0 < row < rows - 1
+        for column in range(columns):
+            if inside and 0 < column < columns - 1:
+                if source[top + row, left + column]:
+                    begin = 0
+                    if frame[row, column] > 0:
+                        frame[row, column] = 0
+                        seeds[used] = row * columns + column
+                        used += 1
+                continue
+            emission = potentials[top + row, left + column]
+            if emission < 0 or emission == NEVER:
+                continue
+            begin, last = min(begin, emission), max(last, emission)
+            for side in range(delays.size):
+                to_row, to_column = row + steps[side, 0], column + steps[side, 1]
+                if not (0 < to_row < rows - 1 and 0 < to_column < columns - 1):
+                    continue
+                cell = to_row * columns + to_column
+                arrival = emission + delays[side] + (own[cell] if own.size > 0 else 0)
+                if flat[cell] <= arrival or _blocked(flat, row * columns + column, beside[side]):
+                    continue
+                if flat[cell] == potentials[top + to_row, left + to_column]:
+                    seeds[used] = cell
+                    used += 1
+                flat[cell] = arrival
+    return seeds[:used], begin, last
+
+
+@njit(cache=True, nogil=True)
+def _lower_tile(
+    frame: NDArray[np.int32],
+    seeds: NDArray[np.int32],
+    own: NDArray[np.uint8],
+    offsets: NDArray[np.int32],
+    delays: NDArray[np.int32],
+    beside: NDArray[np.int32],
+    slots: int,
+) -> NDArray[np.int32]:
+    """The wave of a visit: lowers every cell of the flat ``frame`` that it reaches earlier; returns these.
+
+    A cell is lowered once, as the wave comes in order of time. ``slots``: one more than the longest own line.
+    """
+    order, following = np.empty(frame.size, np.int32), np.empty(own.size, np.int32)
+    first = np.full(slots, -1, np.int32)
+    begins, ends = np.zeros(delays[-1] + 1, np.int64), np.zeros(delays[-1] + 1, np.int64)
+    seeds = seeds[np.argsort(frame[seeds], kind="mergesort")]
+    times = frame[seeds]
+    used = seed = waiting = quiet = 0
+    time = times[0] if times.size > 0 else 0
+    while seed < seeds.size or waiting > 0 or quiet <= delays[-1]:
+        begin = used
+        while seed < seeds.size and times[seed] == time:
+            # The wave may have come earlier meanwhile.
+            if frame[seeds[seed]] == time:
+                order[used] = seeds[seed]
+                used += 1
+            seed += 1
+        cell = first[time % slots]
+        first[time % slots] = -1
+        while cell >= 0:
+            order[used] = cell
+            used, waiting, cell = used + 1, waiting - 1, following[cell]
+        for side in range(delays.size):
+            since = (time - delays[side]) % begins.size
+            for origin in order[begins[since] : ends[since]]:
+                cell = origin + offsets[side]
+                entry = own[cell] if own.size > 0 else 0
+                if frame[cell] <= time + entry or _blocked(frame, origin, beside[side]):
+                    continue
+                frame[cell] = time + entry
+                if entry > 0:
+                    following[cell] = first[(time + entry) % slots]
+                    first[(time + entry) % slots] = cell
+                    waiting += 1
+                else:
+                    order[used] = cell
+                    used += 1
+        begins[time % begins.size], ends[time % begins.size] = begin, used
+        quiet = 0 if used > begin else quiet + 1
+        time += 1
+        # The silence before the next seed is skipped.
+        if quiet > delays[-1] and waiting == 0 and seed < seeds.size:
+            time = times[seed]
+            begins[:] = ends[:] = 0
+            quiet = 0
+    return order[:used]
+
+
+@njit(cache=True, nogil=True)
+def _note_changes(
+    lowered: NDArray[np.int32], frame: NDArray[np.int32], earliest: NDArray[np.int32], potentials: NDArray[np.int32]
+) -> None:
+    """Write ``frame`` back, into ``potentials``; ``earliest`` 3 × 3: the first change that each tile beside sees."""
+    rows, columns = frame.shape
+    earliest[:] = NEVER
+    for cell in lowered:
+        row, column = cell // columns, cell % columns
+        time = frame[row, column]
+        potentials[row, column] = time
+        up, down, left, right = row == 1, row == rows - 2, column == 1, column == columns - 2
+        if not (up or down or left or right):
+            continue
+        for vertical in range(3):
+            for horizontal in range(3):
+                if (up, True, down)[vertical] and (left, True, right)[horizontal]:
+                    earliest[vertical, horizontal] = min(earliest[vertical, horizontal], time)
+
+
+@njit(cache=True, nogil=True)
+def _visit(
+    potentials: NDArray[np.int32],
+    source: NDArray[np.bool_],
+    extra: NDArray[np.uint8],
+    corner: tuple[int, int],
+    size: tuple[int, int],
+    steps: NDArray[np.int32],
+    delays: NDArray[np.int32],
+    beside: NDArray[np.int32],
+    earliest: NDArray[np.int32],
+) -> Any:
+    """Visit the tile of ``size`` at ``corner``; fills ``earliest``, returns the first and the last time."""
+    frame = np.empty((size[0] + 2, size[1] + 2), np.int32)
+    own = np.empty(frame.size if extra.size else 0, np.uint8)
+    first = corner[0] * potentials.shape[1] + corner[1]
+    _copy_tile(potentials, frame, extra, own, first)
+    wide = np.int32(size[1] + 2)
+    offsets, blocking = steps[:, 0] * wide + steps[:, 1], beside[:, :, 0] * wide + beside[:, :, 1]
+    seeds, begin, last = _seed_tile(potentials, source, frame, own, first, steps, delays, blocking)
+    slots = int(extra.max()) + 1 if extra.size else 1
+    lowered = _lower_tile(frame.ravel(), seeds, own, offsets, delays, blocking, slots)
+    window = potentials[corner[0] : corner[0] + size[0] + 2, corner[1] : corner[1] + size[1] + 2]
+    _note_changes(lowered, frame, earliest, window)
+    for time in frame.ravel():
+        if last < time != NEVER:
+            last = time
+    return begin, last
+
+
+@njit(cache=True, nogil=True)
+def visit_tiles(
+    potentials: NDArray[np.int32],
+    source: NDArray[np.bool_],
+    extra: NDArray[np.uint8],
+    tile: tuple[int, int],
+    steps: NDArray[np.int32],
+    delays: NDArray[np.int32],
+    beside: NDArray[np.int32],
+    until: int,
+    exchange: int,
+    most_cycles: int,
+) -> Any:
+    """Visit tiles until no change before ``until`` is pending; int64 n × 4, and whether that is all of them.
+
+    Of each visit: the tile, the pending change, the first emission, the last emission or arrival. ``potentials``, in
+    and out, and ``source`` are padded; ``extra`` is flat, or empty. ``exchange``: cycles of a visit beside its wave.
+    Beyond ``most_cycles`` of all visits it gives up.
+    """
+    rows, columns = potentials.shape[0] - 2, potentials.shape[1] - 2
+    down, across = -(-rows // tile[0]), -(-columns // tile[1])
+    pending = np.full(down * across, NEVER, np.int32)
+    for row in range(rows):
+        for column in range(columns):
+            if source[row + 1, column + 1]:
+                pending[row // tile[0] * across + column // tile[1]] = 0
+    # Numbers in the order of (pending change, tile), as their pairs.
+    waiting = [np.int64(index) for index in range(pending.size) if pending[index] == 0]
+    visits = [np.int64(0) for _ in range(0)]
+    earliest = np.empty((3, 3), np.int32)
+    cycles = 0
+    while len(waiting) > 0:
+        since, index = divmod(heapq.heappop(waiting), np.int64(pending.size))
+        if pending[index] != since:
+            continue
+        if since >= until:
+            break
+        pending[index] = NEVER
+        at, corner = (index // across, index % across), (index // across * tile[0], index % across * tile[1])
+        size = min(tile[0], rows - corner[0]), min(tile[1], columns - corner[1])
+        begin, last = _visit(potentials, source, extra, corner, size, steps, delays, beside, earliest)
+        visits.extend((np.int64(index), since, np.int64(begin), np.int64(last)))
+        cycles += exchange + last - begin + 1
+        if cycles > most_cycles:
+            return np.array(visits).reshape(-1, 4), False
+        for vertical in range(max(0, at[0] - 1), min(down, at[0] + 2)):
+            for horizontal in range(max(0, at[1] - 1), min(across, at[1] + 2)):
+                time, other = earliest[vertical - at[0] + 1, horizontal - at[1] + 1], vertical * across + horizontal
+                if time < pending[other] and other != index:
+                    pending[other] = time
+                    heapq.heappush(waiting, np.int64(time) * pending.size + other)
+    return np.array(visits).reshape(-1, 4), True

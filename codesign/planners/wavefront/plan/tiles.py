@@ -4,12 +4,16 @@ A visit runs the wave in one tile from its own sources and from the cells around
 times of their potentials. The result of a visit is the shortest distance for the present potentials outside. If a
 border cell changes, the tiles beside it are visited (again); the tile with the earliest change is first. Potentials
 only fall and are lengths of real paths, so the visits end. Then equation 1 holds everywhere: the potentials are as on
-the whole map at once. With stops the visits end as soon as no pending change is early enough to change a stop.
+the whole map at once.
+
+What a visit changes, it changes to more than the change that it was pending for. So pending changes come in order of
+time, and potentials up to the present one are final. A wave that waits for a stop therefore ends where the pending
+change reaches the stop's potential: its visits are the first ones of the wave to its own end, and the farthest start
+takes longest.
 """
 
 from __future__ import annotations
 
-import heapq
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -21,131 +25,69 @@ from codesign.planners.wavefront.plan.grid import UNREACHED, WaveMap
 
 kernels = late("codesign.planners.wavefront.plan.kernels")
 
-HALO = -4
-"""A cell around the tile: it emits when its time has come, and no wave enters it."""
 NEVER = np.iinfo(np.int32).max
+"""The potential that a wave to its own end waits for."""
+NO_LIMIT = np.iinfo(np.int64).max
 
 
 @dataclass(frozen=True)
 class Visits:
-    """The visits of tiles, one value each, in order.
+    """The visits of tiles, one value each, in order; int64.
 
-    ``tile``: int32, raster number. ``span``: int64, cycles from the first emission to the last emission or arrival.
-    ``largest``: the largest potential that any visit met, which may be above the final ones.
+    ``tile``: raster number. ``since``: the change that it was pending for, rising. ``span``: cycles from the first
+    emission to the last emission or arrival, which is at ``last``. ``until``: no change from here on is followed.
     """
 
-    tile: NDArray[np.int32]
+    tile: NDArray[np.int64]
+    since: NDArray[np.int64]
     span: NDArray[np.int64]
-    largest: int
+    last: NDArray[np.int64]
+    until: int = NEVER
 
+    @property
+    def largest(self) -> int:
+        """The largest potential that any visit met, which may be above the final ones."""
+        return int(self.last.max(initial=0))
 
-@dataclass
-class _State:
-    """The padded map during the visits. ``potentials``: OPEN, CLOSED, or a time so far. ``source``: the sources."""
-
-    potentials: NDArray[np.int32]
-    source: NDArray[np.bool_]
-    extra: NDArray[np.uint8]
+    def before(self, until: int) -> Visits:
+        """The visits of a wave that waits for a stop with this potential, no farther away than these visits go."""
+        count = np.searchsorted(self.since, until)
+        return Visits(*(values[:count] for values in (self.tile, self.since, self.span, self.last)), until)
 
 
 def run_tiles(
-    wave_map: WaveMap, sources: NDArray[np.int64], stops: NDArray[np.int64], tile: Sequence[int]
+    wave_map: WaveMap,
+    sources: NDArray[np.int64],
+    tile: Sequence[int],
+    until: int = NEVER,
+    exchange: int = 0,
+    most_cycles: int = NO_LIMIT,
 ) -> tuple[NDArray[np.int32], Visits]:
     """Potentials as by ``wave.run_wave``, and the visits. The map has two axes; ``tile``: rows, columns.
 
-    Cells farther than the farthest stop are ``UNREACHED``. Callers run ``run_wave`` first, which refuses an
-    unreachable stop.
+    ``until``: the potential of the farthest stop. Cells farther away are ``UNREACHED``. The visits that take more than
+    ``most_cycles``, with ``exchange`` each beside the wave, are given up: ``Visits.until`` is then smaller, and the
+    potentials are not all final.
     """
-    rows, columns = wave_map.free.shape
-    shape = wave_map.padded_shape
-    free = np.where(wave_map.free, np.int32(kernels.OPEN), np.int32(kernels.CLOSED))
+    shape, beside = wave_map.padded_shape, wave_map.neighbours
+    free = wave_map.pad(np.where(wave_map.free, np.int32(NEVER), np.int32(kernels.CLOSED)), kernels.CLOSED)
     source = np.zeros(shape, np.bool_)
     source[tuple(sources.T + 1)] = True
-    extra = wave_map.arrays[3]
-    state = _State(
-        wave_map.pad(free, kernels.CLOSED).reshape(shape), source, extra.reshape(shape) if extra.size else extra
+    potentials = free.reshape(shape)
+    visits, ended = kernels.visit_tiles(
+        potentials,
+        source,
+        wave_map.arrays[3],
+        (int(tile[0]), int(tile[1])),
+        beside.steps,
+        beside.delays,
+        beside.beside,
+        until,
+        exchange,
+        most_cycles,
     )
-    down_count, across = -(-rows // tile[0]), -(-columns // tile[1])
-    pending = dict.fromkeys(((row // tile[0]) * across + column // tile[1] for row, column in sources.tolist()), 0)
-    waiting = [(0, index) for index in sorted(pending)]
-    stop_cells = tuple(stops.T + 1)
-    visited: list[int] = []
-    spans: list[int] = []
-    largest = 0
-    while waiting:
-        since, index = heapq.heappop(waiting)
-        if pending.get(index) != since:
-            continue
-        # A stop that is a source is reached before any visit.
-        at_stops = np.where(source[stop_cells], 0, state.potentials[stop_cells])
-        if at_stops.size and at_stops.min() >= 0 and since >= at_stops.max():
-            break
-        del pending[index]
-        corner = index // across * tile[0], index % across * tile[1]
-        size = min(tile[0], rows - corner[0]), min(tile[1], columns - corner[1])
-        begin, end, changes = _visit(wave_map, state, corner, size)
-        visited.append(index)
-        spans.append(end - begin)
-        largest = max(largest, end)
-        for (down, right), time in changes.items():
-            if not (0 <= index // across + down < down_count and 0 <= index % across + right < across):
-                continue
-            beside = index + down * across + right
-            if time < pending.get(beside, NEVER):
-                pending[beside] = time
-                heapq.heappush(waiting, (time, beside))
-    answer = state.potentials[1:-1, 1:-1]
-    answer = np.where(source[1:-1, 1:-1], 0, np.where(answer < 0, np.int32(UNREACHED), answer))
-    if len(stops):
-        answer[answer > answer[tuple(stops.T)].max()] = UNREACHED
-    return answer, Visits(np.array(visited, np.int32), np.array(spans, np.int64), largest)
-
-
-def _visit(
-    wave_map: WaveMap, state: _State, corner: tuple[int, int], size: tuple[int, int]
-) -> tuple[int, int, dict[tuple[int, int], int]]:
-    """Run one tile; returns its first and last time, and the earliest change towards each tile beside it."""
-    window = slice(corner[0], corner[0] + size[0] + 2), slice(corner[1], corner[1] + size[1] + 2)
-    inner = slice(1, -1), slice(1, -1)
-    potentials = state.potentials[window]
-    before = potentials[inner].copy()
-    # One more closed cell around, so that the halo has neighbours too.
-    frame = np.full((size[0] + 4, size[1] + 4), kernels.CLOSED, np.int32)
-    halo = frame[inner]
-    halo[...] = np.where(potentials == kernels.CLOSED, np.int32(kernels.CLOSED), np.int32(HALO))
-    halo[inner] = np.where(before == kernels.CLOSED, np.int32(kernels.CLOSED), np.int32(kernels.OPEN))
-    times = np.where(potentials >= 0, potentials, NEVER)
-    times[inner] = np.where(state.source[window][inner], 0, NEVER)
-    emitting = np.argwhere(times < NEVER)
-    at = times[tuple(emitting.T)]
-    by_time = np.argsort(at, kind="stable")
-    seeds = np.ravel_multi_index(tuple(emitting[by_time].T + 1), frame.shape).astype(np.int32)
-    extra = np.zeros(0, np.uint8)
-    if state.extra.size:
-        extra = np.zeros(frame.shape, np.uint8)
-        extra[inner] = state.extra[window]
-        extra = extra.ravel()
-    offsets, beside = wave_map.neighbours.flat(frame.shape)
-    flat = frame.ravel()
-    none = np.zeros(0, np.int32)
-    kernels.spread(
-        flat, seeds, at[by_time].astype(np.int32), offsets, wave_map.neighbours.delays, beside, extra, none, NEVER - 1
-    )
-    after = flat.reshape(frame.shape)[2:-2, 2:-2]
-    after[(after < 0) & (after != kernels.CLOSED)] = kernels.OPEN
-    potentials[inner] = after
-    last = max(int(at.max()), int(after.max(initial=0)))
-    changed = np.where((after >= 0) & (after != before), after, NEVER)
-    return int(at.min()), last, _towards(changed)
-
-
-def _towards(changed: NDArray[np.int32]) -> dict[tuple[int, int], int]:
-    """The earliest change at the border (NEVER: none) that each of the eight tiles beside it can see."""
-    sides = {-1: slice(0, 1), 0: slice(None), 1: slice(-1, None)}
-    earliest_changes = {}
-    for down, rows in sides.items():
-        for right, columns in sides.items():
-            earliest = int(changed[rows, columns].min())
-            if (down or right) and earliest < NEVER:
-                earliest_changes[down, right] = earliest
-    return earliest_changes
+    number, since, begin, last = visits.T
+    answer = potentials[1:-1, 1:-1]
+    answer[tuple(sources.T)] = 0
+    answer = np.where((answer < 0) | (answer > until) | (answer == NEVER), np.int32(UNREACHED), answer)
+    return answer, Visits(number, since, last - begin, last, until if ended else int(since[-1]))

@@ -19,8 +19,15 @@ from codesign.planners.job import Job, Line, short_resources
 from codesign.planners.styles import Designs, Memory, Step, beyond_map, one_step
 from codesign.planners.wavefront.plan.grid import check_cells, tile_count
 from codesign.planners.wavefront.plan.parameters import MAX_TILES, Paths, PropagateParameters, ReadOut
-from codesign.planners.wavefront.plan.plan import plan_key, problem_map, sizing_plan, sizing_stops, stop_cells, stops_of
-from codesign.planners.wavefront.plan.tiles import Visits, run_tiles
+from codesign.planners.wavefront.plan.plan import (
+    cached_plan,
+    plan_key,
+    problem_map,
+    sizing_plan,
+    sizing_stops,
+    stops_of,
+)
+from codesign.planners.wavefront.plan.tiles import NEVER, NO_LIMIT, Visits, run_tiles
 from codesign.planners.wavefront.plan.wave import longest_distance, obstacle_map, register_bits
 from codesign.planners.wavefront.styles import timing
 from codesign.planners.wavefront.styles.array import ArrayStyle
@@ -46,7 +53,7 @@ class Tiled(ArrayStyle):
         problem, parameters = job.problem, job.parameters
         largest = sizing_plan(problem, parameters).largest_potential
         for each in dict.fromkeys((problem, problem.changed)):
-            sized = replace(job, problem=each, memo=None)
+            sized = replace(job, problem=each)
             largest = max(largest, self._visits(sized, sizing_stops(each, parameters)).largest)
         if parameters.paths is Paths.SAFE:
             longest = longest_distance(problem.shape, parameters.delays)
@@ -126,18 +133,12 @@ class Tiled(ArrayStyle):
     def _obstacle_visits(self, job: Job[Problem, PropagateParameters]) -> Visits:
         problem, parameters = job.problem, job.parameters
         key = ("wavefront obstacle tiles", problem.map_digest, parameters.delays, parameters.tile)
-        return job.shared(key, lambda: _kept.get(key, lambda: obstacle_visits(problem, parameters)))
+        return _kept.get(key, lambda: obstacle_visits(problem, parameters))
 
     def _visits(self, job: Job[Problem, PropagateParameters], stops: tuple[Cell, ...]) -> Visits:
         problem, parameters = job.problem, job.parameters
-        key = ("tiles", *plan_key(problem, parameters, stops), parameters.tile)
-
-        def compute() -> Visits:
-            sources = check_cells(problem.goals, problem.free, "goals")
-            tile = parameters.tile_shape(*problem.shape)
-            return run_tiles(problem_map(problem, parameters), sources, stop_cells(problem, stops), tile)[1]
-
-        return job.shared(key, lambda: _kept.get(key, compute))
+        last = cached_plan(problem, parameters, stops).stop_potential
+        return visits_until(problem, parameters, NEVER if last is None else last)
 
     def _visit_steps(self, job: Job[Problem, PropagateParameters], phase: str, visits: Visits) -> Iterator[Step]:
         problem, parameters = job.problem, job.parameters
@@ -156,10 +157,30 @@ class Tiled(ArrayStyle):
             yield one_step(phase, wave)
 
 
+def visits_until(problem: Problem, parameters: PropagateParameters, until: int, most_cycles: int = NO_LIMIT) -> Visits:
+    """The visits up to the potential ``until`` of a stop, kept in this process: near stops take the first of them.
+
+    Beyond ``most_cycles``, exchanges included, they are given up, and ``Visits.until`` is smaller.
+    """
+    key = ("tiles", *plan_key(problem, parameters, ()), parameters.tile)
+    kept: Visits | None = _kept.held(key)
+    tile, tiles = parameters.tile_shape(*problem.shape), parameters.tile_count(*problem.shape)
+    exchange = timing.exchange_cycles(tile, tiles)
+    if kept is None or (kept.until < until and visits_cycles(kept, exchange) <= most_cycles):
+        sources = check_cells(problem.goals, problem.free, "goals")
+        kept = run_tiles(problem_map(problem, parameters), sources, tile, until, exchange, most_cycles)[1]
+        _kept.keep(key, kept)
+    return kept.before(until) if until <= kept.until else kept
+
+
+def visits_cycles(visits: Visits, exchange: int) -> int:
+    """Cycles of visits, with ``exchange`` each beside the wave."""
+    return exchange * len(visits.span) + int(timing.visit_cycles(visits.span).sum())
+
+
 def obstacle_visits(problem: Problem, parameters: PropagateParameters) -> Visits:
     """The visits of the wave from all obstacles; a map without any takes none."""
     wave_map, obstacles = obstacle_map(problem.free, parameters.delays)
     if not len(obstacles):
-        return Visits(np.zeros(0, np.int32), np.zeros(0, np.int64), 0)
-    tile = parameters.tile_shape(*problem.shape)
-    return run_tiles(wave_map, obstacles, np.zeros((0, 2), np.int64), tile)[1]
+        return Visits(*[np.zeros(0, np.int64)] * 4)
+    return run_tiles(wave_map, obstacles, parameters.tile_shape(*problem.shape))[1]
