@@ -18,7 +18,8 @@ from codesign.views.report.advice_tables import advice_table
 
 def advise(asked: Advise) -> None:
     """Answer which board suffices for a map at a rate, and why no cheaper one does."""
-    needs = advice.parse_needs(asked.rate, asked.power, asked.price, asked.clearance)
+    motion = advice.parse_motion(asked.speed, asked.sight, asked.brake, asked.sensor, asked.delay)
+    needs = advice.parse_needs(asked.rate, asked.power, asked.price, asked.clearance, motion)
     named = None if asked.boards is None else [name.strip() for name in asked.boards.split(",") if name.strip()]
     boards = advice.boards_of(named, asked.prices)
     section = advice.problem_section(
@@ -50,7 +51,9 @@ def advise(asked: Advise) -> None:
     if asked.as_json:
         click.echo(answer.model_dump_json(indent=2))
     else:
-        click.echo(f"{printable(answer.verdict, None)}.")
+        for sentence in (answer.question, answer.verdict, answer.driving):
+            if sentence:
+                click.echo(f"{printable(sentence, None)}.")
         click.echo(render_text(advice_table(answer)))
         if answer.command is not None:
             click.echo(f"the winner's run: {printable(answer.command, None)}")

@@ -89,13 +89,23 @@ class Advise(Request):
 
     MAP is a file, or a shipped map such as house.
 
+    In place of --rate, --speed with --range and --brake asks for the rate at which a robot of that speed stops for what
+    it sees. Without --speed, the answer says how fast it may drive with each board.
+
     Every planner, style and placement is searched on every board. A PLACE is ROW,COLUMN in whole numbers, or X,Y in
     metres of the map's frame, as 12.5,3.0 or 12m,3m. The exit code is 3 where no board suffices.
     """
 
     map_file: Path = argument("MAP", type=_MAP)
     goals: tuple[str, ...] = option("A goal, such as 12.5,3.0.", "--goal PLACE")
-    rate: str = option("Plans a second, such as 10Hz.", "--rate RATE")
+    rate: str | None = option("Plans a second, such as 10Hz.", "--rate RATE")
+    speed: str | None = option("Speed of the robot, such as 1.5m/s, in place of --rate.", "--speed SPEED")
+    sight: str | None = option("Distance that the robot's sensor sees, such as 4m.", "--range LENGTH")
+    brake: str | None = option("Deceleration of its brakes, such as 2m/s^2.", "--brake ACCELERATION")
+    sensor: str | None = option("Scans of its sensor a second, such as 10Hz.  [default: no limit]", "--sensor RATE")
+    delay: str | None = option(
+        "Latency of sensor, messages and actuators together, such as 50ms.  [default: 0]", "--delay TIME"
+    )
     boards: str | None = option("Boards to ask about: names or files.  [default: all]", "--boards NAME,...")
     power: str | None = option("Most mean power at that rate, such as 5W.", "--power POWER")
     price: str | None = option("Most that a board may cost, such as 200USD.", "--price PRICE")

@@ -87,7 +87,7 @@ class OmnidirectionalDrive:
     @property
     def braking(self) -> float:
         """The braking distance v² / 2a from ``speed``."""
-        return braking(self.speed, self.acceleration)
+        return float(braking(self.speed, self.acceleration))
 
 
 @dataclass(frozen=True)
@@ -117,7 +117,7 @@ class DifferentialDrive:
     @property
     def braking(self) -> float:
         """The braking distance v² / 2a from ``speed``."""
-        return braking(self.speed, self.acceleration)
+        return float(braking(self.speed, self.acceleration))
 
 
 Kinematics = PointDrive | OmnidirectionalDrive | DifferentialDrive

@@ -74,7 +74,7 @@ class Loop:
         """
         return self.period + self.delay + plan * (1 + (plan > self.period))
 
-    def plan(self, reaction: float) -> float:
+    def plan(self, reaction: Number) -> Number:
         """The longest plan with this worst reaction; below 0 none: sensor and delay alone take longer."""
         left = reaction - self.period - self.delay
         return max(min(left, self.period), left / 2) if left > 0 else left

@@ -1,4 +1,4 @@
-"""docs/questions.md: every question is asked, and answered with the sentence and the command of the page."""
+"""docs/questions.md: every question is asked, and answered with the sentences and the command of the page."""
 
 from __future__ import annotations
 
@@ -31,8 +31,8 @@ def places(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 def assert_answered(hwsw: Run, command: str, shown: str) -> None:
     result = hwsw(*shlex.split(command))
-    verdict, *rest = shown.splitlines()
-    assert result.stdout.splitlines()[0] == verdict
+    question, verdict, *rest = shown.splitlines()
+    assert result.stdout.splitlines()[:2] == [question, verdict]
     assert result.exit_code == (0 if rest else EXIT_NO), result.output
     if rest:
         assert rest == ["...", result.stdout.splitlines()[-1]]
@@ -57,7 +57,7 @@ def test_the_memory_of_a_microcontroller_excludes_it(hwsw: Run) -> None:
     result = hwsw(*shlex.split(command), "--boards", "teensy-4-1")
     assert result.exit_code == EXIT_NO
     assert re.findall(r"memory of the processor: .*? against .*?bytes", shown) == re.findall(
-        r"memory of the processor: .*? against .*?bytes", result.stdout.splitlines()[0]
+        r"memory of the processor: .*? against .*?bytes", result.stdout.splitlines()[1]
     )
 
 

@@ -3,10 +3,9 @@
 ``advise`` searches every planner, style and placement on every board, and names the board of least cost that meets all
 needs, with the reason why the cheaper ones do not.
 
-The stages, one module each: ``needs`` (the question), ``boards`` (the catalogue), ``candidates`` (the designs of a
-board), ``trials`` (what a design comes to), ``cache`` (trials kept on disk), ``search`` (which designs are tried, in
-which order), ``shortfalls`` (a design against the needs), ``answer`` (boards side by side), ``certainty`` (how sure it
-is), ``sentence`` (the verdict in words), ``files`` (the winner as a file).
+The stages, one module each: ``motion`` (from a speed to a rate), ``needs`` (the question), ``candidates`` (the designs
+of a board), ``trials`` (what a design comes to, and which are tried), ``answer`` (boards side by side), ``certainty``
+(how sure it is), ``sentence`` (the verdict in words).
 
 Of the designs that suffice on a board, the simplest is named: software before a circuit, a circuit before a split. The
 board costs the same with each of them. The fastest stands beside it.
@@ -29,9 +28,19 @@ from more_itertools import map_reduce
 
 from codesign.ground.errors import RunError, StoreError
 from codesign.ground.files import cache_folder, kept_folder, write_atomically
-from codesign.study.advice.answer import Advice, BoardAdvice, Design, advice_schema, cheaper_than, judged, met_alone
+from codesign.study.advice.answer import (
+    Advice,
+    BoardAdvice,
+    Design,
+    advice_schema,
+    cheaper_than,
+    driven_with,
+    judged,
+    met_alone,
+)
 from codesign.study.advice.candidates import Board, Candidate, boards_of, is_file, price_remarks
 from codesign.study.advice.certainty import Certainty, certainty_of
+from codesign.study.advice.motion import Driven, driven_text, parse_motion
 from codesign.study.advice.needs import Needs, Question, ask, parse_needs, problem_section, workload_tree
 from codesign.study.advice.sentence import verdict
 from codesign.study.advice.trials import BUDGET_S, Findings, Laboratory, Progress, search, trial_of
@@ -123,6 +132,7 @@ __all__ = [
     "ask",
     "boards_of",
     "design_file",
+    "parse_motion",
     "parse_needs",
     "problem_section",
 ]
@@ -164,14 +174,19 @@ def advise(
             why = fault.what if isinstance(fault, RunError) else fault.strerror
             unkept = f"the winner's workload is not kept (--write FOLDER writes it): {why}"
         next_certainty = _of_next(laboratory, best, cheaper_than(winner, advice))
-    texts = (*question.grid.remarks, *laboratory.failures[:1], remark, unkept, *price_remarks(boards))
+    texts = (*question.grid.remarks, *laboratory.failures[:1], needs.remark, remark, unkept, *price_remarks(boards))
+    driven = driven_with(advice, needs.motion)
     return Advice(
+        question=str(question),
         verdict=verdict(
             advice, needs, met_alone(boards, findings, needs), certainty, next_certainty, complete=not findings.left
         ),
+        driving=_driving(needs, driven, winner),
         certainty=certainty,
         next_certainty=next_certainty,
         needs=needs,
+        goals=question.goals,
+        cell_m=question.grid.resolution,
         rows=question.problem.rows,
         columns=question.problem.columns,
         free_cells=int(question.problem.free.sum()),
@@ -179,12 +194,21 @@ def advise(
         starts=len(question.problem.starts),
         recommended=None if winner is None else winner.board,
         boards=tuple(advice),
+        driven=driven,
         not_searched=_left(findings),
         remarks=tuple(text for text in texts if text),
         simulated=findings.simulated,
         kept=findings.kept,
         command=command,
     )
+
+
+def _driving(needs: Needs, driven: Mapping[str, Driven], winner: BoardAdvice | None) -> str:
+    """The speed with the winner; without one, with the board that is fastest."""
+    if needs.motion is None or not driven:
+        return ""
+    best = winner.board if winner else max(driven, key=lambda board: driven[board].speed_mps)
+    return driven_text(needs.motion, best, driven[best])
 
 
 def _confirmed(laboratory: Laboratory, candidate: Candidate, design: Design | None) -> Certainty:

@@ -10,7 +10,8 @@ from pydantic import Field
 
 from codesign.study.advice.candidates import Board, Candidate, Where
 from codesign.study.advice.certainty import Certainty, input_power, may_suffice, mean_power, shortfalls_of
-from codesign.study.advice.needs import Needs
+from codesign.study.advice.motion import Driven, Motion
+from codesign.study.advice.needs import Goal, Needs
 from codesign.study.advice.trials import Findings, Shortfall, Trial, Tried
 from codesign.system.results.model import ResultModel
 
@@ -60,7 +61,9 @@ class Advice(ResultModel):
     """The answer to a question about boards."""
 
     schema_version: Literal[1] = Field(default=1, description="version of this form")
+    question: str = Field(description="the question as it was understood, in a sentence")
     verdict: str = Field(description="the answer in a sentence")
+    driving: str = Field(description="the speed with the recommended board, or else the fastest; empty: not asked")
     certainty: Certainty | None = Field(
         description="how sure it is that the recommended design meets the needs; None where none does"
     )
@@ -68,6 +71,8 @@ class Advice(ResultModel):
         description="how sure it is that the next cheaper board is too slow; None where it fails by something else"
     )
     needs: Needs = Field(description="what was asked for")
+    goals: tuple[Goal, ...] = Field(description="the goals")
+    cell_m: float | None = Field(description="side of a cell, m; None where the map does not say it")
     rows: int = Field(description="rows of the map that is planned on")
     columns: int = Field(description="columns of the map that is planned on")
     free_cells: int = Field(description="free cells of it")
@@ -78,6 +83,9 @@ class Advice(ResultModel):
     recommended: str | None = Field(description="the board that is recommended; None where none suffices")
     boards: tuple[BoardAdvice, ...] = Field(
         description="every board: those that suffice first, by price where it is known, then by mean power"
+    )
+    driven: dict[str, Driven] = Field(
+        description="by board, the speed that the robot may drive with its design; without those that cannot serve"
     )
     not_searched: tuple[str, ...] = Field(description="designs that the budget did not reach")
     remarks: tuple[str, ...] = Field(description="what a reader must know besides")
@@ -130,6 +138,16 @@ def cheaper_than(recommended: BoardAdvice, boards: Sequence[BoardAdvice]) -> lis
     costs = [(value, board) for board in boards if (value := cost(board)) is not None]
     cheaper = [(value, board) for value, board in costs if limit is not None and value < limit]
     return [board for _, board in sorted(cheaper, key=lambda each: -each[0])]
+
+
+def driven_with(boards: Sequence[BoardAdvice], motion: Motion | None) -> dict[str, Driven]:
+    """By board, the speed that the robot may drive with its design, where that fits and its plans serve."""
+    trials = {board.board: board.design.trial for board in boards if board.design is not None}
+    return {
+        name: motion.driven(trial.time_s, trial.time_low_s, trial.time_high_s)
+        for name, trial in trials.items()
+        if motion is not None and trial.time_s is not None and not trial.shortfalls
+    }
 
 
 def met_alone(boards: Sequence[Board], findings: Findings, needs: Needs) -> dict[str, tuple[str, ...]]:

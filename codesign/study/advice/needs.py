@@ -4,22 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
 from pydantic import Field
 
 from codesign.ground.errors import InputError, SpecError
-from codesign.ground.units import Dimension, parse_quantity
-from codesign.inputs.places import parse_place, place_value
+from codesign.ground.units import PICOSECONDS_PER_SECOND, Dimension, counted, format_power, format_quantity, format_time
+from codesign.inputs.places import cell_text, parse_place, place_value, point_text
 from codesign.maps import Crop, OccupancyGrid
 from codesign.planners.interface import Problem
+from codesign.study.advice.motion import Motion, motion_text, option_quantity
 from codesign.system import catalog
 from codesign.system.bind import plannable
 from codesign.system.inspect import at_options
 from codesign.system.problem_map import load_grid
 from codesign.system.results.model import ResultModel
+from codesign.system.results.result import reach_text
 from codesign.system.scenarios import scenario_of
 
 _OPTIONS = {
@@ -38,15 +39,46 @@ _OPTIONS = {
 class Needs(ResultModel):
     """The needs that a board has to meet. A limit that is None is not asked for."""
 
-    rate_hz: float = Field(description="plans a second, Hz")
+    rate_hz: float = Field(description="plans a second, Hz: one over the time that a plan may take")
     power_w: float | None = Field(default=None, description="most mean power at that rate, W")
     price_usd: float | None = Field(default=None, description="most that the board may cost, USD")
     clearance_m: float | None = Field(default=None, description="obstacles of the map are inflated by this radius, m")
+    motion: Motion | None = Field(
+        default=None,
+        description="the body that has to stop in time; without a rate of its own, the rate follows from it",
+    )
+    rate_is_asked: bool = Field(default=True, description="whether the rate was asked for, not a speed")
 
     @property
     def period_s(self) -> float:
         """The time that a plan may take, s."""
         return 1.0 / self.rate_hz
+
+    @property
+    def remark(self) -> str:
+        """A remark on the power where the sensor begins fewer plans than the rate says; "" where it does not."""
+        sensor = None if self.motion is None or self.rate_is_asked else self.motion.sensor_hz
+        if sensor is None or sensor >= self.rate_hz:
+            return ""
+        rate, scans = (format_quantity(each, Dimension.RATE) for each in (self.rate_hz, sensor))
+        return f"power is at {rate}; the sensor begins plans at {scans}, which takes no more"
+
+
+class Goal(ResultModel):
+    """A goal, as users count it: in the whole map."""
+
+    row: int = Field(description="its row")
+    column: int = Field(description="its column")
+    x_m: float | None = Field(description="to the right in the frame of the map, m; None of a map without a scale")
+    y_m: float | None = Field(description="up, m")
+
+    def __str__(self) -> str:
+        cell = cell_text((self.row, self.column))
+        return (
+            f"cell {cell}"
+            if self.x_m is None or self.y_m is None
+            else f"cell {cell}, its middle at {point_text(self.x_m, self.y_m)}"
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,30 +95,83 @@ class Question:
     grid: OccupancyGrid
     problem: Problem
 
+    @property
+    def goals(self) -> tuple[Goal, ...]:
+        """The goals in cells and in metres."""
+        cells = [self.problem.named(cell) for cell in self.problem.goals]
+        frame = self.grid.frame
+        points = [(None, None) if frame is None else frame.point(*cell) for cell in cells]
+        return tuple(
+            Goal(row=cell[0], column=cell[1], x_m=at[0], y_m=at[1]) for cell, at in zip(cells, points, strict=True)
+        )
 
-def parse_needs(rate: str, power: str | None = None, price: str | None = None, clearance: str | None = None) -> Needs:
+    def __str__(self) -> str:
+        """The question as it was understood, in a sentence."""
+        problem, needs, cell = self.problem, self.needs, self.grid.resolution
+        size = f"{problem.rows} × {problem.columns} cells"
+        if cell is not None:
+            height, width = problem.rows * cell, problem.columns * cell
+            size += f" of {format_quantity(cell, Dimension.LENGTH)} ({height:.4g} × {width:.4g} m)"
+        goals = "; ".join(map(str, self.goals[:_MOST_GOALS]))
+        more = len(self.goals) - _MOST_GOALS
+        goals += f" and {more} more" if more > 0 else ""
+        reached = [] if problem.reach is None else [reach_text([problem.reach])]
+        starts = counted(len(problem.starts), "start") + ("" if "starts" in self.section else ", drawn")
+        what = _TASKS[self.section.get("task", "path")]
+        limits = [] if needs.motion is None else [motion_text(needs.motion, judged_by_rate=needs.rate_is_asked)]
+        limits += [] if needs.power_w is None else [f"at most {format_power(needs.power_w)}"]
+        limits += [] if needs.price_usd is None else [f"at most {needs.price_usd:g} USD"]
+        limits += [f"obstacles grown by {needs.clearance_m:g} m"] if needs.clearance_m else []
+        period = format_time(round(needs.period_s * PICOSECONDS_PER_SECOND))
+        when = f"{what} within {period} ({format_quantity(needs.rate_hz, Dimension.RATE)})"
+        parts = [f"{when} on {self.map_file.name}, {size}, to {goals}", *reached, starts, *limits]
+        return f"Asked: {'; '.join(parts)}"
+
+
+_MOST_GOALS = 3
+"""Goals that the sentence names."""
+
+_TASKS = {"path": "a path", "field": "a field of paths", "replan": "a new path after a change"}
+
+
+def parse_needs(
+    rate: str | None,
+    power: str | None = None,
+    price: str | None = None,
+    clearance: str | None = None,
+    motion: Motion | None = None,
+) -> Needs:
     """The needs as a user writes them: ``10 Hz``, ``5 W``, ``200 USD``, ``0.3 m``.
 
+    The rate is one over the longest plan that the ``motion`` leaves where no rate is given.
+
     Raises:
-        InputError: a quantity that is none, or out of its bounds; ``where`` is the option.
+        InputError: a quantity that is none, or out of its bounds; no rate and no motion, or a rate beside a speed;
+            ``where`` is the option.
     """
+    if rate is None and motion is None:
+        hint = "give --rate, such as 10Hz; or --range and --brake, with --speed or for the speed that a board allows"
+        raise InputError("nothing says how quick a plan has to be", "--rate", hint)
+    if rate is not None and motion is not None and motion.speed_mps is not None:
+        what = f"--speed asks for {format_quantity(1 / motion.plan_s, Dimension.RATE)}, so both ask for a rate"
+        raise InputError(what, "--rate", "leave one of them out: the one that asks for less")
+    if rate is not None:
+        rate_hz = option_quantity(rate, Dimension.RATE, "--rate")
+    else:
+        assert motion is not None, "refused above"
+        rate_hz = 1 / motion.plan_s
     return Needs(
-        rate_hz=float(_quantity(rate, Dimension.RATE, "--rate")),
+        rate_hz=rate_hz,
         power_w=_optional(power, Dimension.POWER, "--power"),
         price_usd=_optional(price, Dimension.MONEY, "--price"),
         clearance_m=_optional(clearance, Dimension.LENGTH, "--clearance"),
+        motion=motion,
+        rate_is_asked=rate is not None,
     )
 
 
 def _optional(text: str | None, dimension: Dimension, option: str) -> float | None:
-    return None if text is None else float(_quantity(text, dimension, option))
-
-
-def _quantity(text: str, dimension: Dimension, option: str) -> int | Fraction:
-    try:
-        return parse_quantity(text, dimension)
-    except InputError as wrong:
-        raise InputError(wrong.what, option, wrong.hint) from None
+    return None if text is None else option_quantity(text, dimension, option)
 
 
 def problem_section(
@@ -113,7 +198,7 @@ def problem_section(
     if unknown is not None:
         section["map"]["unknown"] = unknown
     if resolution is not None:
-        _quantity(resolution, Dimension.LENGTH, "--resolution")
+        option_quantity(resolution, Dimension.LENGTH, "--resolution")
         section["map"]["resolution"] = resolution
     if needs.clearance_m:
         section["map"]["inflate"] = f"{needs.clearance_m:g} m"

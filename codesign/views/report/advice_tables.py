@@ -6,6 +6,7 @@ from codesign.ground.figures import label
 from codesign.ground.units import counted
 from codesign.study.advice.answer import Advice, BoardAdvice, Design
 from codesign.study.advice.certainty import number_text
+from codesign.study.advice.motion import Driven
 from codesign.study.advice.needs import Needs
 from codesign.study.advice.sentence import design_text, shortfall_text
 from codesign.system.results.result import reach_text
@@ -32,6 +33,7 @@ def advice_table(advice: Advice) -> Table:
         *left("board", "suffices"),
         *right("price", unit="USD"),
         *right("rate", unit="Hz"),
+        *(right("speed", unit="m/s") if advice.driven else ()),
         *right("margin"),
         *right("power", unit="W"),
         *left("design", "parameters", "binds, or fails by", "fastest"),
@@ -41,6 +43,7 @@ def advice_table(advice: Advice) -> Table:
         f"A map of {advice.rows} × {advice.columns} cells, {advice.free_cells:,} free;"
         f" {counted(advice.starts, 'start')}{pocket}."
         " Rate: one over the time of a plan, the worst over the starts. Margin: rate over the rate that is asked for.",
+        *([_SPEED] if advice.driven else []),
         "Power: mean power at the plug at the rate that is asked for, idle between plans; ≥: of its components alone,"
         " as nobody measured the whole board (board.power).",
         *(f"Not searched, as the budget was spent: {what}." for what in advice.not_searched),
@@ -48,11 +51,21 @@ def advice_table(advice: Advice) -> Table:
     ]
     strong = {index for index, board in enumerate(advice.boards) if board.board == advice.recommended}
     return Table(
-        "boards", columns, tuple(_row(board, advice.needs) for board in advice.boards), tuple(notes), frozenset(strong)
+        "boards", columns, tuple(_row(board, advice) for board in advice.boards), tuple(notes), frozenset(strong)
     )
 
 
-def _row(board: BoardAdvice, needs: Needs) -> tuple[Cell, ...]:
+_SPEED = (
+    "Speed: the greatest with which the robot stops in time, and what binds it: its body (range and brakes), compute,"
+    " the sensor, or a delay."
+)
+
+
+def _speed(driven: Driven | None) -> Cell:
+    return Cell(ABSENT) if driven is None else Cell(f"{driven.speed_mps:.3g} m/s, {driven.binds}", driven.speed_mps)
+
+
+def _row(board: BoardAdvice, advice: Advice) -> tuple[Cell, ...]:
     design = board.design
     margin = Cell(ABSENT) if board.margin is None else Cell(f"{board.margin:.3g}", board.margin)
     return (
@@ -60,11 +73,12 @@ def _row(board: BoardAdvice, needs: Needs) -> tuple[Cell, ...]:
         yes_cell(board.suffices),
         Cell(ABSENT) if board.price_usd is None else Cell(number_text(board.price_usd), board.price_usd),
         quantity_cell(None if design is None else design.rate_hz, "Hz"),
+        *([_speed(advice.driven.get(board.board))] if advice.driven else []),
         margin,
         _power(board),
         word(ABSENT if design is None else design_text(design)),
         word(ABSENT if design is None else _parameters(design)),
-        word(_binds(board, needs)),
+        word(_binds(board, advice.needs)),
         word(_fastest(board)),
     )
 
