@@ -180,7 +180,8 @@ def test_what_the_budget_does_not_reach_is_said(hwsw: Run, corridor: Path, tmp_p
     assert any(text.startswith("breadth_first (state_machine) on fabric") for text in answer["not_searched"])
     place = ("--goal", "0,0", "--rate", "1 Hz", "--boards", fabric, "--budget", "0")
     output = hwsw("advise", corridor, *place).output
-    assert output.splitlines()[1].startswith("No answer yet, as the budget was spent: of what was searched, no board suffices")
+    verdict = "No answer yet, as the budget was spent: of what was searched, no board suffices"
+    assert output.splitlines()[1].startswith(verdict)
     assert "Not searched, as the budget was spent: " in output
     assert "none of its designs was searched within the budget" in output
 
