@@ -99,8 +99,8 @@ class Family:
     - ``chain``: the parameters of some of them, as a workload writes them. Each takes at least the time and the
       resources of the one before it, and its plan is at least as good: a higher last precision, for example. It may be
       empty where ``parts`` has all.
-    - ``least``: parameters with the least demand for resources and the fastest clock: no design of the family takes
-      less of a resource, or reaches a faster clock. They need be no design of it, and may break a bound of the demand:
+    - ``least``: parameters that stand for the least of the family: where their items do not fit the part, no design of
+      it does, and none reaches a faster clock. They need be no design of it, and may break a bound of the demand:
       registers of as few bits as any design has. By default the first of the chain.
     - ``units``: no design of the family takes fewer units, for the worst of the starts: cycles of the component under
       "", on a processor units by kernel. A kernel that is not there: no bound.

@@ -51,8 +51,8 @@ class Visits:
 
     def before(self, until: int) -> Visits:
         """The visits of a wave that waits for a stop with this potential, no farther away than these visits go."""
-        count = np.searchsorted(self.since, until)
-        return Visits(*(values[:count] for values in (self.tile, self.since, self.span, self.last)), until)
+        first = slice(0, int(np.searchsorted(self.since, until)))
+        return Visits(self.tile[first], self.since[first], self.span[first], self.last[first], until)
 
 
 def run_tiles(

@@ -14,11 +14,13 @@ import numpy as np
 
 from codesign.ground.figures import Figure
 from codesign.ground.memo import Memo
+from codesign.ground.models import Task
 from codesign.planners.interface import Cell, Problem
 from codesign.planners.job import Job, Line, short_resources
-from codesign.planners.styles import Designs, Memory, Step, beyond_map, one_step
+from codesign.planners.styles import Designs, Family, Memory, Step, beyond_map, one_step
+from codesign.planners.wavefront.plan.bounds import VisitBounds
 from codesign.planners.wavefront.plan.grid import check_cells, tile_count
-from codesign.planners.wavefront.plan.parameters import MAX_TILES, Paths, PropagateParameters, ReadOut
+from codesign.planners.wavefront.plan.parameters import MAX_TILES, Paths, PropagateParameters, ReadOut, WaveEnd
 from codesign.planners.wavefront.plan.plan import (
     cached_plan,
     plan_key,
@@ -32,10 +34,12 @@ from codesign.planners.wavefront.plan.wave import longest_distance, obstacle_map
 from codesign.planners.wavefront.styles import timing
 from codesign.planners.wavefront.styles.array import ArrayStyle
 from codesign.planners.wavefront.styles.designs import DESIGNS, MOST_CELLS, MOST_TILES, TILE_SIDES
-from codesign.planners.wavefront.styles.steps import EXCHANGE, OBSTACLES, PROPAGATE
+from codesign.planners.wavefront.styles.steps import EXCHANGE, OBSTACLES, PROPAGATE, TRACK
 from codesign.planners.wavefront.styles.tile import TileLayout, tiled_items
+from codesign.planners.wavefront.styles.tile_families import TileCycles, TileSpace, fixed_cycles
 
 _kept = Memo(max_bytes=32 * 2**20)
+_bounds = Memo(max_bytes=64 * 2**20)
 
 
 class Tiled(ArrayStyle):
@@ -88,6 +92,48 @@ class Tiled(ArrayStyle):
             tuple({**design, "tile": list(tile)} for design in chain)
             for tile in fitting or [smallest]
             for chain in (DESIGNS if few else DESIGNS[-1:])
+        )
+
+    def families(self, job: Job[Problem, Any]) -> Iterator[Family]:
+        """All tiles that are no larger than the map, without cut corners; the wave ends at the starts, or by itself."""
+        asked = bool(job.problem.starts) and job.problem.task is not Task.FIELD
+        for stop in (WaveEnd.STARTS, WaveEnd.WHOLE_MAP) if asked else (WaveEnd.WHOLE_MAP,):
+            space = self._space(job, stop)
+            if stop is WaveEnd.STARTS or not asked:
+                yield from space.promising()
+            yield from space.families()
+
+    def _space(self, job: Job[Problem, Any], stop: WaveEnd) -> TileSpace:
+        problem, design = job.problem, {"stop": str(stop), "corner_cutting": False}
+        base = PropagateParameters.model_validate(design)
+        sized = register_bits(sizing_plan(problem, base).largest_potential)
+        stops = sizing_stops(problem, base)
+        last = cached_plan(problem, base, stops).stop_potential
+        until = NEVER if last is None else last
+
+        def cycles() -> TileCycles:
+            potentials = cached_plan(problem, base, ()).potentials
+            return TileCycles(problem.shape, VisitBounds(potentials, until))
+
+        def of(tile: tuple[int, int]) -> Job[Problem, PropagateParameters]:
+            return replace(job, parameters=base.model_copy(update={"tile": tile, "register_bits": sized}))
+
+        def may_fit(tile: tuple[int, int]) -> bool:
+            # A map of this one tile has the shortest words of all that are counted in tiles.
+            return not short_resources(tiled_items(self.layout(of(tile)), tile, tile, job.chip), job.chip)
+
+        def run(tile: tuple[int, int], most_cycles: int) -> int:
+            visits = visits_until(problem, of(tile).parameters, until, most_cycles)
+            return visits_cycles(visits, fixed_cycles(problem.shape, tile)[1])
+
+        return TileSpace(
+            _bounds.get((*plan_key(problem, base, stops), until), cycles),
+            design,
+            sized,
+            timing.track_cycles(1) if job.does(TRACK) else 0,
+            lambda tile: not short_resources(self.items(of(tile)), job.chip),
+            may_fit,
+            run,
         )
 
     def array_shape(self, job: Job[Problem, PropagateParameters]) -> tuple[int, int]:
@@ -182,5 +228,6 @@ def obstacle_visits(problem: Problem, parameters: PropagateParameters) -> Visits
     """The visits of the wave from all obstacles; a map without any takes none."""
     wave_map, obstacles = obstacle_map(problem.free, parameters.delays)
     if not len(obstacles):
-        return Visits(*[np.zeros(0, np.int64)] * 4)
+        none = np.zeros(0, np.int64)
+        return Visits(none, none, none, none)
     return run_tiles(wave_map, obstacles, parameters.tile_shape(*problem.shape))[1]

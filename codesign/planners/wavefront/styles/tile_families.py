@@ -1,0 +1,218 @@
+"""Tiles of every shape in families, with lower bounds of their cycles.
+
+Tiles of ``a`` × ``b`` cells cover a map of H × W cells as ``i`` × ``j`` = ceil(H / a) × ceil(W / b) tiles. The shapes
+with the same i and j are a class: its smallest shape takes the least of every resource, as all that is counted in tiles
+is alike. Classes stand in groups, by the powers of two of i and of j.
+
+The bound of a shape is that of its visits (``bounds``) with its exchanges; the bound of a class is the least one of its
+shapes. A group has a coarser one: each cell before the end of the wave is in a tile that is visited, and along the path
+to the farthest of these cells the spans of the tiles cover all times. An exact run to the farthest start is a sharper
+bound of a single shape.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_left
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+from more_itertools import map_reduce
+
+from codesign.planners.job import largest
+from codesign.planners.styles import Family
+from codesign.planners.wavefront.plan.bounds import VisitBounds
+from codesign.planners.wavefront.styles import timing
+from codesign.planners.wavefront.styles.layout import Shape
+
+PROMISING = 6
+"""Shapes that stand before all families: of the widest that fit the part, those with the least bound."""
+
+WIDEST = 3
+"""Widths that are looked at, as block RAMs may run out before nodes do."""
+
+Sides = tuple[int, int]
+"""The least and the greatest side of a class or of a group of classes."""
+
+
+def side_classes(cells: int) -> list[Sides]:
+    """Sides of tiles with equally many tiles along ``cells`` cells, the smallest first.
+
+    >>> side_classes(10)
+    [(1, 1), (2, 2), (3, 3), (4, 4), (5, 9), (10, 10)]
+    """
+    classes, least = [], 1
+    while least <= cells:
+        count = -(-cells // least)
+        most = cells if count == 1 else -(-cells // (count - 1)) - 1
+        classes.append((least, most))
+        least = most + 1
+    return classes
+
+
+def fixed_cycles(map_shape: Shape, tile: Shape) -> tuple[int, int]:
+    """Cycles to load the map and to scan its tiles; cycles of an exchange."""
+    tiles = -(-map_shape[0] // tile[0]) * -(-map_shape[1] // tile[1])
+    load = timing.tile_load_cycles(tile, tiles) + timing.scan_cycles(tile[1], tiles)
+    return load, timing.exchange_cycles(tile, tiles)
+
+
+@dataclass(eq=False)
+class TileCycles:
+    """The least cycles of tiles on a map, without the tracking of a path; the same on every part."""
+
+    map_shape: Shape
+    visits: VisitBounds
+    _kept: dict[tuple[Sides, Sides], dict[Shape, int]] = field(default_factory=dict)
+
+    def of_class(self, rows: Sides, columns: Sides) -> dict[Shape, int]:
+        """The least cycles of each shape of a class."""
+        if (rows, columns) not in self._kept:
+            self._kept[rows, columns] = {
+                (height, width): self._cycles((height, width), *map(int, least))
+                for height in range(rows[0], rows[1] + 1)
+                for width, least in enumerate(self.visits.visits(height, columns), columns[0])
+            }
+        return self._kept[rows, columns]
+
+    def _cycles(self, tile: Shape, visits: int, spans: int) -> int:
+        fixed, exchange = fixed_cycles(self.map_shape, tile)
+        return fixed + visits * (exchange + 1) + spans
+
+    def of_group(self, rows: Sides, columns: Sides) -> int:
+        """Cycles that no shape with these sides undercuts."""
+        down, across = -(-self.map_shape[0] // rows[1]), -(-self.map_shape[1] // columns[1])
+        words = -(-self.map_shape[0] * self.map_shape[1] // timing.LOAD_CELLS)
+        exchange = timing.exchange_cycles((rows[0], max(2, columns[0])), down * across)
+        visits = -(-self.visits.cells // (rows[1] * columns[1]))
+        return 1 + words + timing.scan_cycles(columns[0], down * across) + visits * (exchange + 1) + self.visits.latest
+
+
+@dataclass(frozen=True, eq=False)
+class TileSpace:
+    """All shapes of tiles of a job with one end of the wave.
+
+    ``design``: the other parameters; ``bits``: of a register, at least. ``track``: cycles of the tracking. ``fits``:
+    the design of a shape fits the part; ``may_fit``: a shape of at least these sides may. ``run``: the cycles of the
+    visits of a shape, given up beyond a number.
+    """
+
+    cycles: TileCycles
+    design: Mapping[str, Any]
+    bits: int
+    track: int
+    fits: Callable[[Shape], bool]
+    may_fit: Callable[[Shape], bool]
+    run: Callable[[Shape, int], int]
+    given: set[Shape] = field(default_factory=set)
+
+    def promising(self) -> Iterator[Family]:
+        """Of the widest tiles that fit, for each number of rows of tiles, those with the least bound first."""
+        rows, columns = (side_classes(side) for side in self.cycles.map_shape)
+        square = largest(range(1, max(self.cycles.map_shape) + 1), lambda side: self.may_fit((side, side))) or 1
+        widest = []
+        for least, _ in rows:
+            index = bisect_left(columns, square * square // least + 1, key=lambda sides: sides[0])
+            for width, _ in columns[max(0, index - WIDEST) : index]:
+                cycles = self.cycles.of_class((least, least), (width, width))[least, width]
+                widest.append((cycles, (least, width)))
+        for cycles, tile in sorted(widest):
+            if len(self.given) < PROMISING and self.fits(tile):
+                self.given.add(tile)
+                yield self._shape(tile, cycles)
+
+    def families(self) -> Iterator[Family]:
+        """All shapes but those of ``promising``: groups, those with the least bound first; then what cannot fit."""
+        rows, columns = (_octaves(side_classes(side), side) for side in self.cycles.map_shape)
+        groups: list[tuple[int, list[Sides], list[Sides]]] = []
+        unfit = []
+        for down in rows:
+            count = self._fitting(down[0][0], [across[0] for across in columns])
+            groups += [(self.cycles.of_group(_whole(down), _whole(across)), down, across) for across in columns[:count]]
+            if count < len(columns):
+                beyond = columns[count][0][0], columns[-1][-1][1]
+                unfit.append(self._family(_whole(down), beyond))
+        for _, down, across in sorted(groups):
+            quick = None if len(down) == len(across) == 1 else self._quick((down[0][0], across[0][0]))
+            if quick is None:
+                yield from self._classes(down, across)
+            else:
+                parts = lambda down=down, across=across: self._classes(down, across)  # noqa: E731
+                yield replace(self._family(_whole(down), _whole(across), parts=parts), least=self._least(quick))
+        yield from unfit
+
+    def _quick(self, tile: Shape) -> Shape | None:
+        """A shape that fits, of no more nodes, and so with as fast a clock; None where there is none.
+
+        The smallest shape of a group need not fit where others do: its columns have the deepest memories.
+        """
+        nodes = tile[0] * tile[1]
+        widths = (width for width, _ in side_classes(self.cycles.map_shape[1]) if tile[1] <= width <= nodes)
+        shapes = ((min(nodes // width, self.cycles.map_shape[0]), width) for width in widths)
+        return next((shape for shape in shapes if self.fits(shape)), None)
+
+    def _classes(self, down: Sequence[Sides], across: Sequence[Sides]) -> Iterator[Family]:
+        """The classes of a group, those with the least bound first; of each row the ones that cannot fit as one."""
+        found, unfit = [], []
+        for rows in down:
+            count = self._fitting(rows[0], across)
+            for columns in across[:count]:
+                shapes = self.cycles.of_class(rows, columns)
+                left = sorted((cycles, tile) for tile, cycles in shapes.items() if tile not in self.given)
+                if left:
+                    found.append((left[0][0], rows, columns, left))
+            if count < len(across):
+                unfit.append(self._family(rows, (across[count][0], across[-1][1])))
+        for least, rows, columns, left in sorted(found):
+            if rows[0] == rows[1] and columns[0] == columns[1]:
+                yield self._shape(left[0][1], least)
+            else:
+                parts = lambda left=left: (self._shape(tile, cycles) for cycles, tile in left)  # noqa: E731
+                yield self._family(rows, columns, least, parts)
+        yield from unfit
+
+    def _fitting(self, height: int, across: Sequence[Sides]) -> int:
+        """The number of columns that may fit: behind the first that cannot, none can."""
+        return bisect_left(across, True, key=lambda columns: not self.may_fit((height, columns[0])))
+
+    def _family(
+        self,
+        rows: Sides,
+        columns: Sides,
+        cycles: int | None = None,
+        parts: Callable[[], Iterator[Family]] | None = None,
+    ) -> Family:
+        """A class or a group; of what cannot fit, its smallest shape stands for all."""
+        least = self._least((rows[0], columns[0]))
+        bound = self.cycles.of_group(rows, columns) if cycles is None else cycles
+        inside = sum(rows[0] <= tile[0] <= rows[1] and columns[0] <= tile[1] <= columns[1] for tile in self.given)
+        count = (rows[1] - rows[0] + 1) * (columns[1] - columns[0] + 1) - inside
+        ranges = {"tile rows": rows, "tile columns": columns}
+        chain = () if parts else ({**self.design, "tile": [rows[0], columns[0]]},)
+        return Family(chain, {"": bound + self.track}, ranges, count, least, parts=parts)
+
+    def _shape(self, tile: Shape, cycles: int) -> Family:
+        """One shape: its exact run is sharper than any bound."""
+        fixed = fixed_cycles(self.cycles.map_shape, tile)[0] + self.track
+        ranges = {"tile rows": (tile[0], tile[0]), "tile columns": (tile[1], tile[1])}
+        chain = ({**self.design, "tile": list(tile)},)
+
+        def sharper(limit: int) -> Mapping[str, int]:
+            return {"": fixed + self.run(tile, limit - fixed)}
+
+        return Family(chain, {"": cycles + self.track}, ranges, 1, self._least(tile), sharper)
+
+    def _least(self, tile: Shape) -> dict[str, Any]:
+        return {**self.design, "tile": list(tile), "register_bits": self.bits}
+
+    def _cut(self, tile: Shape) -> Shape:
+        return min(tile[0], self.cycles.map_shape[0]), min(tile[1], self.cycles.map_shape[1])
+
+
+def _whole(classes: Sequence[Sides]) -> Sides:
+    return classes[0][0], classes[-1][1]
+
+
+def _octaves(classes: Sequence[Sides], cells: int) -> list[list[Sides]]:
+    """Classes by the power of two of their number of tiles."""
+    return list(map_reduce(classes, lambda sides: (-(-cells // sides[0])).bit_length()).values())

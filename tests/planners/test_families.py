@@ -1,0 +1,143 @@
+"""Families of designs: every design is in one, and no design undercuts a bound of its family."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from examples import examples
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from codesign import maps
+from codesign.ground.models import Part
+from codesign.inputs.library import load_part
+from codesign.planners.interface import Problem
+from codesign.planners.job import Job, short_resources, sum_by_resource
+from codesign.planners.styles import Architecture, Family
+from codesign.planners.wavefront.plan.parameters import PropagateParameters
+from codesign.planners.wavefront.styles import Tiled
+from codesign.planners.wavefront.styles.tile import tiled_items
+
+PART = load_part("XC4VLX160-12")
+
+
+def problem(seed: int, shape: tuple[int, int], density: float, starts: int = 2) -> Problem:
+    rng = np.random.default_rng(seed)
+    free = rng.random(shape) >= density
+    free[0, 0] = True
+    cells = np.argwhere(free)
+    goal = tuple(int(part) for part in cells[rng.integers(len(cells))])
+    reached = np.argwhere(maps.reachable(free, [goal], corner_cutting=False))
+    chosen = reached[rng.integers(len(reached), size=starts)]
+    return Problem(free, (goal,), tuple(dict.fromkeys((int(row), int(column)) for row, column in chosen)))
+
+
+def part_of(share: float, block_rams: int) -> Part:
+    """A part with a share of the resources of one, and so many block RAMs."""
+    scaled = {
+        kind: replace(figure, value=block_rams if kind == "block_rams" else int(figure.value * share))
+        for kind, figure in PART.resources.items()
+    }
+    return PART.model_copy(update={"resources": scaled})
+
+
+def leaves(families: Iterator[Family], above: tuple[Family, ...] = ()) -> Iterator[tuple[dict[str, Any], list[Family]]]:
+    """Every design, with the families that it is in."""
+    for family in families:
+        path = (*above, family)
+        if family.parts is not None:
+            yield from leaves(family.parts(), path)
+        for design in family.chain:
+            yield dict(design), list(path)
+
+
+def units(style: Architecture, job: Job[Any, Any]) -> dict[str, int]:
+    """Cycles, or units by kernel, of one run."""
+    sums: dict[str, int] = {}
+    for step in style.work(replace(job, detail=False)):
+        kernel = (step.kernel or style.kernel) if style.component_type == "processor" else ""
+        sums[kernel] = sums.get(kernel, 0) + int(step.cycles.sum())
+    return sums
+
+
+def runs(style: Architecture, job: Job[Any, Any], raw: dict[str, Any]) -> list[dict[str, int]]:
+    """The units of a design from each start, tracked and all."""
+    model = PropagateParameters.model_validate(raw)
+    asked = [replace(job, problem=job.problem.asked_from(start)) for start in job.problem.starts]
+    return [units(style, replace(each, parameters=style.settled(model))) for each in asked]
+
+
+def is_undercut(bound: dict[str, int], found: list[dict[str, int]]) -> bool:
+    """True if every start takes less of some unit."""
+    return all(any(run.get(kernel, 0) < least for kernel, least in bound.items()) for run in found)
+
+
+maps_drawn = st.tuples(st.integers(0, 10**6), st.tuples(st.integers(1, 12), st.integers(1, 14)), st.floats(0, 0.45))
+
+
+@given(maps_drawn, st.floats(0.001, 0.02), st.integers(4, 40), st.booleans())
+@settings(max_examples=examples(12))
+def test_every_tile_is_in_a_family_whose_bounds_hold(
+    drawn: tuple[int, tuple[int, int], float], share: float, block_rams: int, tracked: bool
+) -> None:
+    here, part = problem(*drawn), part_of(share, block_rams)
+    job = Job(here, None, part=part, inside=None if tracked else frozenset({"load", "propagate"}))
+    style, (rows, columns) = Tiled(), here.shape
+    found: dict[tuple[str, int, int], int] = {}
+    unfit: list[tuple[str, dict[str, tuple[int, int]]]] = []
+    top = list(style.families(job))
+    assert sum(family.count for family in top) == 2 * rows * columns
+    for design, path in leaves(iter(top)):
+        cycles = max(run[""] for run in runs(style, job, design))
+        model = PropagateParameters.model_validate(design)
+        sized = replace(job, parameters=model)
+        for family in path:
+            least = replace(job, parameters=PropagateParameters.model_validate(family.least))
+            assert family.units[""] <= cycles
+            assert style.clock_limit(sized).value <= style.clock_limit(least).value + 1e-6
+            if short_resources(style.items(least), part):
+                assert short_resources(style.items(sized), part)
+        family = path[-1]
+        found[design["stop"], *design["tile"]] = 1
+        if family.sharper is None:
+            unfit.append((design["stop"], dict(family.ranges)))
+            continue
+        assert family.sharper(10**9)[""] == cycles
+        assert family.units[""] <= family.sharper(cycles // 2)[""] <= cycles
+        assert family.sharper(cycles // 2)[""] > cycles // 2
+    for stop, ranges in unfit:
+        (top_row, last_row), (left, right) = ranges["tile rows"], ranges["tile columns"]
+        for tile in ((row, column) for row in range(top_row, last_row + 1) for column in range(left, right + 1)):
+            found[stop, *tile] = found.get((stop, *tile), 0) or 1
+            model = PropagateParameters(stop=stop, corner_cutting=False, tile=tile)
+            assert short_resources(style.items(replace(job, parameters=model)), part)
+    assert len(found) == 2 * rows * columns
+
+
+@given(st.tuples(st.integers(1, 60), st.integers(1, 60)), st.tuples(st.integers(0, 40), st.integers(0, 40)))
+@settings(max_examples=examples(60))
+def test_the_smallest_tile_takes_least_on_its_own_map(tile: tuple[int, int], more: tuple[int, int]) -> None:
+    # What cannot fit rests on it: larger tiles, and more of them, take no less of any resource.
+    here = problem(1, (60, 60), 0.2)
+    parameters = PropagateParameters(tile=tile, register_bits=9, corner_cutting=False)
+    layout = Tiled().layout(Job(here, parameters, part=PART))
+    larger = min(60, tile[0] + more[0]), min(60, tile[1] + more[1])
+    small, large = (tiled_items(layout, tile, tile, PART), tiled_items(layout, (60, 60), larger, PART))
+    for resource, count in sum_by_resource(small).items():
+        assert count <= sum_by_resource(large)[resource]
+
+
+def test_a_large_map_is_listed_quickly_and_its_best_tile_stands_first() -> None:
+    free = maps.rooms(96, 96, room=(12, 12), door=2, seed=1).free
+    end = maps.nearest_free(free, (90, 90))
+    assert end is not None
+    here = Problem(free, ((1, 1),), (end,))
+    families = list(Tiled().families(Job(here, None, part=part_of(0.3, 60))))
+    assert len(families) < 400
+    assert sum(family.count for family in families) == 2 * 96 * 96
+    first, *_ = families
+    assert first.sharper is not None
+    assert len(first.chain) == 1
