@@ -18,7 +18,7 @@ from codesign.planners.interface import Problem
 from codesign.planners.job import Job, short_resources, sum_by_resource
 from codesign.planners.styles import Architecture, Family
 from codesign.planners.wavefront.plan.parameters import PropagateParameters
-from codesign.planners.wavefront.styles import Tiled
+from codesign.planners.wavefront.styles import AdderComparator, DelayLine, Software, Tiled
 from codesign.planners.wavefront.styles.tile import tiled_items
 
 PART = load_part("XC4VLX160-12")
@@ -115,6 +115,21 @@ def test_every_tile_is_in_a_family_whose_bounds_hold(
             model = PropagateParameters(stop=stop, corner_cutting=False, tile=tile)
             assert short_resources(style.items(replace(job, parameters=model)), part)
     assert len(found) == 2 * rows * columns
+
+
+@given(maps_drawn, st.booleans())
+@settings(max_examples=examples(12))
+def test_whole_arrays_and_software_know_their_units(drawn: tuple[int, tuple[int, int], float], tracked: bool) -> None:
+    job = Job(problem(*drawn), None, part=PART, inside=None if tracked else frozenset({"load", "propagate"}))
+    for style, count in ((DelayLine(), 4), (AdderComparator(), 2), (Software(), 2)):
+        families = list(style.families(job))
+        designs = [design for design, _ in leaves(iter(families))]
+        sharing = len({design.get("element_cells") for design in designs})
+        assert len(designs) == len({str(design) for design in designs}) == count * sharing
+        for design, (family,) in leaves(iter(families)):
+            found = runs(style, job, design)
+            assert not is_undercut(dict(family.units), found)
+            assert dict(family.units) in found
 
 
 @given(st.tuples(st.integers(1, 60), st.integers(1, 60)), st.tuples(st.integers(0, 40), st.integers(0, 40)))

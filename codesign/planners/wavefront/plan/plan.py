@@ -148,3 +148,11 @@ def sizing_plan(problem: Problem, parameters: PropagateParameters) -> WavefrontP
         for each in dict.fromkeys((problem, problem.changed))
     ]
     return max(plans, key=lambda plan: plan.largest_potential)
+
+
+def from_farthest(problem: Problem, parameters: PropagateParameters) -> Problem:
+    """The problem asked from its farthest start, whose wave is the longest; as it is where it has none."""
+    if not problem.starts:
+        return problem
+    potentials = cached_plan(problem, parameters, ()).potentials
+    return problem.asked_from(max(problem.starts, key=lambda start: potentials[start]))

@@ -9,18 +9,20 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
+from typing import Any
 
 from codesign.ground.figures import Figure
 from codesign.ground.memo import Memo
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job, Line
-from codesign.planners.styles import Step, one_step
+from codesign.planners.styles import Designs, Step, one_step
 from codesign.planners.wavefront.plan.grid import check_cells
 from codesign.planners.wavefront.plan.parameters import Paths, PropagateParameters, WaveEnd
 from codesign.planners.wavefront.plan.plan import plan_key, problem_map
 from codesign.planners.wavefront.plan.wave import longest_distance, obstacle_map
 from codesign.planners.wavefront.styles import resources, timing
 from codesign.planners.wavefront.styles.array import ArrayStyle
+from codesign.planners.wavefront.styles.designs import DESIGNS
 from codesign.planners.wavefront.styles.steps import OBSTACLES, PROPAGATE, read_out_steps, updates
 
 _waves = Memo(max_bytes=2**20)
@@ -38,6 +40,10 @@ class AdderComparator(ArrayStyle):
         Nodes are not shared.
         """
         return parameters.model_copy(update={"stop": WaveEnd.WHOLE_MAP, "element_cells": 1})
+
+    def designs(self, _job: Job[Problem, Any]) -> Designs:
+        """One: it cannot wait for a start."""
+        return DESIGNS[-1:]
 
     def notes(self, job: Job[Problem, PropagateParameters]) -> tuple[str, ...]:
         """A note where the parameters ask for a stop at the starts, which this style cannot do."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Generator, Iterator
+from collections.abc import Generator, Iterator, Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -13,12 +13,12 @@ from codesign.ground.models import Part
 from codesign.planners.counted import counted_activity, slice_power
 from codesign.planners.interface import Problem
 from codesign.planners.job import Demand, Job, Line
-from codesign.planners.styles import Architecture, Designs, Step, one_step
+from codesign.planners.styles import Architecture, Designs, Family, Step, one_step
 from codesign.planners.wavefront.plan.parameters import Course, Paths, PropagateParameters, ReadOut
 from codesign.planners.wavefront.plan.plan import WavefrontPlan, waits
 from codesign.planners.wavefront.plan.wave import longest_distance, register_bits
 from codesign.planners.wavefront.styles import levers, resources, timing
-from codesign.planners.wavefront.styles.designs import DESIGNS
+from codesign.planners.wavefront.styles.designs import DESIGNS, exact_families
 from codesign.planners.wavefront.styles.layout import ArrayLayout
 from codesign.planners.wavefront.styles.steps import LOAD, TRACK, planned, tracked_steps
 from codesign.planners.wavefront.styles.tile import tiled_items
@@ -49,6 +49,16 @@ class ArrayStyle(Architecture):
     def designs(self, _job: Job[Problem, Any]) -> Designs:
         """The array of the whole map, for the starts and for the whole map."""
         return DESIGNS
+
+    def families(self, job: Job[Problem, Any]) -> Iterator[Family]:
+        """Both read-outs of the array of the whole map, and cells that share an element, each with its exact cycles."""
+        designs = (design for chain in self.designs(job) for design in chain)
+        yield from exact_families(self, job, (each for design in designs for each in self.variants(job, design)))
+
+    def variants(self, _job: Job[Problem, Any], design: Mapping[str, Any]) -> Iterator[Mapping[str, Any]]:
+        """The designs that follow from one: with each read-out."""
+        for read_out in ReadOut:
+            yield {**design, "read_out": str(read_out)}
 
     def array_shape(self, job: Job[Problem, PropagateParameters]) -> tuple[int, int]:
         """Rows and columns of the array, which are the map's."""

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from typing import Any
 
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job, Line
 from codesign.planners.styles import Step, one_step
-from codesign.planners.wavefront.plan.parameters import PropagateParameters
+from codesign.planners.wavefront.plan.parameters import MAX_ELEMENT_CELLS, PropagateParameters
 from codesign.planners.wavefront.plan.plan import sizing_plan
 from codesign.planners.wavefront.plan.wave import longest_distance
 from codesign.planners.wavefront.styles import resources, timing
@@ -25,6 +26,12 @@ class DelayLine(ArrayStyle):
         """D_stop of the farthest start, or the largest potential of the map where the wave runs to its end."""
         largest = sizing_plan(job.problem, job.parameters).largest_potential
         return max(largest, self.chained_distance(job))
+
+    def variants(self, job: Job[Problem, Any], design: Mapping[str, Any]) -> Iterator[Mapping[str, Any]]:
+        """Each read-out, and elements of up to a column: more cells take more cycles and no fewer elements."""
+        for variant in super().variants(job, design):
+            for power in range(min(MAX_ELEMENT_CELLS, job.problem.rows - 1).bit_length() + 1):
+                yield {**variant, "element_cells": 1 << power}
 
     def items(self, job: Job[Problem, PropagateParameters]) -> tuple[Line, ...]:
         """Nodes or elements, their memories, read-out, tracker and control."""

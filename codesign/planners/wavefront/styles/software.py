@@ -7,16 +7,16 @@ eight neighbours. The paper's 63 ms on a 133 MHz Pentium and an assumed number o
 
 from __future__ import annotations
 
-from collections.abc import Generator
+from collections.abc import Generator, Iterator
 from typing import Any
 
 from codesign.ground.figures import Figure
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
-from codesign.planners.styles import Designs, HostStyle, Step, assumed_bytes, map_read, one_step
+from codesign.planners.styles import Designs, Family, HostStyle, Step, assumed_bytes, map_read, one_step
 from codesign.planners.wavefront.plan.parameters import Paths, PropagateParameters
 from codesign.planners.wavefront.plan.plan import WavefrontPlan
-from codesign.planners.wavefront.styles.designs import DESIGNS
+from codesign.planners.wavefront.styles.designs import DESIGNS, exact_families
 from codesign.planners.wavefront.styles.steps import OBSTACLES, PROPAGATE, TRACK, planned, tracked_steps
 
 MAP_KERNEL = "wavefront_map_cell"
@@ -50,6 +50,10 @@ class Software(HostStyle):
     def designs(self, _job: Job[Problem, Any]) -> Designs:
         """For the starts and for the whole map."""
         return DESIGNS
+
+    def families(self, job: Job[Problem, Any]) -> Iterator[Family]:
+        """Each design by itself, with its exact units."""
+        yield from exact_families(self, job, (design for chain in self.designs(job) for design in chain))
 
     def kernels(self, _job: Job[Problem, PropagateParameters]) -> tuple[str, ...]:
         """Those of the nodes, of the cells of the map, and of the times of the wave."""
