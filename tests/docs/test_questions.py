@@ -49,16 +49,17 @@ def test_the_questions_have_the_answers_of_the_page(hwsw: Run) -> None:
 def test_the_first_question_among_three_boards(hwsw: Run) -> None:
     """The winner of the page is the winner among some of its boards, with the same sentence."""
     command, shown = QUESTIONS[0]
-    assert_answered(hwsw, f"{command} --boards teensy-4-1,raspberry-pi-4,pynq-z2", shown)
+    assert_answered(hwsw, f"{command} --boards pico,raspberry-pi-4,pynq-z2", shown)
 
 
 def test_the_memory_of_a_microcontroller_excludes_it(hwsw: Run) -> None:
     command, shown = QUESTIONS[1]
     result = hwsw(*shlex.split(command), "--boards", "teensy-4-1")
     assert result.exit_code == EXIT_NO
-    assert re.findall(r"memory of the processor: .*? against .*?bytes", shown) == re.findall(
-        r"memory of the processor: .*? against .*?bytes", result.stdout.splitlines()[1]
-    )
+    pattern = r"memory of the processor: .*? against .*?bytes"
+    found = re.findall(pattern, result.stdout.splitlines()[1])
+    assert found
+    assert set(found) <= set(re.findall(pattern, shown))
 
 
 def test_every_answer_says_why_not_a_cheaper_one() -> None:

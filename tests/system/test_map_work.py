@@ -28,7 +28,7 @@ def ran(
     folder: Path, costs: dict[str, int], pockets: str = "filled", *, load: str = "host", **problem: Any
 ) -> tuple[Result, list[Record]]:
     """A run on an FPGA beside a host, and its records."""
-    platform = yaml.safe_load((ROOT / "platforms" / "arty-a7-100t.yaml").read_text())
+    platform = yaml.safe_load((ROOT / "platforms" / "cmod-a7-35t.yaml").read_text())
     host = {"harmonic_node_update": "1 ns", "harmonic_decision": "70 ns"}
     host |= {kernel: f"{picoseconds} ps" for kernel, picoseconds in costs.items()}
     platform["components"]["host"] = {
@@ -45,7 +45,7 @@ def ran(
         "problem": {"map": MAP, "goals": [list(GOAL)], **problem},
         "mapping": {"relax": {**relax, "pockets": pockets}, "load": {"component": load}},
     }
-    paths = folder / "arty-a7-100t.yaml", folder / "pockets.yaml"
+    paths = folder / "cmod-a7-35t.yaml", folder / "pockets.yaml"
     for path, document in zip(paths, (platform, workload), strict=True):
         path.write_text(yaml.safe_dump(document, sort_keys=False))
     records: list[Record] = []
