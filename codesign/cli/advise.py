@@ -6,13 +6,17 @@ import time
 
 import click
 
+from codesign.cli.options import command_line
+from codesign.cli.outputs import check_outputs
 from codesign.cli.progress import compiling_shown, progress_shown
 from codesign.cli.replacing import check_replaceable
 from codesign.cli.requests import Advise
 from codesign.ground.errors import EXIT_NO, printable
 from codesign.ground.progress import Advance, Pace
+from codesign.inputs.files import shipped_maps
 from codesign.study import advice
-from codesign.views.report import render_text
+from codesign.views.report import advice_page, render_text
+from codesign.views.report.advice_page import PathKeeper
 from codesign.views.report.advice_tables import advice_table
 
 
@@ -38,6 +42,8 @@ def advise(asked: Advise) -> None:
         for board in boards:
             check_replaceable("--write", advice.design_file(asked.write, board))
     budget_s = advice.BUDGET_S if asked.budget is None else asked.budget
+    check_outputs({"--html": asked.page}, (asked.map_file,))
+    keeper = PathKeeper()
     pace, begun = Pace(1), time.process_time()
 
     def progress(done: int, total: int) -> None:
@@ -47,7 +53,16 @@ def advise(asked: Advise) -> None:
         show(Advance(done, total, "chains of designs searched", None if left is None else min(left, rest)))
 
     with progress_shown(after_s=_QUIET_SECONDS, quiet=asked.as_json) as show, compiling_shown(show):
-        answer = advice.advise(question, boards, write=asked.write, budget_s=budget_s, progress=progress)
+        answer = advice.advise(
+            question,
+            boards,
+            write=asked.write,
+            budget_s=budget_s,
+            progress=progress,
+            listeners=[] if asked.page is None else [keeper],
+        )
+    if asked.page is not None:
+        advice_page(answer, question, asked.page, paths=keeper.paths, command=_command(asked))
     if asked.as_json:
         click.echo(answer.model_dump_json(indent=2))
     else:
@@ -57,8 +72,17 @@ def advise(asked: Advise) -> None:
         click.echo(render_text(advice_table(answer)))
         if answer.command is not None:
             click.echo(f"the winner's run: {printable(answer.command, None)}")
+        if asked.page is not None:
+            click.echo(f"page: {printable(str(asked.page), None)}")
     if answer.recommended is None:
         raise click.exceptions.Exit(EXIT_NO)
+
+
+def _command(asked: Advise) -> str:
+    """The command line, with a shipped map by its name, wherever this package lies."""
+    names = {str(path): name for name, path in shipped_maps().items()}
+    file = str(asked.map_file)
+    return command_line().replace(file, names[file], 1) if file in names else command_line()
 
 
 _QUIET_SECONDS = 3.0

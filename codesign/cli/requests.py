@@ -124,6 +124,7 @@ class Advise(Request):
         "--budget SECONDS",
         type=click.FloatRange(min=0),
     )
+    page: Path | None = option("Write a self-contained HTML page of the answer.", "--html")
     write: Path | None = option("Write the workload of the winner into this folder.", "--write FOLDER", type=_FOLDER)
     as_json: bool = option("Print the answer as JSON.", "--json")
     force: bool = FORCE

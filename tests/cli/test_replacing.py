@@ -40,6 +40,7 @@ CHECKED_ELSEWHERE = {
     ("trace export", "--ros2"): "refuses a folder that is not empty",
     ("calibrate fpga", "--report"): "is read",
     ("calibrate fpga", "--with"): "is read",
+    ("advise", "--prices"): "is read",
     ("advise", "--write"): "a file in a folder (below)",
     ("reproduce", "--plots"): "files in a folder (below)",
 }
@@ -52,6 +53,7 @@ WRITERS = {
         for command, given in (("explore", ["board.yaml", "rooms.yaml"]), ("report", ["old.sqlite"]))
         for option in ("--csv", "--parquet", "--html", "--certify")
     },
+    ("advise", "--html"): ["advise", "house", "--goal", "0.0,-0.5", "--rate", "10Hz", "--html"],
     ("compare", "--html"): ["compare", "board.yaml:rooms.yaml", "board.yaml:rooms.yaml", "--html"],
     **{
         ("trace export", option): ["trace", "export", "old.mcap", option]

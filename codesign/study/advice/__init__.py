@@ -28,6 +28,7 @@ from more_itertools import map_reduce
 
 from codesign.ground.errors import RunError, StoreError
 from codesign.ground.files import cache_folder, kept_folder, write_atomically
+from codesign.ground.records import Listener
 from codesign.study.advice.answer import (
     Advice,
     BoardAdvice,
@@ -145,11 +146,12 @@ def advise(
     write: Path | None = None,
     budget_s: float = BUDGET_S,
     progress: Progress = lambda _done, _total: None,
+    listeners: Sequence[Listener] = (),
 ) -> Advice:
     """Answer a question about boards.
 
     ``write``: the folder for the workload of the winner; by default it is written into the cache. ``budget_s``: see
-    ``search``.
+    ``search``. ``listeners`` take the records of the winner's run.
 
     Raises:
         RunError: the workload of the winner cannot be written into ``write``.
@@ -163,7 +165,7 @@ def advise(
     command, certainty, next_certainty, unkept = None, None, None, ""
     if winner is not None:
         candidate = best[winner.board]
-        certainty = _confirmed(laboratory, candidate, winner.design)
+        certainty = _confirmed(laboratory, candidate, winner.design, listeners)
         try:
             folder = kept_folder("advice", laboratory.key(candidate)[:12]) if write is None else write
             file = write_design(candidate, question, folder, portable=write is not None)
@@ -211,13 +213,15 @@ def _driving(needs: Needs, driven: Mapping[str, Driven], winner: BoardAdvice | N
     return driven_text(needs.motion, best, driven[best])
 
 
-def _confirmed(laboratory: Laboratory, candidate: Candidate, design: Design | None) -> Certainty:
+def _confirmed(
+    laboratory: Laboratory, candidate: Candidate, design: Design | None, listeners: Sequence[Listener]
+) -> Certainty:
     """The certainty of the recommendation, by a run of its design, which has to come to the figures of its trial.
 
     Raises:
         RunError: it comes to others.
     """
-    result = laboratory.result(candidate)
+    result = laboratory.result(candidate, listeners)
     assert design is not None, "a board suffices by a design"
     kept = {key: getattr(design.trial, key) for key in ("clock_hz", "time_low_s")}
     trial = trial_of(result).model_copy(update=kept)

@@ -25,6 +25,7 @@ from pydantic import Field
 from codesign.ground.errors import CodesignError, RunError, SpecError
 from codesign.ground.figures import FIGURES, label
 from codesign.ground.memo import Memo
+from codesign.ground.records import Listener
 from codesign.inputs import Platform, Workload, design_point
 from codesign.planners.interface import Quality
 from codesign.study.advice.candidates import Board, Candidate, chains_of
@@ -164,15 +165,15 @@ class Laboratory:
             return candidate.board.platform, workload
         return design_point(candidate.board.platform, workload, candidate.settings)
 
-    def result(self, candidate: Candidate) -> Result:
-        """The result of a design, simulated.
+    def result(self, candidate: Candidate, listeners: Sequence[Listener] = ()) -> Result:
+        """The result of a design, simulated; ``listeners`` take the records of the run.
 
         Raises:
             CodesignError: the design is refused.
         """
         point = self.point(candidate)
         with planner_code(candidate.planner):
-            return simulate(*point, memo=self.memo, grid=self.question.grid)
+            return simulate(*point, listeners=listeners, memo=self.memo, grid=self.question.grid)
 
     def trial(self, candidate: Candidate) -> Trial:
         """The trial of a design. A clock that is all that it is too slow for is lowered to what it reaches."""

@@ -1,3 +1,4 @@
+from .advice_page import advice_page
 from .axes import spread_table
 from .canvas import Picture
 from .comparison_page import comparison_page, comparison_table
@@ -48,6 +49,7 @@ __all__ = [
     "Picture",
     "Table",
     "account_picture",
+    "advice_page",
     "answer",
     "best_table",
     "comparison_page",

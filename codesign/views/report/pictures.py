@@ -279,7 +279,7 @@ def map_picture(
         axes.imshow(obstacles, extent=extent, cmap="gray", vmin=-0.35, vmax=4, interpolation="nearest")
         if obstacles.count():
             axes.plot([], [], "s", color=_WALL, label="wall")
-        _draw_paths(axes, trajectories)
+        _draw_paths(axes, trajectories, begins=not starts)
         _draw_points(axes, starts, "o", color=_PATH, markersize=3.5, label="start")
         _draw_points(axes, goals, "*", color=_GOAL, markersize=12, markeredgecolor="white", label="goal")
         axes.set(xlabel="column", ylabel="row", xlim=extent[:2], ylim=extent[2:])
@@ -291,13 +291,14 @@ def map_picture(
     return drawn(picture, format, title=title, alt=f"Map of {', '.join(shown)}")
 
 
-def _draw_paths(axes: Any, paths: Sequence[NDArray[np.float64]]) -> None:
-    """Each path from its start, outlined so that it is seen on every colour."""
+def _draw_paths(axes: Any, paths: Sequence[NDArray[np.float64]], *, begins: bool) -> None:
+    """Each path, outlined so that it is seen on every colour; ``begins``: its start is marked, and in the legend."""
     for number, path in enumerate(paths):
         name = "path" if number == 0 else None
         axes.plot(path[:, 1], path[:, 0], color="white", linewidth=2.2, alpha=0.8)
         axes.plot(path[:, 1], path[:, 0], color=_PATH, linewidth=1.2, label=name)
-        axes.plot(path[:1, 1], path[:1, 0], "o", color=_PATH, markersize=3.5, label=name and "start")
+        if begins:
+            axes.plot(path[:1, 1], path[:1, 0], "o", color=_PATH, markersize=3.5, label=name and "start")
 
 
 def _draw_points(axes: Any, points: Sequence[tuple[int, int]], marker: str, **shown: Any) -> None:

@@ -164,7 +164,7 @@ def test_a_second_question_simulates_nothing_but_the_winner(
     assert first["simulated"] > 0
     runs: list[object] = []
     result = Laboratory.result
-    monkeypatch.setattr(Laboratory, "result", lambda self, each: runs.append(each) or result(self, each))
+    monkeypatch.setattr(Laboratory, "result", lambda self, each, *more: runs.append(each) or result(self, each, *more))
     _, second = asked(hwsw, corridor, boards, "500 Hz", "--power", "20 W")
     assert (second["simulated"], second["kept"]) == (0, first["simulated"] + first["kept"])
     # The winner is run once more; quick is the cheaper of the two, so there is no next one.
