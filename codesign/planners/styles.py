@@ -102,8 +102,8 @@ class Family:
     - ``least``: parameters that stand for the least of the family: where their items do not fit the part, no design of
       it does, and none reaches a faster clock. They need be no design of it, and may break a bound of the demand:
       registers of as few bits as any design has. By default the first of the chain.
-    - ``units``: no design of the family takes fewer units, for the worst of the starts: cycles of the component under
-      "", on a processor units by kernel. A kernel that is not there: no bound.
+    - ``units``: no design of the family that brings every start to a goal takes fewer units, for the worst of the
+      starts: cycles of the component under "", on a processor units by kernel. A kernel that is not there: no bound.
     - ``ranges``: the designs in words and whole numbers: (least, greatest) by name. ``count``: how many they are.
     - ``sharper``: sharper ``units`` of every design, which take a computation. Its argument is a number of cycles that
       is too many: the bound is of use up to it.
@@ -118,6 +118,25 @@ class Family:
     least: Mapping[str, Any] | None = None
     sharper: Callable[[int], Mapping[str, int]] | None = None
     parts: Callable[[], Iterator[Family]] | None = None
+
+
+Sides = tuple[int, int]
+"""The least and the greatest side of a class or of a group of classes."""
+
+
+def side_classes(cells: int) -> list[Sides]:
+    """Sides of tiles with equally many tiles along ``cells`` cells, the smallest first.
+
+    >>> side_classes(10)
+    [(1, 1), (2, 2), (3, 3), (4, 4), (5, 9), (10, 10)]
+    """
+    classes, least = [], 1
+    while least <= cells:
+        count = -(-cells // least)
+        most = cells if count == 1 else -(-cells // (count - 1)) - 1
+        classes.append((least, most))
+        least = most + 1
+    return classes
 
 
 @dataclass(frozen=True)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -14,8 +15,15 @@ from hypothesis import strategies as st
 from codesign import maps
 from codesign.ground.models import Part
 from codesign.inputs.library import load_part
+from codesign.planners.harmonic import styles as harmonic
+from codesign.planners.harmonic.plan.parameters import RelaxParameters
+from codesign.planners.harmonic.plan.planner import PLANNER as HARMONIC
+from codesign.planners.harmonic.styles.bit_serial import BitSerial
+from codesign.planners.harmonic.styles.designs import lasts_of
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job, short_resources, sum_by_resource
+from codesign.planners.relaxation import styles as relaxation
+from codesign.planners.relaxation.plan.parameters import RelaxParameters as RelaxationParameters
 from codesign.planners.styles import Architecture, Family
 from codesign.planners.wavefront.plan.parameters import PropagateParameters
 from codesign.planners.wavefront.styles import AdderComparator, DelayLine, Software, Tiled
@@ -130,6 +138,68 @@ def test_whole_arrays_and_software_know_their_units(drawn: tuple[int, tuple[int,
             found = runs(style, job, design)
             assert not is_undercut(dict(family.units), found)
             assert dict(family.units) in found
+
+
+def arrives(job: Job[Any, Any]) -> bool:
+    """True if the field of a design leads from every start to a goal."""
+    plan = HARMONIC.plan(job)
+    return all(HARMONIC.trajectory(job.problem, plan, start)[1] for start in job.problem.starts)
+
+
+@given(maps_drawn, st.floats(0.01, 0.3), st.integers(4, 60), st.booleans())
+@settings(max_examples=examples(15))
+def test_no_block_undercuts_the_iterations_of_the_whole_map(
+    drawn: tuple[int, tuple[int, int], float], share: float, block_rams: int, decides: bool
+) -> None:
+    here, part = problem(*drawn, starts=1), part_of(share, block_rams)
+    tasks = {"load", "lower_bound", "relax", "detect"} | ({"decide"} if decides else set())
+    job, style = Job(here, None, part=part, inside=frozenset(tasks)), BitSerial()
+    found: set[tuple[int, int]] = set()
+    unfit: set[tuple[int, int]] = set()
+    top = list(style.families(job))
+    for design, path in leaves(iter(top)):
+        shape = tuple(design["block"])
+        sized = replace(job, parameters=RelaxParameters.model_validate(design))
+        for family in path:
+            least = replace(job, parameters=RelaxParameters.model_validate(dict(family.least or family.chain[0])))
+            if short_resources(style.demand(least).items, part):
+                assert short_resources(style.demand(sized).items, part)
+        ranges = path[-1].ranges
+        if (shape[0], shape[0]) != ranges["block rows"] or (shape[1], shape[1]) != ranges["block columns"]:
+            last_row, last_column = ranges["block rows"][1], ranges["block columns"][1]
+            unfit |= set(product(range(shape[0], last_row + 1), range(shape[1], last_column + 1)))
+            continue
+        found.add(shape)
+        if design["schedule"]["last"] > 31 or (sum(shape) % 5 and len(found) > 4):
+            continue
+        if not arrives(sized):
+            continue
+        cycles = units(style, sized)[""]
+        for family in path:
+            assert family.units[""] <= cycles
+            assert family.sharper is None or family.units[""] <= family.sharper(10**9)[""] <= cycles
+    # One block RAM has to hold the words of all blocks.
+    shapes = set(product(range(1, here.rows + 1), range(1, here.columns + 1)))
+    assert {shape for shape in shapes if lasts_of(here.shape, shape, part)} <= found | unfit <= shapes
+
+
+@given(maps_drawn)
+@settings(max_examples=examples(15))
+def test_programs_take_no_fewer_units_than_their_bounds(drawn: tuple[int, tuple[int, int], float]) -> None:
+    job = Job(problem(*drawn, starts=1), None)
+    for planner in (harmonic, relaxation):
+        for style in planner.ARCHITECTURES:
+            if style.component_type != "processor":
+                continue
+            model = RelaxParameters if planner is harmonic else RelaxationParameters
+            for design, (family,) in leaves(style.families(job)):
+                if design.get("schedule", {}).get("last", 0) <= 47:
+                    sized = replace(job, parameters=model.model_validate(design))
+                    assert family.units
+                    if planner is harmonic and not arrives(sized):
+                        continue
+                    ran = units(style, sized)
+                    assert not is_undercut(dict(family.units), [ran])
 
 
 @given(st.tuples(st.integers(1, 60), st.integers(1, 60)), st.tuples(st.integers(0, 40), st.integers(0, 40)))

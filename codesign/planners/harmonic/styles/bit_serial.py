@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator
+from collections.abc import Generator, Iterator
 from dataclasses import replace
 from functools import lru_cache
 from typing import Any
@@ -20,11 +20,12 @@ from codesign.planners.harmonic.plan.relax import HarmonicPlan
 from codesign.planners.harmonic.plan.stages import Visits
 from codesign.planners.harmonic.styles import resources, timing
 from codesign.planners.harmonic.styles.designs import block_designs
+from codesign.planners.harmonic.styles.families import BlockSpace
 from codesign.planners.harmonic.styles.find import find_schedule
 from codesign.planners.harmonic.styles.steps import DECIDE, LOAD, READ, Costs, notes, relax_steps
-from codesign.planners.interface import Problem
+from codesign.planners.interface import LOWER_BOUND, Problem
 from codesign.planners.job import Demand, Job, short_resources
-from codesign.planners.styles import Architecture, Designs, Found, Memory, Step, one_step
+from codesign.planners.styles import Architecture, Designs, Family, Found, Memory, Step, one_step
 
 
 class BitSerial(Architecture):
@@ -51,6 +52,10 @@ class BitSerial(Architecture):
     def designs(self, job: Job[Problem, Any]) -> Designs:
         """Blocks that fit the part, each at rising precisions."""
         return block_designs(job.problem.shape, job.chip, job.does(DECIDE))
+
+    def families(self, job: Job[Problem, Any]) -> Iterator[Family]:
+        """Blocks of every shape that is no larger than the map, at the precisions and visits of ``designs``."""
+        yield from BlockSpace(job.problem, job.chip, job.does(DECIDE), not job.does(LOWER_BOUND)).families()
 
     def demand(self, job: Job[Problem, RelaxParameters]) -> Demand:
         """Resources of the circuit for the block and the last precision, and the words of its block RAMs.

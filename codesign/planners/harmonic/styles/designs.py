@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
 
 from codesign.ground.models import Part
@@ -37,22 +38,32 @@ def block_designs(map_shape: tuple[int, int], part: Part, decision: bool) -> Des
     """
     rows, columns = map_shape
     shapes = dict.fromkeys((min(side, rows), min(side, columns)) for side in SIDES)
-    depth, fitting = word_depth(part), []
+    fitting = []
     for block in reversed(shapes):
-        most = largest_precision(block_count(map_shape, block), depth)
-        machines = (_machine(map_shape, block, last, decision) for last in LAST if last <= most)
-        lasts = [machine.last for machine in machines if fits(machine, part)]
+        machines = (machine(map_shape, block, last, decision) for last in lasts_of(map_shape, block, part))
+        lasts = [each.last for each in machines if fits(each, part)]
         if lasts:
             fitting.append((block, lasts))
     smallest = next(iter(shapes)), [LAST[0]]
     return tuple(
-        tuple(_design({"block": list(block)}, iterations, last) for last in lasts)
+        block_chain(block, iterations, lasts)
         for block, lasts in fitting[:MOST_BLOCKS] or [smallest]
         for iterations in VISITS
     )
 
 
-def _machine(map_shape: tuple[int, int], block: tuple[int, int], last: int, decision: bool) -> Machine:
+def lasts_of(map_shape: tuple[int, int], block: tuple[int, int], part: Part) -> list[int]:
+    """The last precisions whose words a block RAM holds, of all blocks of the map."""
+    most = largest_precision(block_count(map_shape, block), word_depth(part))
+    return [last for last in LAST if last <= most]
+
+
+def block_chain(block: tuple[int, int], iterations: int, lasts: Iterable[int]) -> tuple[dict[str, Any], ...]:
+    """The designs of a block at rising last precisions."""
+    return tuple(_design({"block": list(block)}, iterations, last) for last in lasts)
+
+
+def machine(map_shape: tuple[int, int], block: tuple[int, int], last: int, decision: bool) -> Machine:
     """The circuit of a design: as many blocks as cover the map, and as many stages as its schedule has."""
     down, across = (-(-cells // nodes) for cells, nodes in zip(map_shape, block, strict=True))
     stages = len(range(FIRST, last, STEP)) + 1

@@ -10,7 +10,7 @@ of ``software_limbs`` costs a unit for each 64-bit limb of a value of p + 1 bits
 
 from __future__ import annotations
 
-from collections.abc import Generator
+from collections.abc import Generator, Iterator
 from typing import Any
 
 import numpy as np
@@ -21,12 +21,13 @@ from codesign.planners.harmonic.plan.fixed_point import limbs_needed
 from codesign.planners.harmonic.plan.parameters import RelaxParameters
 from codesign.planners.harmonic.plan.relax import HarmonicPlan
 from codesign.planners.harmonic.plan.stages import Visits
-from codesign.planners.harmonic.styles.designs import LAST, WORD, host_designs
+from codesign.planners.harmonic.styles.designs import FIRST, LAST, WORD, host_designs
+from codesign.planners.harmonic.styles.families import QUICK, least_stages
 from codesign.planners.harmonic.styles.find import find_schedule
 from codesign.planners.harmonic.styles.steps import DECIDE, Costs, notes, relax_steps
-from codesign.planners.interface import Problem
+from codesign.planners.interface import LOWER_BOUND, Problem
 from codesign.planners.job import Job
-from codesign.planners.styles import Designs, Found, HostStyle, Step, assumed_bytes
+from codesign.planners.styles import Designs, Family, Found, HostStyle, Step, assumed_bytes
 
 DECISION_UPDATES = 4
 """The cost of one decision in node updates: four triangles, each about the work of an average. Assumed."""
@@ -58,6 +59,19 @@ class Software(HostStyle):
     def designs(self, _job: Job[Problem, Any]) -> Designs:
         """The whole map as one block, at rising precisions, which end with a word at one unit an update."""
         return host_designs(LAST[-1] if self._limbs else WORD)
+
+    def families(self, job: Job[Problem, Any]) -> Iterator[Family]:
+        """The chain of ``designs``: its first stages take at least the iterations of the whole map as one block."""
+        stages = least_stages(job.problem, QUICK) if job.does(LOWER_BOUND) else ((FIRST, 1),)
+        updates = sum(count * self.units(bits) for bits, count in stages) * job.problem.free.size
+        decision = DECISION_UPDATES * self.units(stages[-1][0]) if job.does(DECIDE) else 0
+        for chain in self.designs(job):
+            yield Family(
+                chain,
+                {self.kernel: updates + decision},
+                {"last bits": (LAST[0], LAST[-1] if self._limbs else WORD)},
+                len(chain),
+            )
 
     def bytes_a_cell(self, job: Job[Problem, RelaxParameters]) -> Figure:
         """The map in a byte, and a value of the last precision in 64-bit limbs."""

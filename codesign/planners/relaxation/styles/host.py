@@ -13,7 +13,7 @@ platform's busy power counts once for one core or two: assumed, and too little w
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Generator, Iterator
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -39,7 +39,7 @@ from codesign.planners.relaxation.styles.costs import (
     level_3_units,
     sweep_units,
 )
-from codesign.planners.styles import Designs, HostStyle, Step, assumed_bytes, map_read
+from codesign.planners.styles import Designs, Family, HostStyle, Step, assumed_bytes, map_read
 
 SEARCH = "search"
 
@@ -67,6 +67,11 @@ class Host(HostStyle):
             {"method": str(method), "omega": 1.9} for method in (Method.RED_BLACK, Method.SOR)
         )
         return (({},), ({"method": str(Method.DIRECT)},), *((design,) for design in strong))
+
+    def families(self, job: Job[Problem, Any]) -> Iterator[Family]:
+        """Each design by itself: every one reads the map. Other values of omega are not among them."""
+        for chain in self.designs(job):
+            yield Family(chain, {MAP_KERNEL: job.problem.free.size})
 
     def bytes_a_cell(self, job: Job[Problem, RelaxParameters]) -> Figure:
         """The map in a byte and the potential in a double; the direct solution takes its factors besides."""

@@ -20,7 +20,7 @@ from typing import Any
 from more_itertools import map_reduce
 
 from codesign.planners.job import largest
-from codesign.planners.styles import Family
+from codesign.planners.styles import Family, Sides, side_classes
 from codesign.planners.wavefront.plan.bounds import VisitBounds
 from codesign.planners.wavefront.styles import timing
 from codesign.planners.wavefront.styles.layout import Shape
@@ -30,24 +30,6 @@ PROMISING = 6
 
 WIDEST = 3
 """Widths that are looked at, as block RAMs may run out before nodes do."""
-
-Sides = tuple[int, int]
-"""The least and the greatest side of a class or of a group of classes."""
-
-
-def side_classes(cells: int) -> list[Sides]:
-    """Sides of tiles with equally many tiles along ``cells`` cells, the smallest first.
-
-    >>> side_classes(10)
-    [(1, 1), (2, 2), (3, 3), (4, 4), (5, 9), (10, 10)]
-    """
-    classes, least = [], 1
-    while least <= cells:
-        count = -(-cells // least)
-        most = cells if count == 1 else -(-cells // (count - 1)) - 1
-        classes.append((least, most))
-        least = most + 1
-    return classes
 
 
 def fixed_cycles(map_shape: Shape, tile: Shape) -> tuple[int, int]:

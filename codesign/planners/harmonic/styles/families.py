@@ -1,0 +1,169 @@
+"""Blocks of every shape in families, with a lower bound of their cycles.
+
+Let J_k be the field after k iterations of the whole map as one block, from zero. An iteration of a block sets its cells
+to what J_(k + 1) has, or less, if no value is above J_k, as an update is monotone; the others stay. So after k
+iterations, of any blocks in any order, no value is above J_k. A stage therefore takes as many iterations that change
+a bit as the one block does. In its last sweep each block has one more, which changes none.
+
+The field of a stage depends on nothing but its bits. All schedules here have the same first stages, up to the one that
+may be the last: the first whose field leads somewhere from the starts. The iterations of the one block in these stages
+bound the cycles of every design that serves.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_left
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from codesign.ground.late import late
+from codesign.ground.memo import Memo
+from codesign.ground.models import Part
+from codesign.planners.harmonic.plan.arguments import check_arguments
+from codesign.planners.harmonic.styles import resources, timing
+from codesign.planners.harmonic.styles.designs import (
+    FIRST,
+    LAST,
+    STEP,
+    VISITS,
+    block_chain,
+    block_designs,
+    lasts_of,
+    machine,
+)
+from codesign.planners.interface import Cell, Problem
+from codesign.planners.styles import Family, Sides, side_classes
+
+engines = late("codesign.planners.harmonic.plan.engine")
+
+_settled = Memo(max_bytes=2**20)
+
+Parts = Callable[[], Iterator[Family]]
+
+QUICK = 4096
+"""Cycles of iterations that are computed for the bound of every family; a sharper bound computes what it needs."""
+
+
+def least_stages(problem: Problem, most_cycles: int) -> tuple[tuple[int, int], ...]:
+    """The first stages of the whole map as one block: their bits, and the iterations they take to settle.
+
+    Every design that serves has these stages: as long as all values around a start are 0, a plan has no way from there,
+    and its start is a local maximum, so the run goes on. The last stage has only the iterations so far, where all take
+    more than ``most_cycles`` cycles of the bit-serial circuit.
+    """
+    key = "harmonic stages", problem.map_digest, problem.starts
+    computed, stages = _settled.held(key) or (0, ())
+    if computed < most_cycles:
+        # A later question about more cycles begins anew, and so it is answered for twice as many.
+        computed = 1 << (most_cycles - 1).bit_length()
+        stages, ended = _stages(problem, computed)
+        _settled.keep(key, (1 << 62 if ended else computed, stages))
+    return tuple(stages)
+
+
+def _stages(problem: Problem, most_cycles: int) -> tuple[tuple[tuple[int, int], ...], bool]:
+    arguments = check_arguments(
+        problem.free, problem.goals, block=problem.shape, iterations=1, schedule=LAST, termination="sound", start=None
+    )
+    engine, stages, left = engines.Engine(arguments), [], most_cycles
+    for precision in range(FIRST, LAST[-1] + 1, STEP):
+        each = timing.iteration_cycles(precision)
+        *_, end = engine.run(len(stages), precision, left // each + 1)
+        stages.append((precision, end.stage.iterations))
+        left -= each * end.stage.iterations
+        if end.fault or not any(_is_dark(end.field.limbs, start) for start in problem.starts):
+            return tuple(stages), not end.fault
+    return tuple(stages), True
+
+
+def _is_dark(limbs: NDArray[np.uint64], start: Cell) -> bool:
+    """True if the values of a cell and of its eight neighbours are 0."""
+    row, column = start
+    return not limbs[max(0, row - 1) : row + 2, max(0, column - 1) : column + 2].any()
+
+
+@dataclass(frozen=True)
+class BlockSpace:
+    """All blocks of a map on a part, with the decision module or without.
+
+    ``warm``: a plan begins at the result of task ``lower_bound``, so no iteration of the first stage is sure.
+    """
+
+    problem: Problem
+    part: Part
+    decides: bool
+    warm: bool
+
+    def families(self) -> Iterator[Family]:
+        """The chains that are most promising, then the classes of all other blocks, and last those that cannot fit."""
+        designs = block_designs(self.problem.shape, self.part, self.decides)
+        given = {tuple(chain[0]["block"]) for chain in designs}
+        for chain in designs:
+            height, width = chain[0]["block"]
+            yield self._family(chain, (height, height), (width, width), len(chain))
+        rows, columns = (side_classes(side) for side in self.problem.shape)
+        fitting, unfit = [], []
+        for down in rows:
+            served = [across for across in columns if self._lasts((down[0], across[0]))]
+            count = bisect_left(served, True, key=lambda across, down=down: not self._may_fit((down[0], across[0])))
+            fitting += [(down, across) for across in served[:count]]
+            if count < len(served):
+                unfit.append((down, (served[count][0], served[-1][1])))
+        for down, across in fitting:
+            shapes = [shape for shape in self._shapes(down, across) if shape not in given]
+            if shapes:
+                parts = lambda shapes=shapes: self._chains(shapes)  # noqa: E731
+                count = len(shapes) * len(VISITS) * len(self._lasts((down[0], across[0])))
+                yield self._family((), down, across, count, parts)
+        for down, across in unfit:
+            count = sum(len(VISITS) * len(self._lasts(shape)) for shape in self._shapes(down, across))
+            yield self._family((self._least((down[0], across[0])),), down, across, count)
+
+    def _chains(self, shapes: list[tuple[int, int]]) -> Iterator[Family]:
+        for shape in shapes:
+            for iterations in VISITS:
+                chain = block_chain(shape, iterations, self._lasts(shape))
+                yield self._family(chain, (shape[0], shape[0]), (shape[1], shape[1]), len(chain))
+
+    def _family(
+        self, chain: tuple[Mapping[str, Any], ...], rows: Sides, columns: Sides, count: int, parts: Parts | None = None
+    ) -> Family:
+        least = rows[0], columns[0]
+
+        def sharper(most_cycles: int) -> Mapping[str, int]:
+            return {"": self.cycles(least, most_cycles)}
+
+        ranges = {"block rows": rows, "block columns": columns}
+        units = {"": self.cycles(least, QUICK)}
+        return Family(chain, units, ranges, count, self._least(least), None if self.warm else sharper, parts)
+
+    def cycles(self, block: tuple[int, int], most_cycles: int) -> int:
+        """Cycles that no design of a block that serves undercuts, nor of a larger one with as many blocks."""
+        grid = [-(-cells // side) for cells, side in zip(self.problem.shape, block, strict=True)]
+        blocks, memories = grid[0] * grid[1], resources.memories(*block, *grid)
+        if self.warm:
+            load, stages = timing.load_start_cycles(memories, blocks, FIRST), ((FIRST, 1),)
+        else:
+            load, stages = timing.load_cycles(memories, blocks, FIRST), least_stages(self.problem, most_cycles)
+        passes = sum((count - 1 + blocks) * timing.iteration_cycles(bits) for bits, count in stages)
+        last = stages[-1][0]
+        return (
+            load + passes + (timing.decision_cycles(last) if self.decides else timing.read_cycles(*block, blocks, last))
+        )
+
+    def _least(self, block: tuple[int, int]) -> Mapping[str, Any]:
+        return block_chain(block, VISITS[0], [FIRST])[0]
+
+    def _lasts(self, block: tuple[int, int]) -> list[int]:
+        return lasts_of(self.problem.shape, block, self.part)
+
+    def _may_fit(self, block: tuple[int, int]) -> bool:
+        """A map of this one block has the fewest memories at its borders."""
+        return resources.fits(machine(block, block, FIRST, self.decides), self.part)
+
+    def _shapes(self, rows: Sides, columns: Sides) -> Iterator[tuple[int, int]]:
+        return ((row, column) for row in range(rows[0], rows[1] + 1) for column in range(columns[0], columns[1] + 1))
