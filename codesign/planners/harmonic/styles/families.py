@@ -15,6 +15,7 @@ from __future__ import annotations
 from bisect import bisect_left
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -69,7 +70,8 @@ def _stages(problem: Problem, most_cycles: int) -> tuple[tuple[tuple[int, int], 
     arguments = check_arguments(
         problem.free, problem.goals, block=problem.shape, iterations=1, schedule=LAST, termination="sound", start=None
     )
-    engine, stages, left = engines.Engine(arguments), [], most_cycles
+    engine, left = engines.Engine(arguments), most_cycles
+    stages: list[tuple[int, int]] = []
     for precision in range(FIRST, LAST[-1] + 1, STEP):
         each = timing.iteration_cycles(precision)
         *_, end = engine.run(len(stages), precision, left // each + 1)
@@ -109,16 +111,15 @@ class BlockSpace:
         fitting, unfit = [], []
         for down in rows:
             served = [across for across in columns if self._lasts((down[0], across[0]))]
-            count = bisect_left(served, True, key=lambda across, down=down: not self._may_fit((down[0], across[0])))
+            count = self._fitting(down[0], served)
             fitting += [(down, across) for across in served[:count]]
             if count < len(served):
                 unfit.append((down, (served[count][0], served[-1][1])))
         for down, across in fitting:
             shapes = [shape for shape in self._shapes(down, across) if shape not in given]
             if shapes:
-                parts = lambda shapes=shapes: self._chains(shapes)  # noqa: E731
                 count = len(shapes) * len(VISITS) * len(self._lasts((down[0], across[0])))
-                yield self._family((), down, across, count, parts)
+                yield self._family((), down, across, count, partial(self._chains, shapes))
         for down, across in unfit:
             count = sum(len(VISITS) * len(self._lasts(shape)) for shape in self._shapes(down, across))
             yield self._family((self._least((down[0], across[0])),), down, across, count)
@@ -145,10 +146,10 @@ class BlockSpace:
         """Cycles that no design of a block that serves undercuts, nor of a larger one with as many blocks."""
         grid = [-(-cells // side) for cells, side in zip(self.problem.shape, block, strict=True)]
         blocks, memories = grid[0] * grid[1], resources.memories(*block, *grid)
-        if self.warm:
-            load, stages = timing.load_start_cycles(memories, blocks, FIRST), ((FIRST, 1),)
-        else:
-            load, stages = timing.load_cycles(memories, blocks, FIRST), least_stages(self.problem, most_cycles)
+        stages: tuple[tuple[int, int], ...] = ((FIRST, 1),)
+        load = timing.load_start_cycles(memories, blocks, FIRST)
+        if not self.warm:
+            stages, load = least_stages(self.problem, most_cycles), timing.load_cycles(memories, blocks, FIRST)
         passes = sum((count - 1 + blocks) * timing.iteration_cycles(bits) for bits, count in stages)
         last = stages[-1][0]
         return (
@@ -164,6 +165,10 @@ class BlockSpace:
     def _may_fit(self, block: tuple[int, int]) -> bool:
         """A map of this one block has the fewest memories at its borders."""
         return resources.fits(machine(block, block, FIRST, self.decides), self.part)
+
+    def _fitting(self, height: int, served: list[Sides]) -> int:
+        """The number of these columns that may fit: behind the first that cannot, none can."""
+        return bisect_left(served, True, key=lambda across: not self._may_fit((height, across[0])))
 
     def _shapes(self, rows: Sides, columns: Sides) -> Iterator[tuple[int, int]]:
         return ((row, column) for row in range(rows[0], rows[1] + 1) for column in range(columns[0], columns[1] + 1))

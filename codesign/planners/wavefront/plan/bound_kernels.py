@@ -58,7 +58,7 @@ def _visits_of(
 
 
 @njit(cache=True, nogil=True)
-def _least(table: NDArray[np.int32], what: int, row: int, begin: int, end: int) -> int:
+def _least(table: NDArray[np.int32], what: int, row: int, begin: int, end: int) -> Any:
     """The least value from column ``begin`` to before ``end``: two spans of a power of two cover them."""
     level = 0
     while 2 << level <= end - begin:

@@ -15,6 +15,7 @@ from __future__ import annotations
 from bisect import bisect_left
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import Any
 
 from more_itertools import map_reduce
@@ -119,7 +120,7 @@ class TileSpace:
             if quick is None:
                 yield from self._classes(down, across)
             else:
-                parts = lambda down=down, across=across: self._classes(down, across)  # noqa: E731
+                parts = partial(self._classes, down, across)
                 yield replace(self._family(_whole(down), _whole(across), parts=parts), least=self._least(quick))
         yield from unfit
 
@@ -149,9 +150,11 @@ class TileSpace:
             if rows[0] == rows[1] and columns[0] == columns[1]:
                 yield self._shape(left[0][1], least)
             else:
-                parts = lambda left=left: (self._shape(tile, cycles) for cycles, tile in left)  # noqa: E731
-                yield self._family(rows, columns, least, parts)
+                yield self._family(rows, columns, least, partial(self._shapes, left))
         yield from unfit
+
+    def _shapes(self, left: Sequence[tuple[int, Shape]]) -> Iterator[Family]:
+        return (self._shape(tile, cycles) for cycles, tile in left)
 
     def _fitting(self, height: int, across: Sequence[Sides]) -> int:
         """The number of columns that may fit: behind the first that cannot, none can."""
