@@ -167,13 +167,13 @@ def bit_planes(job: Job[Any, Any]) -> float:
 
 def run() -> list[dict[str, str]]:
     """A row for each planner and map, then the least, median and worst ratio of each planner."""
-    before = measure_host(CALIBRATION_SECONDS)
+    before = measure_host(CALIBRATION_SECONDS).costs
     cases = [(name, case, problem) for name, problem in questions() for case in CASES]
     measured = []
     for name, case, problem in cases:
         measured.append(_measured(case, problem, before))
         print(f"{name}, {case.label}: {1e3 * measured[-1][0]:.4g} ms measured", flush=True)
-    after = measure_host(CALIBRATION_SECONDS)
+    after = measure_host(CALIBRATION_SECONDS).costs
     costs = {name: (figure.value + after[name].value) / 2 for name, figure in before.items()}
     drift = max(abs(after[name].value / figure.value - 1) for name, figure in before.items())
     print(f"the cost that differed most before and after: by {100 * drift:.0f} %")

@@ -30,7 +30,7 @@ from codesign.planners.interface import (
     judge_paths,
 )
 from codesign.planners.job import Demand, Flow, Job, Lever, Line
-from codesign.planners.plug_in import PlugIn, Probe, Reproduce, Samples
+from codesign.planners.plug_in import PlugIn, Probe, Reproduce, Samples, Timed
 from codesign.planners.registered import GROUP
 from codesign.planners.reproduction import Finding, Plot, Reproduction, Row, Series, row
 from codesign.planners.styles import (
@@ -106,6 +106,7 @@ __all__ = [
     "TaskParameters",
     "TaskRecord",
     "TaskStyle",
+    "Timed",
     "Traffic",
     "UnsuitedError",
     "by_sides",

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import re
-from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -17,12 +16,14 @@ from codesign.cli.values import settings_of
 from codesign.ground.errors import InputError, printable
 from codesign.ground.files import write_atomically
 from codesign.ground.models import NAME_PATTERN
+from codesign.hardware.calibrate.board import read_board, script
 from codesign.hardware.calibrate.calibration import calibration_text
 from codesign.hardware.calibrate.design import design_point
 from codesign.hardware.calibrate.fpga import compare_reports
 from codesign.hardware.calibrate.host_costs import measure_host
+from codesign.hardware.calibrate.host_file import host_document, host_text, processor_text
 from codesign.inputs import load_platform
-from codesign.inputs.library import CALIBRATIONS, TERMS
+from codesign.inputs.library import CALIBRATIONS, HOSTS, TERMS
 from codesign.system import catalog
 from codesign.views.report import render_text
 from codesign.views.report.hardware_tables import calibration_document, calibration_tables
@@ -33,28 +34,35 @@ if TYPE_CHECKING:
 
 
 def host(asked: CalibrateHost) -> None:
-    """Time the planners' kernels on this machine, and print them as the key costs of a processor in a platform file."""
-    with progress_shown(after_s=LATER_S, quiet=asked.as_json) as show, compiling_shown(show):
-        measured = measure_host(asked.seconds, show)
-    if asked.as_json:
-        click.echo(json.dumps({name: asdict(figure) for name, figure in measured.items()}, indent=2))
+    """Time the planners' kernels on this machine, and print them as keys of a processor, or write a host file."""
+    if asked.script:
+        given = {"--from": asked.board, "--write": asked.write, "--like": asked.like, "--json": asked.as_json or None}
+        if other := [option for option, value in given.items() if value is not None]:
+            raise InputError(
+                f"a script, and {' and '.join(other)}", "--script", "run it on the board, then give --from"
+            )
+        click.echo(script(asked.seconds), nl=False)
         return
-    click.echo("costs:")
-    for name, figure in measured.items():
-        low, high = figure.interval
-        value = {"value": f"{_ps(figure.value)} ps", "low": f"{_ps(low)} ps", "high": f"{_ps(high)} ps"}
-        text = ", ".join(f"{key}: {quantity}" for key, quantity in value.items())
-        click.echo(f"  {name}: {{{text}, status: measured, source: {json.dumps(figure.source)}}}")
-
-
-def _ps(seconds: float) -> int:
-    return max(1, round(seconds * 1e12))
+    check_outputs({"--write": asked.write}, (asked.board,), kind="host")
+    name = None if asked.write is None else _name_of("--write", asked.write, "hosts/mine.yaml")
+    if asked.like is not None:
+        HOSTS.find(asked.like)
+    with progress_shown(after_s=LATER_S, quiet=asked.as_json) as show, compiling_shown(show):
+        measured = measure_host(asked.seconds, show) if asked.board is None else read_board(asked.board)
+    for program, why in measured.not_timed.items():
+        click.echo(f"note: {printable(program, None)} was not timed: {printable(why, None)}", err=True)
+    if asked.as_json or asked.write is None:
+        text = json.dumps(host_document(measured), indent=2) + "\n" if asked.as_json else processor_text(measured)
+        click.echo(text, nl=False)
+    if asked.write is not None and name is not None:
+        write_atomically(asked.write, host_text(measured, name, asked.like).encode())
+        click.echo(f"written: {printable(str(asked.write), None)}", err=asked.as_json)
 
 
 def fpga(asked: CalibrateFpga) -> None:
     """Show what reports of your FPGA tool say beside what the laws predict, and fit a factor to each term."""
     check_outputs({"-o": asked.output}, (*asked.reports, *asked.specs, asked.added_to), kind="calibration")
-    name = "calibration" if asked.output is None else _name_of(asked.output)
+    name = "calibration" if asked.output is None else _name_of("-o", asked.output, "calibrations/mine.yaml")
     compared = compare_reports(
         asked.reports,
         _named_point(asked.specs, asked.settings),
@@ -104,9 +112,9 @@ def _loaded(path: Path) -> CalibrationFile:
     return CALIBRATIONS.load(path)
 
 
-def _name_of(output: Path) -> str:
-    """The name of a calibration, which is the name of its file."""
+def _name_of(option: str, output: Path, example: str) -> str:
+    """The name of a calibration or a host, which is the name of its file."""
     if output.suffix != ".yaml" or not re.match(NAME_PATTERN, output.stem) or len(output.stem) > 64:
-        what = f"{output.name} is no name of a calibration"
-        raise InputError(what, "-o", "letters, digits, _ and -, and .yaml: calibrations/mine.yaml")
+        what = f"{output.name} is no name of a {example.partition('s/')[0]}"
+        raise InputError(what, option, f"letters, digits, _ and -, and .yaml: {example}")
     return output.stem

@@ -53,6 +53,7 @@ KINDS = {
     "layout": Kind("a layout", (b"{",), b'"configById"'),
     "blueprint": Kind("a blueprint", (b"RRF",)),
     "calibration": Kind("a calibration", (b"# Written by hwsw calibrate",)),
+    "host": Kind("a host of hwsw calibrate", (b"# Written by hwsw calibrate host",)),
     "-o": Kind("a page of hwsw fidelity", (b"# How far the model carries",)),
     "--write": Kind("a workload of hwsw advise", (b"# The design that hwsw advise chose",)),
 }

@@ -526,10 +526,26 @@ class Calibrate(Request):
 
 
 class CalibrateHost(Request):
-    """Time the planners' kernels on this machine, and print them as the key costs of a processor in a platform file."""
+    """Time the planners' kernels on this machine, and print them as keys of a processor in a platform file.
 
-    seconds: float = option("The approximate time to measure.", default=2.0)
-    as_json: bool = JSON
+    The costs of the kernels are fitted to plans on maps of several kinds and sizes. Their interval holds the time of a
+    plan on one more map with 95 %. Load and jitter are of the same runs.
+
+    With --write, they are written as a host file. Name it in your platform, with the key host of a processor.
+
+    Another board needs Python and NumPy alone. With --script, a script for it is printed: run it there as "python3
+    probe.py > board.json", and name that file with --from.
+    """
+
+    seconds: float = option("The approximate time to measure.", default=20.0)
+    script: bool = option("Print a Python script that measures a board which has NumPy alone.", "--script")
+    board: Path | None = option("Take what the script printed on a board.", "--from FILE", type=_ANY)
+    write: Path | None = option("Write a host file, such as hosts/mine.yaml.", "--write FILE")
+    like: str | None = option(
+        "The host that stands for what is not measured: power, and kernels by their ratio.", "--like HOST"
+    )
+    as_json: bool = option("Print all of it as JSON, with fits and residuals.", "--json")
+    force: bool = FORCE
 
 
 class CalibrateFpga(Request):

@@ -9,6 +9,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any, Protocol
 
 from codesign.ground.late import load
@@ -40,6 +41,24 @@ def _timed(run: Callable[[], object]) -> float:
     begin = time.thread_time()
     run()
     return time.thread_time() - begin
+
+
+@dataclass(frozen=True)
+class Timed:
+    """A plan that ``hwsw calibrate host`` times on maps of several kinds and sizes, from a start to a goal.
+
+    The costs of its kernels are fitted to these times together, with an interval that holds on other maps too.
+
+    - ``parameters``: of the planning task, with its style on a processor. Each of its kernels has a probe.
+    - ``most_cells``: of the largest map that it is timed on.
+    - ``program``: the path of a program of the same plan for a board without this package, in C (``.c``) or for NumPy
+      (``.py``): see docs/calibration.md. None: it is not timed there. A plan whose kernels all stand in those before it
+      is timed there alone.
+    """
+
+    parameters: Mapping[str, Any]
+    most_cells: int = 1 << 20
+    program: Path | None = None
 
 
 class Reproduce(Protocol):
@@ -98,6 +117,7 @@ class PlugIn:
     - ``circuits``: the Verilog of styles on an FPGA, for ``hwsw rtl``, ``verify`` and ``synth``.
     - ``probes``: the measurements of ``hwsw calibrate host``, by the name of the kernel. Styles on a processor count
       their cost in kernels. A probe is made when it is needed.
+    - ``timed``: the plans whose times these costs are fitted to; kernels of the first are held for the next.
     - ``reproduce``: the comparison with the paper for ``hwsw reproduce``; None where there is no paper.
     - ``settings``: the model of the settings of that comparison that ``hwsw reproduce --set`` moves.
     - ``samples``: the samples of the conformance suite.
@@ -110,6 +130,7 @@ class PlugIn:
     task_styles: tuple[TaskStyle, ...] = ()
     circuits: Sequence[CircuitStyle] = ()
     probes: Mapping[str, Callable[[], Probe]] = field(default_factory=dict)
+    timed: Sequence[Timed] = ()
     reproduce: Reproduce | None = None
     settings: type[Settings] = Settings
     samples: Samples = Samples()

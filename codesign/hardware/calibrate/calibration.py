@@ -158,7 +158,8 @@ def fitted_term(term: str, samples: Sequence[Sample], law: tuple[float, float], 
     )
 
 
-def _student(freedom: int) -> float:
+def student(freedom: int) -> float:
+    """Half of the 95 % interval of Student's t."""
     return _STUDENT[freedom - 1] if freedom <= len(_STUDENT) else _STUDENT[-1]
 
 
@@ -166,7 +167,7 @@ def _width(factor: float, samples: Sequence[Sample]) -> float:
     """Half of the 95 % interval of one more design, of the logarithm of its ratio."""
     means = [math.log(ratio / factor) for ratio in _ratios(samples).values()]
     spread = max(_scatter(means, 1), _scatter([_log_ratio(sample) - math.log(factor) for sample in samples], 1))
-    return max(math.log1p(LEAST_SPREAD), _student(len(means) - 1) * spread * math.sqrt(1 + 1 / len(means)))
+    return max(math.log1p(LEAST_SPREAD), student(len(means) - 1) * spread * math.sqrt(1 + 1 / len(means)))
 
 
 def _margin(line: Line, samples: Sequence[Sample]) -> float:
@@ -180,7 +181,7 @@ def _margin(line: Line, samples: Sequence[Sample]) -> float:
         abs(left) / math.sqrt(1 + leverage(fitted, 1 / sample.predicted))
         for left, sample in zip(single, samples, strict=True)
     )
-    return max(_student(len(means) - 2) * spread, *inside)
+    return max(student(len(means) - 2) * spread, *inside)
 
 
 def _scatter(residuals: Sequence[float], fitted: int) -> float:

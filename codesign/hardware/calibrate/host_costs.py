@@ -1,20 +1,24 @@
-"""The measured costs of a processor: the time of one unit of each kernel on this machine.
+"""The host that this machine is: the time of one unit of each kernel, its cores, its load and its jitter.
 
 The kernels are the planners' kernels, as they are compiled here. So a platform with these costs predicts this package
-on this machine. Costs of other hosts are in ``platforms/``, with their sources. ``relaxation_node_update`` is a unit of
-the vectorised sweeps; a direct solution is counted in another unit (``codesign.planners.relaxation.styles.costs``).
-``occupancy_cell`` and ``way_following`` are the work of a drive. They are measured on compiled twins (``kernels``),
-because the simulation does this work in Python over numpy, and a robot's host would not.
+on this machine. Probes time each kernel by itself. Where a planner names plans to be timed (``Timed``), these are
+timed on several maps, and the costs of their kernels are fitted to them (``host_fit``). Costs of other hosts are in
+``platforms/``, with their sources. ``relaxation_node_update`` is a unit of the vectorised sweeps; a direct solution is
+counted in another unit (``codesign.planners.relaxation.styles.costs``). ``occupancy_cell`` and ``way_following`` are
+the work of a drive. They are measured on compiled twins (``kernels``), because the simulation does this work in Python
+over numpy, and a robot's host would not.
 """
 
 from __future__ import annotations
 
 import math
+import os
 import platform
 import time
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from pathlib import Path
-from statistics import median, quantiles
+from statistics import median
 from typing import Any
 
 import numpy as np
@@ -24,6 +28,8 @@ from codesign.ground.errors import InputError
 from codesign.ground.figures import Figure, Status
 from codesign.ground.late import late
 from codesign.ground.progress import Show, silent, tracked
+from codesign.hardware.calibrate.host_fit import Disturbance, ProgramFit, disturbance_of, fit_programs
+from codesign.hardware.calibrate.host_times import plans_on, questions, time_plans
 from codesign.planners.breadth_first.plan import search
 from codesign.planners.plug_in import Probe
 from codesign.system import catalog
@@ -32,19 +38,41 @@ numba = late("numba")
 kernels = late("codesign.hardware.calibrate.kernels")
 
 LEAST_REPEATS = 5
+SHARE = 0.2
+"""The share of the time that probes take; plans take the rest."""
 MOST_SECONDS = 600.0
 
 OCCUPANCY, FOLLOWING = "occupancy_cell", "way_following"
 """The kernels of a drive: one seen cell entered into the map, and one command made from a path."""
 
 
-def measure_host(seconds: float = 2.0, show: Show = silent) -> dict[str, Figure]:
-    """The cost of each kernel on this machine, s: the median of repeated runs, with their quartiles as the interval.
+@dataclass(frozen=True)
+class MeasuredHost:
+    """A host as it was measured.
+
+    ``costs``: of each kernel, s a unit. ``fits``: of the kernels that were fitted to plans. ``not_timed``: by program,
+    the reason for which it was not.
+    """
+
+    machine: str
+    cores: int
+    clock_hz: int | None
+    costs: Mapping[str, Figure]
+    disturbance: Disturbance
+    fits: tuple[ProgramFit, ...]
+    not_timed: Mapping[str, str]
+
+
+def measure_host(seconds: float = 20.0, show: Show = silent) -> MeasuredHost:
+    """This machine as a host.
+
+    The cost of a kernel of a timed plan is fitted; any other is the median of a probe's runs, with their 1st and 99th
+    percentile as the interval.
 
     Args:
         seconds: about how long to measure in all, without compilation. Every kernel is run at least ``LEAST_REPEATS``
-            times.
-        show: is told how many kernels were measured.
+            times, every plan at least ``host_times.LEAST_ROUNDS`` times.
+        show: is told how many kernels and plans were measured.
 
     Raises:
         InputError: ``seconds`` is not above 0, or above ten minutes.
@@ -54,7 +82,19 @@ def measure_host(seconds: float = 2.0, show: Show = silent) -> dict[str, Figure]
         raise InputError(f"{seconds!r:.80} seconds", "seconds", f"give a number above 0, at most {MOST_SECONDS:g}")
     machine, probes = describe_machine(), all_probes()
     makers = tracked(probes.items(), show, "kernels measured", len(probes))
-    return {name: _measured(make(), seconds / len(probes), machine) for name, make in makers}
+    costs = {name: _measured(make(), SHARE * seconds / len(probes), machine) for name, make in makers}
+    plans = [*plans_on([*questions()], [*costs])]
+    timings = time_plans(plans, (1 - SHARE) * seconds, show)
+    fits = fit_programs(timings, {name: cost.value for name, cost in costs.items()}, machine)
+    fitted = {kernel: cost for fit in fits for kernel, cost in fit.costs.items()}
+    disturbance = disturbance_of(timings, machine)
+    return MeasuredHost(machine, os.cpu_count() or 1, clock_of_machine(), costs | fitted, disturbance, fits, {})
+
+
+def clock_of_machine() -> int | None:
+    """The greatest clock of this processor as Linux says it, Hz; None where it does not."""
+    said = Path("/sys/devices/system/cpu/cpu0/cpufreq/cpuinfo_max_freq")
+    return 1000 * int(said.read_text()) if said.is_file() else None
 
 
 def all_probes() -> dict[str, Callable[[], Probe]]:
@@ -79,8 +119,8 @@ def _measured(probe: Probe, seconds: float, machine: str) -> Figure:
     end = time.perf_counter() + seconds
     while len(times) < LEAST_REPEATS or time.perf_counter() < end:
         times.append(probe.seconds())
-    low, _, high = quantiles(times, n=4)
-    source = f"median of {len(times)} runs of {probe.units:,} units on {machine}"
+    low, high = np.quantile(times, (0.01, 0.99)).tolist()
+    source = f"median of {len(times)} runs of {probe.units:,} units, 1st to 99th percentile, on one map; {machine}"
     return Figure(median(times), "s", Status.MEASURED, source, low, high)
 
 

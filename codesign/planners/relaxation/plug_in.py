@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from codesign.planners.plug_in import PlugIn, Samples, named
+from pathlib import Path
+
+from codesign.planners.plug_in import PlugIn, Samples, Timed, named
 from codesign.planners.relaxation.plan.planner import PLANNER
 from codesign.planners.relaxation.published import RelaxationSettings
 from codesign.planners.relaxation.styles import ARCHITECTURES, TASK_STYLES
@@ -13,6 +15,16 @@ PLUG_IN = PlugIn(
     styles=ARCHITECTURES,
     task_styles=TASK_STYLES,
     probes=PROBES,
+    timed=(
+        Timed({"style": "sequential", "method": "gs", "tolerance": 1e-15, "max_iterations": 300}, 1 << 17),
+        Timed({"style": "sequential", "method": "gs", "max_iterations": 300}, 1 << 17),
+        Timed({"style": "sequential", "method": "direct"}, 40_000),
+        Timed(
+            {"style": "sequential", "method": "gs", "tolerance": 1e-15, "max_iterations": 8},
+            1 << 17,
+            Path(__file__).parent / "styles" / "board.py",
+        ),
+    ),
     reproduce=named("codesign.planners.relaxation.paper.measures:PAPER"),
     settings=RelaxationSettings,
     samples=Samples(

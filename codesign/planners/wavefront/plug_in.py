@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from codesign.planners.plug_in import Parts, PlugIn, Samples, named
+from pathlib import Path
+
+from codesign.planners.plug_in import Parts, PlugIn, Samples, Timed, named
 from codesign.planners.wavefront.plan.planner import PLANNER
 from codesign.planners.wavefront.published import WavefrontSettings
 from codesign.planners.wavefront.styles import ARCHITECTURES, TASK_STYLES
@@ -14,6 +16,7 @@ PLUG_IN = PlugIn(
     task_styles=TASK_STYLES,
     circuits=Parts("codesign.planners.wavefront.rtl:CIRCUITS"),
     probes=PROBES,
+    timed=(Timed({"style": "software"}, program=Path(__file__).parent / "styles" / "board.c"),),
     reproduce=named("codesign.planners.wavefront.paper.measures:PAPER"),
     settings=WavefrontSettings,
     samples=Samples(parameters=({}, {"stop": "starts"}, {"paths": "safe", "tile": (8, 8)})),
