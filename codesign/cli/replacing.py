@@ -54,6 +54,7 @@ KINDS = {
     "blueprint": Kind("a blueprint", (b"RRF",)),
     "calibration": Kind("a calibration", (b"# Written by hwsw calibrate",)),
     "host": Kind("a host of hwsw calibrate", (b"# Written by hwsw calibrate host",)),
+    "measured": Kind("a platform of hwsw measured", (b"# Written by hwsw measured",)),
     "-o": Kind("a page of hwsw fidelity", (b"# How far the model carries",)),
     "--write": Kind("a workload of hwsw advise", (b"# The design that hwsw advise chose",)),
 }

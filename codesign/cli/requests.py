@@ -548,6 +548,22 @@ class CalibrateHost(Request):
     force: bool = FORCE
 
 
+class Measured(Request):
+    """Hold a plan that was measured on the real board against the model, and solve for the figures that decide it.
+
+    FILE names platform and workload, and says what a plan took: its median and its 99th percentile. With --write, the
+    platform is written with these figures, whose status is measured. Ask the next question with that file: hwsw advise
+    --boards, or hwsw run.
+
+    The exit code is 3 where the measured time lies outside of the interval of the model.
+    """
+
+    file: Path = argument("FILE", type=_ANY)
+    write: Path | None = option("Write the platform with the figures that were solved for.", "--write PLATFORM.yaml")
+    as_json: bool = option("Print the comparison as JSON.", "--json")
+    force: bool = FORCE
+
+
 class CalibrateFpga(Request):
     """Show what reports of your FPGA tool say beside what the laws predict, and fit a factor to each term.
 
@@ -796,6 +812,9 @@ COMMANDS = {
     "calibrate": Command(Calibrate, "", "Fit costs to this machine, or laws to the reports of your FPGA tool."),
     "calibrate host": Command(CalibrateHost, "calibrate:host", "Measure the cost of each kernel on this machine."),
     "calibrate fpga": Command(CalibrateFpga, "calibrate:fpga", "Fit the laws of a style to reports of your FPGA tool."),
+    "measured": Command(
+        Measured, "measured:measured", "Hold a measured plan against the model, and feed it back into the platform."
+    ),
     "rtl": Command(Rtl, "rtl:rtl", "Write the Verilog of a design point, with its test bench and memory images."),
     "verify": Command(Verify, "rtl:verify", "Compare circuits in Verilog with the model, cycle for cycle."),
     "synth": Command(

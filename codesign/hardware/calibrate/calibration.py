@@ -374,9 +374,15 @@ def calibration_text(calibration: CalibrationFile) -> str:
 
 
 def _text(tree: Mapping[str, Any]) -> str:
-    head = "# Written by hwsw calibrate fpga. Name it in a platform: the key calibration of an FPGA.\n"
+    return "# Written by hwsw calibrate fpga. Name it in a platform: the key calibration of an FPGA.\n" + plain_yaml(
+        tree
+    )
+
+
+def plain_yaml(tree: Mapping[str, Any]) -> str:
+    """A tree as a spec file of YAML, without anchors."""
     text: str = yaml.dump(dict(tree), Dumper=_Plain, sort_keys=False, allow_unicode=True, width=118)
-    return head + text
+    return text
 
 
 class _Plain(yaml.SafeDumper):
