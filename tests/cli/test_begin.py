@@ -17,7 +17,9 @@ Run = Callable[..., Result]
 WAREHOUSE = data_folder("workloads") / "maps" / "warehouse.txt"
 
 
-@pytest.mark.parametrize("planner", ["breadth_first", "harmonic", "relaxation", "velocity_obstacle", "wavefront"])
+@pytest.mark.parametrize(
+    "planner", ["breadth_first", "grid_search", "harmonic", "relaxation", "velocity_obstacle", "wavefront"]
+)
 def test_list_has_every_parameter_of_a_planner(hwsw: Run, planner: str) -> None:
     facts = json.loads(hwsw("list", planner, "--json").stdout)
     wanted = {(task, name) for task, model in catalog.planner(planner).tasks.items() for name in model.model_fields}
@@ -70,7 +72,7 @@ def test_an_ambiguous_or_unknown_name_is_refused(hwsw: Run) -> None:
     assert hwsw("show", "../pyproject").exit_code == 2
 
 
-@pytest.mark.parametrize("planner", ["breadth_first", "harmonic", "relaxation", "wavefront"])
+@pytest.mark.parametrize("planner", ["breadth_first", "grid_search", "harmonic", "relaxation", "wavefront"])
 @pytest.mark.parametrize("board", ["zynq", "arty-a7"])
 def test_init_writes_a_board_and_a_planner_that_run(hwsw: Run, tmp_path: Path, board: str, planner: str) -> None:
     done = hwsw("init", "mine", "--board", board, "--planner", planner, "--map", WAREHOUSE)

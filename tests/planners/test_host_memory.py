@@ -37,6 +37,9 @@ components:
       wavefront_cell: 100 ns
       relaxation_node_update: 100 ns
       harmonic_node_update: 100 ns
+      grid_search_map_cell: 1 ns
+      grid_search_expansion: 100 ns
+      grid_search_heap_entry: 100 ns
     power: {{busy: 0.5 W, idle: 0.3 W}}
 {memory}
 roles: {{host: host}}
@@ -47,6 +50,7 @@ MAPPINGS: dict[str, tuple[dict[str, Any], int]] = {
     "breadth_first": ({"search": {"component": "host", "style": "software"}}, 6),
     "wavefront": ({"propagate": {"component": "host", "style": "software"}}, 9),
     "relaxation": ({"relax": {"component": "host"}}, 9),
+    "grid_search": ({"search": {"component": "host"}}, 20),
     "harmonic": ({"relax": {"component": "host", "style": "software", "block": [24, 32], **SCHEDULE}}, 17),
 }
 

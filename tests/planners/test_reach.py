@@ -71,6 +71,11 @@ def by_waves(cutting: bool) -> Callable[[Map, list[Cell]], Map]:
 CASES: dict[str, tuple[str, dict[str, Any], Callable[[Map, list[Cell]], Map]]] = {
     "harmonic": ("harmonic", {"relax": {"block": None, "blocks": [1, 1]}}, by_relaxation),
     "breadth_first": ("breadth-first", {}, by_search),
+    **{
+        f"grid-{method}": ("grid-search", {"search": {"method": method}}, by_waves(False))
+        for method in ("astar", "jump_point", "theta_star", "navfn")
+    },
+    "grid-corners": ("grid-search", {"search": {"method": "jump_point", "corner_cutting": True}}, by_waves(True)),
     "relaxation-4": ("relaxation", {"relax": {"neighbours": 4}}, by_steps),
     "relaxation-8": ("relaxation", {"relax": {"neighbours": 8}}, by_steps),
     "wavefront": ("wavefront", {"propagate": {"corner_cutting": True}}, by_waves(True)),
@@ -139,8 +144,8 @@ def test_a_start_is_refused_where_the_planner_s_reference_does_not_reach_it(
     if any(reached[goal] and _alone(reached, free, goal, case) for goal in goals):
         return  # A goal that no other cell leads to is refused by itself.
     starts = [(int(row), int(column)) for row, column in np.argwhere(free)]
-    # Breadth-first search answers "no solution"; every other planner is refused such a start.
-    wanted = set() if case == "breadth_first" else {index for index, cell in enumerate(starts) if not reached[cell]}
+    # A search answers "no solution"; every other planner is refused such a start.
+    wanted = set() if planner.answers_no_way else {index for index, cell in enumerate(starts) if not reached[cell]}
     assert refused(case, free, goals, starts) == wanted
 
 

@@ -12,6 +12,7 @@ import yaml
 import codesign
 from codesign.ground.records import Record
 from codesign.inputs import Platform, Workload
+from codesign.planners.grid_search.styles import KERNELS as GRID_KERNELS
 from codesign.system import Result
 from codesign.system.build import Machine, build
 from codesign.system.scenarios import bind, simulate
@@ -45,6 +46,7 @@ COSTS = {
         "0 s",
     ),
     "relaxation_check_cell": "10 ns",
+    **dict.fromkeys((kernel for kernels in GRID_KERNELS.values() for kernel in kernels), "20 ns"),
 }
 
 PLATFORM: dict[str, Any] = {
@@ -150,6 +152,9 @@ PLACEMENTS: dict[str, tuple[str, dict[str, Any]]] = {
         "breadth_first",
         {"search": {"component": "host", "style": "software"}, "track": {"component": "host"}},
     ),
+    "grid-search": ("grid_search", {"search": {"component": "host"}}),
+    "grid-search-theta": ("grid_search", {"search": {"component": "host", "method": "theta_star"}}),
+    "grid-search-navfn": ("grid_search", {"search": {"component": "host", "method": "navfn"}}),
     "wavefront": (
         "wavefront",
         {

@@ -15,6 +15,7 @@ from codesign import maps
 from codesign.ground.errors import SpecError
 from codesign.hardware.calibrate.host_costs import all_probes
 from codesign.inputs import Platform
+from codesign.planners.grid_search.styles import KERNELS as GRID_KERNELS
 from codesign.planners.harmonic.plan import relax
 from codesign.planners.harmonic.styles.node_kernels import relax_nodes
 from codesign.planners.styles import Step
@@ -31,6 +32,8 @@ CASES: list[tuple[str, dict[str, Any], str]] = [
     ("wavefront", {"style": "software"}, "field"),
     *(("relaxation", {"style": "sequential", "method": method}, "path") for method in ("am", "gs", "direct")),
     *(("relaxation", {"style": "two_core", "method": method}, "path") for method in ("am", "half_sweep_am")),
+    *(("grid_search", {"method": method}, "path") for method in ("astar", "jump_point", "theta_star", "navfn")),
+    ("grid_search", {"heuristic": "none"}, "field"),
     ("harmonic", HARMONIC | {"style": "software"}, "path"),
     ("harmonic", HARMONIC | {"style": "software_limbs"}, "path"),
 ]
@@ -45,6 +48,7 @@ SIDE_KERNELS = {
     "relaxation_map_cell",
     "relaxation_diagonal",
     "relaxation_check_cell",
+    *(kernel for kernels in GRID_KERNELS.values() for kernel in kernels),
 }
 
 
