@@ -12,19 +12,23 @@ NEVER = np.int32(2147483647)
 
 
 @njit(cache=True, nogil=True)
-def _pierced(opens: NDArray[np.int32], closes: NDArray[np.int32], used: int) -> int:
-    """The fewest times that meet each of the intervals, from an opening to a closing one."""
+def _pierced(opens: NDArray[np.int32], closes: NDArray[np.int32], used: int) -> Any:
+    """The fewest times that meet each of the intervals, and the sum of the openings that they follow but the last one.
+
+    These intervals have no time in common.
+    """
     for index in range(1, used):
         opening, closing, at = opens[index], closes[index], index
         while at > 0 and closes[at - 1] > closing:
             opens[at], closes[at] = opens[at - 1], closes[at - 1]
             at -= 1
         opens[at], closes[at] = opening, closing
-    times, latest = 0, -1
+    times, latest, opened, total = 0, -1, 0, 0
     for index in range(used):
         if opens[index] > latest:
-            times, latest = times + 1, closes[index]
-    return times
+            total += opened
+            times, latest, opened = times + 1, closes[index], opens[index]
+    return times, total
 
 
 @njit(cache=True, nogil=True)
@@ -38,7 +42,10 @@ def _visits_of(
     opens: NDArray[np.int32],
     closes: NDArray[np.int32],
 ) -> Any:
-    """The least visits of the tile ``at`` a row and column of tiles. ``tiles``: their begins, upper and lower edges."""
+    """The least visits of the tile ``at`` a row and column of tiles, and the spans of all but the last one.
+
+    ``tiles``: their begins, upper and lower edges.
+    """
     since, upper, lower = tiles
     used = 0
     for row in range(max(0, at[0] - 1), min(since.shape[0], at[0] + 2)):
@@ -54,7 +61,9 @@ def _visits_of(
             if closing < until:
                 opens[used], closes[used] = since[row, column], closing
                 used += 1
-    return max(1, _pierced(opens, closes, used))
+    times, opened = _pierced(opens, closes, used)
+    # A visit ends after the change that it was pending for; the last one counts with its own end.
+    return max(1, times), max(0, opened - (times - 1) * since[at])
 
 
 @njit(cache=True, nogil=True)
@@ -96,6 +105,8 @@ def least_visits(
         for row in range(down):
             for column in range(since.shape[1]):
                 if since[row, column] < until:
-                    visits += _visits_of(potentials, least, tiles, (height, width), (row, column), until, opens, closes)
+                    at = row, column
+                    more = _visits_of(potentials, least, tiles, (height, width), at, until, opens, closes)
+                    visits, spans = visits + more[0], spans + more[1]
         answer[width - 1, 0], answer[width - 1, 1] = visits, spans
     return answer

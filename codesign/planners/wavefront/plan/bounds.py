@@ -11,7 +11,8 @@ around it.
    greatest of them, g, or later. Its span is g - f or more.
 4. Be m the least p, below p*, of the cells of a tile beside that lie in the window. A visit of the tile beside, at its
    own f' or later, sets it; then this tile is visited, at m or earlier. So it has a visit between f' and m for each of
-   the eight tiles beside. The fewest times that meet all these intervals are a lower bound of its visits.
+   the eight tiles beside. The fewest times that meet all these intervals are a lower bound of its visits. They belong
+   to intervals without a time in common, and a visit ends after the change that it was pending for: f' - f or more.
 """
 
 from __future__ import annotations

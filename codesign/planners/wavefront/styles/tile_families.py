@@ -7,7 +7,8 @@ is alike. Classes stand in groups, by the powers of two of i and of j.
 The bound of a shape is that of its visits (``bounds``) with its exchanges; the bound of a class is the least one of its
 shapes. A group has a coarser one: each cell before the end of the wave is in a tile that is visited, and along the path
 to the farthest of these cells the spans of the tiles cover all times. An exact run to the farthest start is a sharper
-bound of a single shape.
+bound of a single shape. A wave to its own end takes at least the cycles of one to the starts, and as many resources but
+for a register.
 """
 
 from __future__ import annotations
@@ -73,20 +74,20 @@ class TileCycles:
 
 @dataclass(frozen=True, eq=False)
 class TileSpace:
-    """All shapes of tiles of a job with one end of the wave.
+    """All shapes of tiles of a job, with each end of the wave.
 
-    ``design``: the other parameters; ``bits``: of a register, at least. ``track``: cycles of the tracking. ``fits``:
-    the design of a shape fits the part; ``may_fit``: a shape of at least these sides may. ``run``: the cycles of the
-    visits of a shape, given up beyond a number.
+    ``designs``: the other parameters by end, the earliest end first, the least demand last; ``bits``: of a register, at
+    least. ``track``: cycles of the tracking. ``fits``: the least design of a shape fits the part; ``may_fit``: a shape
+    of at least these sides may. ``run``: the cycles of the visits of a shape up to an end, given up beyond a number.
     """
 
     cycles: TileCycles
-    design: Mapping[str, Any]
+    designs: Sequence[Mapping[str, Any]]
     bits: int
     track: int
     fits: Callable[[Shape], bool]
     may_fit: Callable[[Shape], bool]
-    run: Callable[[Shape, int], int]
+    run: Callable[[Shape, str, int], int]
     given: set[Shape] = field(default_factory=set)
 
     def promising(self) -> Iterator[Family]:
@@ -140,21 +141,34 @@ class TileSpace:
         for rows in down:
             count = self._fitting(rows[0], across)
             for columns in across[:count]:
-                shapes = self.cycles.of_class(rows, columns)
-                left = sorted((cycles, tile) for tile, cycles in shapes.items() if tile not in self.given)
+                left = [
+                    cycles for tile, cycles in self.cycles.of_class(rows, columns).items() if tile not in self.given
+                ]
                 if left:
-                    found.append((left[0][0], rows, columns, left))
+                    found.append((min(left), rows, columns))
             if count < len(across):
                 unfit.append(self._family(rows, (across[count][0], across[-1][1])))
-        for least, rows, columns, left in sorted(found):
-            if rows[0] == rows[1] and columns[0] == columns[1]:
-                yield self._shape(left[0][1], least)
-            else:
-                yield self._family(rows, columns, least, partial(self._shapes, left))
+        for least, rows, columns in sorted(found):
+            yield self._family(rows, columns, least, partial(self._shapes, rows, columns))
         yield from unfit
 
-    def _shapes(self, left: Sequence[tuple[int, Shape]]) -> Iterator[Family]:
-        return (self._shape(tile, cycles) for cycles, tile in left)
+    def _shapes(self, rows: Sides, columns: Sides) -> Iterator[Family]:
+        """The shapes of a class, those with the least bound first. In a class larger ones take no less of anything."""
+        shapes, found, unfit = self.cycles.of_class(rows, columns), [], []
+        beyond = columns[1] + 1
+        for height in range(rows[0], rows[1] + 1):
+            widths = range(columns[0], beyond)
+            beyond = columns[0] + bisect_left(
+                widths, True, key=lambda width, height=height: not self.fits((height, width))
+            )
+            found += [(shapes[height, width], (height, width)) for width in range(columns[0], beyond)]
+            if beyond == columns[0]:
+                unfit.append(self._family((height, rows[1]), columns))
+                break
+            if beyond <= columns[1]:
+                unfit.append(self._family((height, height), (beyond, columns[1])))
+        yield from (self._shape(tile, cycles) for cycles, tile in sorted(found) if tile not in self.given)
+        yield from (family for family in unfit if family.count)
 
     def _fitting(self, height: int, across: Sequence[Sides]) -> int:
         """The number of columns that may fit: behind the first that cannot, none can."""
@@ -171,24 +185,29 @@ class TileSpace:
         least = self._least((rows[0], columns[0]))
         bound = self.cycles.of_group(rows, columns) if cycles is None else cycles
         inside = sum(rows[0] <= tile[0] <= rows[1] and columns[0] <= tile[1] <= columns[1] for tile in self.given)
-        count = (rows[1] - rows[0] + 1) * (columns[1] - columns[0] + 1) - inside
+        count = len(self.designs) * ((rows[1] - rows[0] + 1) * (columns[1] - columns[0] + 1) - inside)
         ranges = {"tile rows": rows, "tile columns": columns}
-        chain = () if parts else ({**self.design, "tile": [rows[0], columns[0]]},)
+        chain = () if parts else ({**self.designs[-1], "tile": [rows[0], columns[0]]},)
         return Family(chain, {"": bound + self.track}, ranges, count, least, parts=parts)
 
-    def _shape(self, tile: Shape, cycles: int) -> Family:
-        """One shape: its exact run is sharper than any bound."""
+    def _shape(self, tile: Shape, cycles: int, end: int = 0) -> Family:
+        """One shape: its exact run is sharper than any bound. ``end``: this and the later ends of the wave."""
         fixed = fixed_cycles(self.cycles.map_shape, tile)[0] + self.track
         ranges = {"tile rows": (tile[0], tile[0]), "tile columns": (tile[1], tile[1])}
-        chain = ({**self.design, "tile": list(tile)},)
+        design = self.designs[end]
 
         def sharper(limit: int) -> Mapping[str, int]:
-            return {"": fixed + self.run(tile, limit - fixed)}
+            return {"": fixed + self.run(tile, design["stop"], limit - fixed)}
 
-        return Family(chain, {"": cycles + self.track}, ranges, 1, self._least(tile), sharper)
+        def later() -> Iterator[Family]:
+            yield self._shape(tile, cycles, end + 1)
+
+        left = len(self.designs) - end
+        units, chain = {"": cycles + self.track}, ({**design, "tile": list(tile)},)
+        return Family(chain, units, ranges, left, self._least(tile), sharper, later if left > 1 else None)
 
     def _least(self, tile: Shape) -> dict[str, Any]:
-        return {**self.design, "tile": list(tile), "register_bits": self.bits}
+        return {**self.designs[-1], "tile": list(tile), "register_bits": self.bits}
 
     def _cut(self, tile: Shape) -> Shape:
         return min(tile[0], self.cycles.map_shape[0]), min(tile[1], self.cycles.map_shape[1])

@@ -20,7 +20,7 @@ from codesign.planners.job import Job, Line, short_resources
 from codesign.planners.styles import Designs, Family, Memory, Step, beyond_map, one_step
 from codesign.planners.wavefront.plan.bounds import VisitBounds
 from codesign.planners.wavefront.plan.grid import check_cells, tile_count
-from codesign.planners.wavefront.plan.parameters import MAX_TILES, Paths, PropagateParameters, ReadOut, WaveEnd
+from codesign.planners.wavefront.plan.parameters import MAX_TILES, Paths, PropagateParameters, ReadOut
 from codesign.planners.wavefront.plan.plan import (
     cached_plan,
     plan_key,
@@ -96,16 +96,15 @@ class Tiled(ArrayStyle):
 
     def families(self, job: Job[Problem, Any]) -> Iterator[Family]:
         """All tiles that are no larger than the map, without cut corners; the wave ends at the starts, or by itself."""
-        asked = bool(job.problem.starts) and job.problem.task is not Task.FIELD
-        for stop in (WaveEnd.STARTS, WaveEnd.WHOLE_MAP) if asked else (WaveEnd.WHOLE_MAP,):
-            space = self._space(job, stop)
-            if stop is WaveEnd.STARTS or not asked:
-                yield from space.promising()
-            yield from space.families()
+        space = self._space(job)
+        yield from space.promising()
+        yield from space.families()
 
-    def _space(self, job: Job[Problem, Any], stop: WaveEnd) -> TileSpace:
-        problem, design = job.problem, {"stop": str(stop), "corner_cutting": False}
-        base = PropagateParameters.model_validate(design)
+    def _space(self, job: Job[Problem, Any]) -> TileSpace:
+        problem = job.problem
+        asked = bool(problem.starts) and problem.task is not Task.FIELD
+        designs = [design for chain in DESIGNS[0 if asked else 1 :] for design in chain]
+        base, least = (PropagateParameters.model_validate(dict(design)) for design in (designs[0], designs[-1]))
         sized = register_bits(sizing_plan(problem, base).largest_potential)
         stops = sizing_stops(problem, base)
         last = cached_plan(problem, base, stops).stop_potential
@@ -116,19 +115,20 @@ class Tiled(ArrayStyle):
             return TileCycles(problem.shape, VisitBounds(potentials, until))
 
         def of(tile: tuple[int, int]) -> Job[Problem, PropagateParameters]:
-            return replace(job, parameters=base.model_copy(update={"tile": tile, "register_bits": sized}))
+            return replace(job, parameters=least.model_copy(update={"tile": tile, "register_bits": sized}))
 
         def may_fit(tile: tuple[int, int]) -> bool:
             # A map of this one tile has the shortest words of all that are counted in tiles.
             return not short_resources(tiled_items(self.layout(of(tile)), tile, tile, job.chip), job.chip)
 
-        def run(tile: tuple[int, int], most_cycles: int) -> int:
-            visits = visits_until(problem, of(tile).parameters, until, most_cycles)
+        def run(tile: tuple[int, int], stop: str, most_cycles: int) -> int:
+            end = until if stop == base.stop else NEVER
+            visits = visits_until(problem, of(tile).parameters, end, most_cycles)
             return visits_cycles(visits, fixed_cycles(problem.shape, tile)[1])
 
         return TileSpace(
             _bounds.get((*plan_key(problem, base, stops), until), cycles),
-            design,
+            designs,
             sized,
             timing.track_cycles(1) if job.does(TRACK) else 0,
             lambda tile: not short_resources(self.items(of(tile)), job.chip),
