@@ -28,8 +28,10 @@ from codesign.planners.wavefront.styles import timing
 from codesign.planners.wavefront.styles.layout import Shape
 
 PROMISING = 6
-"""Shapes that stand before all families: of the widest that fit the part, those with the least bound."""
+"""Shapes that stand before all families: of the widest that fit the part, those that seem the fastest."""
 
+LONG = 12
+"""The ratio of the sides of a tile whose bound is half as sharp as that of a square. Seen on rooms; it orders only."""
 WIDEST = 3
 """Widths that are looked at, as block RAMs may run out before nodes do."""
 
@@ -91,16 +93,19 @@ class TileSpace:
     given: set[Shape] = field(default_factory=set)
 
     def promising(self) -> Iterator[Family]:
-        """Of the widest tiles that fit, for each number of rows of tiles, those with the least bound first."""
+        """Of the widest tiles that fit, for each number of rows of tiles, those that seem the fastest, these first."""
         rows, columns = (side_classes(side) for side in self.cycles.map_shape)
         square = largest(range(1, max(self.cycles.map_shape) + 1), lambda side: self.may_fit((side, side))) or 1
         widest = []
         for least, _ in rows:
             index = bisect_left(columns, square * square // least + 1, key=lambda sides: sides[0])
             for width, _ in columns[max(0, index - WIDEST) : index]:
+                ratio = max(least, width) / min(least, width)
+                if ratio > LONG * max(self.cycles.map_shape) / min(self.cycles.map_shape):
+                    continue
                 cycles = self.cycles.of_class((least, least), (width, width))[least, width]
-                widest.append((cycles, (least, width)))
-        for cycles, tile in sorted(widest):
+                widest.append((cycles * (1 + ratio / LONG), cycles, (least, width)))
+        for _, cycles, tile in sorted(widest):
             if len(self.given) < PROMISING and self.fits(tile):
                 self.given.add(tile)
                 yield self._shape(tile, cycles)
@@ -158,9 +163,7 @@ class TileSpace:
         beyond = columns[1] + 1
         for height in range(rows[0], rows[1] + 1):
             widths = range(columns[0], beyond)
-            beyond = columns[0] + bisect_left(
-                widths, True, key=lambda width, height=height: not self.fits((height, width))
-            )
+            beyond = columns[0] + self._widths(height, widths)
             found += [(shapes[height, width], (height, width)) for width in range(columns[0], beyond)]
             if beyond == columns[0]:
                 unfit.append(self._family((height, rows[1]), columns))
@@ -169,6 +172,10 @@ class TileSpace:
                 unfit.append(self._family((height, height), (beyond, columns[1])))
         yield from (self._shape(tile, cycles) for cycles, tile in sorted(found) if tile not in self.given)
         yield from (family for family in unfit if family.count)
+
+    def _widths(self, height: int, widths: Sequence[int]) -> int:
+        """The number of these widths that fit, the smallest first."""
+        return bisect_left(widths, True, key=lambda width: not self.fits((height, width)))
 
     def _fitting(self, height: int, across: Sequence[Sides]) -> int:
         """The number of columns that may fit: behind the first that cannot, none can."""
@@ -208,9 +215,6 @@ class TileSpace:
 
     def _least(self, tile: Shape) -> dict[str, Any]:
         return {**self.designs[-1], "tile": list(tile), "register_bits": self.bits}
-
-    def _cut(self, tile: Shape) -> Shape:
-        return min(tile[0], self.cycles.map_shape[0]), min(tile[1], self.cycles.map_shape[1])
 
 
 def _whole(classes: Sequence[Sides]) -> Sides:
