@@ -89,6 +89,20 @@ class Frame:
 # A part: a chip with a vector of resource budgets, its limits, and the source of each number.
 
 
+@dataclass(frozen=True)
+class OtherRam:
+    """RAM of a part besides its block RAM, of one kind.
+
+    ``count``: its blocks. ``shapes``: (depth, width) pairs that one may be configured as. ``ports``: words that one
+    reads or writes in a cycle. ``clock``: its fastest one, Hz.
+    """
+
+    count: Figure
+    shapes: tuple[tuple[int, int], ...]
+    ports: int
+    clock: Figure
+
+
 class Part(BaseModel):
     """A chip in one speed grade.
 
@@ -96,6 +110,7 @@ class Part(BaseModel):
       slices of two of them with two flip-flops, and block RAMs of 18 kbit; a part of another make is converted.
     - ``block_ram_shapes``: (depth, width) pairs that one block RAM may be configured as.
     - ``block_ram_clock``: the fastest clock of a block RAM in this speed grade, Hz.
+    - ``other_rams``: RAM besides the block RAM, by the name of its kind.
     - ``static_power``: W. ``dynamic_power``: W for each occupied slice (as counted here) and Hz, at typical activity.
     """
 
@@ -109,6 +124,7 @@ class Part(BaseModel):
     block_ram_clock: Figure
     static_power: Figure
     dynamic_power: Figure
+    other_rams: dict[str, OtherRam] = {}
 
     @property
     def full_name(self) -> str:

@@ -21,7 +21,7 @@ from pydantic import Field, ValidationInfo, model_validator
 
 from codesign.ground.errors import Fault, InputError, SpecError, choose_hint, clip
 from codesign.ground.figures import RESOURCES, Figure, Status, weakest
-from codesign.ground.models import SPEED_GRADE_PATTERN, Part, RefusalError, SpecModel
+from codesign.ground.models import SPEED_GRADE_PATTERN, OtherRam, Part, RefusalError, SpecModel
 from codesign.inputs.base import Spec
 from codesign.inputs.document import Document
 from codesign.inputs.faults import validate
@@ -191,6 +191,14 @@ class BlockRam(SpecModel):
     ] = Field(description="Shapes that one block RAM can have: [depth, width], in words and bits.")
 
 
+class OtherRamBlock(BlockRam):
+    """RAM of a part besides its block RAM, of one kind."""
+
+    count: CountFigure = Field(description="How many blocks of it.")
+    ports: Literal[1, 2] = Field(description="Words that one block reads or writes in a cycle.")
+    clock: FrequencyFigure = Field(description="Its fastest clock.")
+
+
 class PartPower(SpecModel):
     """Power: ``static`` of the chip, ``dynamic`` of one occupied slice of it at 1 MHz and typical activity."""
 
@@ -216,6 +224,9 @@ class PartFile(Spec):
     description: str = Field(default="", description="What it is, for readers.")
     resources: Resources = Field(description="Budgets of the part.")
     block_ram: BlockRam = Field(description="What one block RAM can be.")
+    other_rams: dict[Name, OtherRamBlock] = Field(
+        default={}, description="RAM besides the block RAM, by the name of its kind, such as UltraRAM."
+    )
     power: PartPower = Field(description="Power, static and dynamic.")
     speed_grades: Annotated[dict[SpeedGradeName, SpeedGrade], Field(min_length=1)] = Field(
         description='Limits by speed grade, such as "-12".'
@@ -232,6 +243,9 @@ class PartFile(Spec):
             block_ram_clock=self.speed_grades[speed_grade].block_ram_clock,
             static_power=self.power.static,
             dynamic_power=self._dynamic_power(),
+            other_rams={
+                name: OtherRam(ram.count, ram.shapes, ram.ports, ram.clock) for name, ram in self.other_rams.items()
+            },
         )
 
     def _dynamic_power(self) -> Figure:

@@ -94,7 +94,7 @@ class Platform(Spec):
         return _of_content(section, json.dumps(raw), document.folder, state_behind(raw, document.folder))
 
     def _identity(self) -> dict[str, Any]:
-        chips = [part.chip.model_dump(mode="json") for part in self.of(FpgaComponent).values()]
+        chips = [part.chip.model_dump(mode="json", exclude_defaults=True) for part in self.of(FpgaComponent).values()]
         identity = super()._identity()
         del identity["board"]
         for component in identity["components"].values():

@@ -70,7 +70,8 @@ def _board_row(platform: Platform) -> tuple[str, ...]:
     assert fpga is not None, "boards have one"
     host = platform.components[platform.filled["host"]]
     assert isinstance(host, ProcessorComponent), "so says the role"
-    resources = PARTS.find(name_and_grade(fpga.part)[0]).resources
+    file = PARTS.find(name_and_grade(fpga.part)[0])
+    resources = file.resources
     luts = resources.lut4 if resources.lut6 is None else resources.lut6
     assert luts is not None, "a part has either"
     kind = "LUT4" if resources.lut6 is None else "LUT6"
@@ -78,7 +79,11 @@ def _board_row(platform: Platform) -> tuple[str, ...]:
         f"`{platform.name}`",
         fpga.part,
         f"{_count(luts, f' {kind}')}",
-        *(_count(figure) for figure in (resources.flip_flops, resources.block_rams, resources.multipliers)),
+        _count(resources.flip_flops),
+        " + ".join(
+            [_count(resources.block_rams), *(_count(ram.count, f" {kind}") for kind, ram in file.other_rams.items())]
+        ),
+        _count(resources.multipliers),
         _marked(format_frequency(fpga.clock.value), fpga.clock),
         host.host or "",
         platform.links[platform.filled["link"]].type,

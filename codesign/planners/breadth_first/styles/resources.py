@@ -8,7 +8,9 @@ fitted to some sizes and held against others (``planners/breadth_first/measured/
 
 from __future__ import annotations
 
-from codesign.ground.figures import Status
+from collections.abc import Mapping
+
+from codesign.ground.figures import Figure, Status
 from codesign.ground.models import Part
 from codesign.planners.breadth_first import published
 from codesign.planners.breadth_first.plan.parameters import (
@@ -66,8 +68,12 @@ def on_screen(shape: tuple[int, int]) -> bool:
 
 def block_rams(words: int, width: int, part: Part) -> int:
     """The fewest block RAMs of a part that hold ``words`` of ``width`` bits."""
-    # ⌈words / depth⌉ · ⌈bits / width⌉ for each shape that a block RAM can take.
-    return min(-(-words // depth) * -(-width // wide) for depth, wide in part.block_ram_shapes)
+    return _blocks(words, width, part.block_ram_shapes)
+
+
+def _blocks(words: int, width: int, shapes: tuple[tuple[int, int], ...]) -> int:
+    # ⌈words / depth⌉ · ⌈bits / width⌉ for each shape that a block can take.
+    return min(-(-words // depth) * -(-width // wide) for depth, wide in shapes)
 
 
 def memories(rows: int, columns: int, parameters: SearchParameters) -> dict[str, tuple[int, int]]:
@@ -84,6 +90,54 @@ def memories(rows: int, columns: int, parameters: SearchParameters) -> dict[str,
         shapes["directions"] = words, DIRECTION_BITS
         shapes["queue"] = parameters.queue_words or words, bits
     return shapes
+
+
+def held(shape: tuple[int, int], parameters: SearchParameters, part: Part) -> dict[str, tuple[str, int]]:
+    """The kind of RAM of every memory on the chip, "" for block RAM, and its blocks.
+
+    Where the block RAM is short, the largest memories move to other RAM that has ports and blocks enough. The queue and
+    the cells are read and written in one cycle. The directions are written by the search and read by Path alone.
+    """
+    words = memories(*shape, parameters)
+    placed = {name: ("", block_rams(*each, part)) for name, each in words.items()}
+    left = {kind: int(ram.count.value) for kind, ram in part.other_rams.items()}
+    for name in sorted(placed, key=lambda name: -placed[name][1]):
+        if _of_kind(placed, "") <= part.resources["block_rams"].value:
+            break
+        ports = 1 if name == "directions" and parameters.display is not VgaController.SHARED else PORTS
+        for kind, ram in part.other_rams.items():
+            need = _blocks(*words[name], ram.shapes)
+            if ram.ports >= ports and need <= left[kind]:
+                placed[name], left[kind] = (kind, need), left[kind] - need
+                break
+    return placed
+
+
+def _of_kind(placed: Mapping[str, tuple[str, int]], wanted: str) -> int:
+    return sum(blocks for kind, blocks in placed.values() if kind == wanted)
+
+
+RAM_BLOCKS = "RAM blocks"
+"""The unit of a demand for other RAM."""
+
+
+def other_rams(shape: tuple[int, int], parameters: SearchParameters, part: Part) -> tuple[Line, ...]:
+    """Blocks of each kind of other RAM that holds a memory."""
+    placed, words = held(shape, parameters, part), memories(*shape, parameters)
+    lines = []
+    for kind, ram in part.other_rams.items():
+        inside = [name for name, (each, _) in placed.items() if each == kind]
+        if inside:
+            of = ", ".join(f"{name} of {words[name][0]:,} words of {words[name][1]} bits" for name in inside)
+            law = f"{of}; no circuit was synthesised with it"
+            lines.append(Line.bound(kind, _of_kind(placed, kind), ram.count, RAM_BLOCKS, Status.ASSUMED, law))
+    return tuple(lines)
+
+
+def ram_clock(shape: tuple[int, int], parameters: SearchParameters, part: Part) -> Figure:
+    """The fastest clock of all kinds of RAM that hold a memory."""
+    kinds = {kind for kind, _ in held(shape, parameters, part).values() if kind}
+    return min((part.block_ram_clock, *(part.other_rams[kind].clock for kind in kinds)), key=lambda clock: clock.value)
 
 
 def controller(external: ExternalMemoryLaw | None) -> tuple[int, int]:
@@ -135,9 +189,11 @@ def items(
         if external is not None:
             logic.append(_assumed("queue buffers", BUFFERS * bits, BUFFERS * bits, "two of 16 entries, in LUT"))
     lines = [line for piece in logic for line in (packed(piece), *piece)]
-    for name, (words, width) in memories(*problem.shape, parameters).items():
-        law = f"{words:,} words of {width} bits, as synthesis counts the RTL of this package"
-        lines.append(Line.item(name, "block_rams", block_rams(words, width, part), Status.MEASURED, law))
+    words = memories(*problem.shape, parameters)
+    for name, (other, blocks) in held(problem.shape, parameters, part).items():
+        if not other:
+            law = f"{words[name][0]:,} words of {words[name][1]} bits, as synthesis counts the RTL of this package"
+            lines.append(Line.item(name, "block_rams", blocks, Status.MEASURED, law))
     return tuple(lines)
 
 
@@ -151,7 +207,7 @@ def _assumed(name: str, lut4: int, flip_flops: int, source: str) -> tuple[Line, 
 
 def block_ram_total(rows: int, columns: int, parameters: SearchParameters, part: Part) -> int:
     """Block RAMs of a design."""
-    return sum(block_rams(*memory, part) for memory in memories(rows, columns, parameters).values())
+    return _of_kind(held((rows, columns), parameters, part), "")
 
 
 def largest_side(parameters: SearchParameters, part: Part) -> int:

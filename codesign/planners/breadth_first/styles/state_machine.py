@@ -85,6 +85,7 @@ class StateMachine(Architecture):
             items=resources.items(problem, parameters, part, external),
             bounds=(
                 *resources.bounds(problem, parameters, depth),
+                *resources.other_rams(problem.shape, parameters, part),
                 *([outside.capacity(problem, parameters, external)] if external is not None else ()),
             ),
             levers=resources.levers(problem, parameters, part),
@@ -100,7 +101,7 @@ class StateMachine(Architecture):
         if job.external is not None:
             return outside.clock_limit(self.clock_limit(replace(job, external=None)), job.external)
         part = job.chip
-        ram = part.block_ram_clock
+        ram = resources.ram_clock(job.problem.shape, job.parameters, part)
         synthesised = part.full_name == "XC2VP30-6"
         limit = Figure(
             value=published.CLOCK_LIMIT,
@@ -185,7 +186,8 @@ class StateMachine(Architecture):
         """Static power of the part, and (slices × activity + 16 a block RAM) × clock × the part's power a slice, W."""
         static, slices = slice_power(demand, clock, part, counted_activity(self.planner, self.style))
         rate = part.dynamic_power
-        (low, high), scale = rate.interval, clock * demand.total("block_rams")
+        others = sum(line.figure.value for line in demand.bounds if line.figure.unit == resources.RAM_BLOCKS)
+        (low, high), scale = rate.interval, clock * (demand.total("block_rams") + others)
         dynamic = Figure(
             value=slices.value + SLICES_A_BLOCK_RAM * rate.value * scale,
             unit="W",
