@@ -24,6 +24,9 @@ def advise(asked: Advise) -> None:
     """Answer which board suffices for a map at a rate, and why no cheaper one does."""
     motion = advice.parse_motion(asked.speed, asked.sight, asked.brake, asked.sensor, asked.delay)
     needs = advice.parse_needs(asked.rate, asked.power, asked.price, asked.clearance, motion)
+    needs = advice.limited(
+        needs, detour=asked.detour, share=asked.share, on=asked.on, planner=asked.planner, style=asked.style
+    )
     named = None if asked.boards is None else [name.strip() for name in asked.boards.split(",") if name.strip()]
     boards = advice.boards_of(named, asked.prices)
     section = advice.problem_section(
@@ -41,6 +44,8 @@ def advise(asked: Advise) -> None:
     if asked.write is not None:
         for board in boards:
             check_replaceable("--write", advice.design_file(asked.write, board))
+    if asked.certificate is not None:
+        check_replaceable("--certify", asked.certificate, "advise --certify")
     budget_s = advice.BUDGET_S if asked.budget is None else asked.budget
     check_outputs({"--html": asked.page}, (asked.map_file,))
     keeper = PathKeeper()
@@ -57,6 +62,7 @@ def advise(asked: Advise) -> None:
             question,
             boards,
             write=asked.write,
+            certificate=asked.certificate,
             budget_s=budget_s,
             progress=progress,
             listeners=[] if asked.page is None else [keeper],

@@ -41,6 +41,7 @@ KINDS = {
     "--poses": Kind("a table of poses", (b"time_ps,source,robot,",)),
     "--parquet": Kind("a table of hwsw", (b"PAR1",), b"hwsw."),
     "--certify": Kind("a certificate", (b"PK\x03\x04",), b"definition.json"),
+    "advise --certify": Kind("a certificate of an answer", (b"{",), b'"kind": "advice certificate"'),
     "--trace": Kind("a trace of hwsw", (b"\x89MCAP0",), b"codesign."),
     "--perfetto": Kind("a trace of Perfetto by hwsw", (b"\n",), b"\x12\x08platform"),
     "--vcd": _WAVEFORM,

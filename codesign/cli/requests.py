@@ -109,8 +109,21 @@ class Advise(Request):
     boards: str | None = option("Boards to ask about: names or files.  [default: all]", "--boards NAME,...")
     power: str | None = option("Most mean power at that rate, such as 5W.", "--power POWER")
     price: str | None = option("Most that a board may cost, such as 200USD.", "--price PRICE")
-    prices: Path | None = option("A file of your own prices, in place of the declared ones.", "--prices FILE")
+    prices: Path | None = option(
+        "A file of your own prices, in place of the declared ones.", "--prices FILE", type=_INPUT
+    )
     clearance: str | None = option("Distance to keep from obstacles, such as 0.3m.", "--clearance LENGTH")
+    detour: float | None = option(
+        "Most that a path may be as long as the shortest, such as 1.1.", "--detour TIMES", type=click.FloatRange(min=1)
+    )
+    share: float | None = option(
+        "Share of a part's logic that a design may use.  [default: 0.8]",
+        "--share",
+        type=click.FloatRange(min=0, max=1, min_open=True),
+    )
+    on: Literal["fabric", "host", "split"] | None = option("Only designs of this placement.")
+    planner: str | None = option("Only designs of this planner.")
+    style: str | None = option("Only designs of this architecture style.")
     starts: tuple[str, ...] = option("A start.  [default: 64 are drawn]", "--start PLACE", default=())
     task: Literal["path", "field", "replan"] = option("What is asked of a plan.", default="path")
     change: int = option(
@@ -125,7 +138,12 @@ class Advise(Request):
         type=click.FloatRange(min=0),
     )
     page: Path | None = option("Write a self-contained HTML page of the answer.", "--html")
-    write: Path | None = option("Write the workload of the winner into this folder.", "--write FOLDER", type=_FOLDER)
+    write: Path | None = option(
+        "Write the workload of each board's best design into this folder.", "--write FOLDER", type=_FOLDER
+    )
+    certificate: Path | None = option(
+        "Write the certificate: why no cheaper board suffices. hwsw verify-advice checks it.", "--certify"
+    )
     as_json: bool = option("Print the answer as JSON.", "--json")
     force: bool = FORCE
 
@@ -345,6 +363,16 @@ class VerifyFront(Request):
     )
     needs: tuple[str, ...] = NEEDS
     complete: bool = option("Refuse it where designs were not computed.")
+    as_json: bool = option("Print the verdict as JSON.", "--json")
+
+
+class VerifyAdvice(Request):
+    """Check the certificate in FILE, of hwsw advise --certify: whether no cheaper board suffices follows from it.
+
+    Nothing is simulated. The exit code is 3 where it is refused, and 1 where FILE cannot be read as a certificate.
+    """
+
+    file: Path = argument(type=_INPUT)
     as_json: bool = option("Print the verdict as JSON.", "--json")
 
 
@@ -797,6 +825,11 @@ COMMANDS = {
     "plot schedule": Command(PlotSchedule, "plot:schedule", "Draw the stages of harmonic control."),
     "verify-front": Command(
         VerifyFront, "verify_front:verify_front", "Check the certificate of a front. Nothing is simulated."
+    ),
+    "verify-advice": Command(
+        VerifyAdvice,
+        "verify_advice:verify_advice",
+        "Check the certificate of an answer about boards. Nothing is simulated.",
     ),
     "trace": Command(Trace, "", "Read the trace of a run."),
     "trace info": Command(TraceInfo, "trace:info", "Print the contents of a trace."),

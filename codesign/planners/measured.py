@@ -12,7 +12,7 @@ import json
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
-from functools import cache
+from functools import cache, cached_property
 from importlib.resources import files
 from typing import Any
 
@@ -200,7 +200,7 @@ class Fit:
         """The sum for these terms."""
         return float(np.dot(self.coefficients, terms))
 
-    @property
+    @cached_property
     def mean(self) -> float:
         """The mean of the sizes of the relative errors on rows held out; of the residuals where none was."""
         return float(np.mean(np.abs(self.held_out or self.residuals)))
@@ -211,10 +211,18 @@ class Fit:
         As far off as the errors of the rows, and a quarter more. ``own``: the law is of the family of the part; else
         the errors on the rows of other families count too.
         """
-        errors = self.residuals + self.held_out + (() if own else self.elsewhere)
-        # The law is 1 + error times the count, so the count is the law over that.
-        least, most = 1 + MARGIN * max(0.0, *errors), 1 + MARGIN * min(0.0, *errors)
+        least, most = self._factors[own]
         return math.floor(count / least), math.ceil(count / max(most, LEAST_OF_LAW))
+
+    @cached_property
+    def _factors(self) -> tuple[tuple[float, float], tuple[float, float]]:
+        """The law over the least and over the most count: of a family of its own (True), and of others (False).
+
+        The law is 1 + error times the count, so the count is the law over that.
+        """
+        every = [self.residuals + self.held_out + more for more in (self.elsewhere, ())]
+        other, own = ((1 + MARGIN * max(0.0, *each), 1 + MARGIN * min(0.0, *each)) for each in every)
+        return other, own
 
     @property
     def worst(self) -> float:

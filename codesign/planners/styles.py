@@ -194,6 +194,10 @@ class _Style(ABC):
         """
         return Demand(items=())
 
+    def items(self, job: Job[Any, Any], /) -> tuple[Line, ...]:
+        """The resources alone: ``demand`` without its bounds and levers, which may take a computation of the plan."""
+        return self.demand(job).items
+
     def clock_limit(self, _job: Job[Any, Any], /) -> Figure:
         """The fastest clock that a design of this size reaches on the part, Hz, with its interval.
 

@@ -33,25 +33,34 @@ class Laws:
     calibration: CalibrationFile | None = None
 
     def demand(self, job: Job[Any, Any]) -> Demand:
-        """The demand. The lines of a resource sum up to its calibrated total, rounded once."""
+        """The demand, calibrated."""
         demand = self.style.demand(job)
+        return demand if self.calibration is None else replace(demand, items=self._calibrated(demand.items))
+
+    def items(self, job: Job[Any, Any]) -> tuple[Line, ...]:
+        """The resources alone, calibrated."""
+        return self._calibrated(self.style.items(job))
+
+    def _calibrated(self, items: tuple[Line, ...]) -> tuple[Line, ...]:
+        """The lines of resources: of each resource they sum up to its calibrated total, rounded once."""
         if self.calibration is None:
-            return demand
+            return items
         lines: list[Line] = []
         before: dict[str, int] = {}
-        for line in demand.items:
-            term = self._term(line.resource)
-            if term is None or not demand.total(line.resource):
+        totals = sum_by_resource(items)
+        for line in items:
+            term, total = self._term(line.resource), totals[line.resource]
+            if term is None or not total:
                 lines.append(line)
                 continue
-            times, least, most = term.at(demand.total(line.resource))
+            times, least, most = term.at(total)
             begin = before.get(line.resource, 0)
             before[line.resource] = end = begin + line.amount
             amount = round(end * times) - round(begin * times)
             low, high = (round(bound * line.amount) for bound in (least, most))
             figure = self._figure(line.figure, term, times, amount, min(low, amount), max(high, amount))
             lines.append(replace(line, figure=figure))
-        return replace(demand, items=tuple(lines))
+        return tuple(lines)
 
     def clock_limit(self, job: Job[Any, Any]) -> Figure:
         """The fastest clock, Hz, at most the clock of a block RAM of the part."""

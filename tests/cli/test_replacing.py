@@ -40,8 +40,11 @@ CHECKED_ELSEWHERE = {
     ("trace export", "--ros2"): "refuses a folder that is not empty",
     ("calibrate fpga", "--report"): "is read",
     ("calibrate fpga", "--with"): "is read",
-    ("advise", "--prices"): "is read",
     ("advise", "--write"): "a file in a folder (below)",
+    ("measured", "FILE"): "is read",
+    ("measured", "--write"): "refuses a file of another kind (hardware/calibrate)",
+    ("calibrate host", "--from"): "is read",
+    ("calibrate host", "--write"): "refuses a file of another kind (hardware/calibrate)",
     ("reproduce", "--plots"): "files in a folder (below)",
 }
 
@@ -59,6 +62,17 @@ WRITERS = {
         ("trace export", option): ["trace", "export", "old.mcap", option]
         for option in ("--perfetto", "--vcd", "--poses", "--html")
     },
+    ("advise", "--certify"): [
+        "advise",
+        "house",
+        "--goal",
+        "0.0,-0.5",
+        "--rate",
+        "1 Hz",
+        "--boards",
+        "pico",
+        "--certify",
+    ],
     ("trace layout", "--output"): ["trace", "layout", "old.mcap", "-o"],
     ("trace show", "--picture"): ["trace", "show", "old.mcap", "--at", "0 s", "--picture"],
     **{

@@ -17,7 +17,7 @@ from codesign.inputs.files import data_folder
 from codesign.inputs.library import PARTS
 from codesign.planners.registered import GROUP, registered
 from codesign.study import Progress, explore, identity, load_study
-from codesign.study.advice.candidates import Board, chains_of
+from codesign.study.advice.candidates import Board, arrangements_of
 from codesign.study.advice.needs import ask, parse_needs, problem_section
 from codesign.study.advice.trials import Laboratory
 from codesign.study.check import check_points
@@ -101,7 +101,8 @@ def asked() -> Callable[[], Keys]:
     platform, labyrinth = codesign.load_platform("virtex4-pci"), codesign.load_workload("labyrinth")
     grid, needs, file = grid_of(labyrinth), parse_needs("10 Hz"), data_folder("workloads") / "maps/house.yaml"
     question = ask(needs, problem_section(file, ["133, 144"], (), needs), file)
-    candidate = next(chains_of(Board("virtex4-pci", platform), question.problem))[0]
+    arrangement = next(arrangements_of(Board("virtex4-pci", platform), question.problem, question.needs))
+    candidate = arrangement.candidate(next(arrangement.families()).chain[0])
 
     def keys() -> Keys:
         code_digest.cache_clear()

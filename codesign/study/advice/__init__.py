@@ -24,9 +24,8 @@ from pathlib import Path
 from typing import Any
 
 import yaml
-from more_itertools import map_reduce
 
-from codesign.ground.errors import RunError, StoreError
+from codesign.ground.errors import CodesignError, RunError, StoreError
 from codesign.ground.files import cache_folder, kept_folder, write_atomically
 from codesign.ground.records import Listener
 from codesign.study.advice.answer import (
@@ -34,17 +33,20 @@ from codesign.study.advice.answer import (
     BoardAdvice,
     Design,
     advice_schema,
-    cheaper_than,
+    distance,
     driven_with,
     judged,
     met_alone,
+    proof_of,
 )
 from codesign.study.advice.candidates import Board, Candidate, boards_of, is_file, price_remarks
 from codesign.study.advice.certainty import Certainty, certainty_of
+from codesign.study.advice.certificate import certificate_of, write_certificate
 from codesign.study.advice.motion import Driven, driven_text, parse_motion
-from codesign.study.advice.needs import Needs, Question, ask, parse_needs, problem_section, workload_tree
+from codesign.study.advice.needs import Needs, Question, ask, limited, parse_needs, problem_section, workload_tree
+from codesign.study.advice.search import BUDGET_S, Progress, search
 from codesign.study.advice.sentence import verdict
-from codesign.study.advice.trials import BUDGET_S, Findings, Laboratory, Progress, search, trial_of
+from codesign.study.advice.trials import Laboratory, trial_of
 from codesign.study.store import FileStore, MemoryStore, Store
 
 # The workload of a design as a file, and the command that runs it.
@@ -133,6 +135,7 @@ __all__ = [
     "ask",
     "boards_of",
     "design_file",
+    "limited",
     "parse_motion",
     "parse_needs",
     "problem_section",
@@ -144,17 +147,19 @@ def advise(
     boards: Sequence[Board],
     *,
     write: Path | None = None,
+    certificate: Path | None = None,
     budget_s: float = BUDGET_S,
     progress: Progress = lambda _done, _total: None,
     listeners: Sequence[Listener] = (),
 ) -> Advice:
     """Answer a question about boards.
 
-    ``write``: the folder for the workload of the winner; by default it is written into the cache. ``budget_s``: see
-    ``search``. ``listeners`` take the records of the winner's run.
+    ``write``: the folder for the workload of each board's best design; by default that of the winner is written into
+    the cache. ``certificate``: the file for the certificate. ``budget_s``: see ``search``. ``listeners`` take the
+    records of the winner's run.
 
     Raises:
-        RunError: the workload of the winner cannot be written into ``write``.
+        RunError: a workload cannot be written into ``write``, or the certificate.
     """
     laboratory = Laboratory(question)
     with kept_trials() as (store, remark):
@@ -162,30 +167,29 @@ def advise(
     needs = question.needs
     advice, best = judged(boards, findings, needs)
     winner = advice[0] if advice[0].suffices else None
-    command, certainty, next_certainty, unkept = None, None, None, ""
+    certainty, unkept = None, ""
     if winner is not None:
-        candidate = best[winner.board]
-        certainty = _confirmed(laboratory, candidate, winner.design, listeners)
-        try:
-            folder = kept_folder("advice", laboratory.key(candidate)[:12]) if write is None else write
-            file = write_design(candidate, question, folder, portable=write is not None)
-            command = command_of(candidate, file)
-        except (RunError, OSError) as fault:
-            if write is not None:
-                raise
-            why = fault.what if isinstance(fault, RunError) else fault.strerror
-            unkept = f"the winner's workload is not kept (--write FOLDER writes it): {why}"
-        next_certainty = _of_next(laboratory, best, cheaper_than(winner, advice))
+        certainty = _confirmed(laboratory, best[winner.board], winner.design, listeners)
+    try:
+        advice = _written(laboratory, advice, best, write)
+    except (RunError, OSError) as fault:
+        if write is not None:
+            raise
+        why = fault.what if isinstance(fault, RunError) else fault.strerror
+        unkept = f"the winner's workload is not kept (--write FOLDER writes it): {why}"
+    proof, about = proof_of(winner, advice, findings)
+    near = min(about, key=distance, default=None)
+    witness = None if near is None else (near, _certainty(laboratory, best.get(near.board)))
     texts = (*question.grid.remarks, *laboratory.failures[:1], needs.remark, remark, unkept, *price_remarks(boards))
     driven = driven_with(advice, needs.motion)
-    return Advice(
+    answer = Advice(
         question=str(question),
-        verdict=verdict(
-            advice, needs, met_alone(boards, findings, needs), certainty, next_certainty, complete=not findings.left
-        ),
+        verdict=verdict(advice, needs, met_alone(boards, findings, needs), certainty, proof, witness),
         driving=_driving(needs, driven, winner),
         certainty=certainty,
-        next_certainty=next_certainty,
+        witness=None if near is None else near.board,
+        witness_certainty=None if witness is None else witness[1],
+        proof=proof,
         needs=needs,
         goals=question.goals,
         cell_m=question.grid.resolution,
@@ -197,12 +201,16 @@ def advise(
         recommended=None if winner is None else winner.board,
         boards=tuple(advice),
         driven=driven,
-        not_searched=_left(findings),
+        not_searched=tuple(f"{each.searched.left:,} designs on {each.board}" for each in about if each.searched.left),
         remarks=tuple(text for text in texts if text),
         simulated=findings.simulated,
         kept=findings.kept,
-        command=command,
+        command=None if winner is None else advice[0].command,
     )
+    if certificate is not None:
+        names = [board.board for board in about]
+        write_certificate(certificate_of(answer, question, findings, names), certificate)
+    return answer
 
 
 def _driving(needs: Needs, driven: Mapping[str, Driven], winner: BoardAdvice | None) -> str:
@@ -211,6 +219,22 @@ def _driving(needs: Needs, driven: Mapping[str, Driven], winner: BoardAdvice | N
         return ""
     best = winner.board if winner else max(driven, key=lambda board: driven[board].speed_mps)
     return driven_text(needs.motion, best, driven[best])
+
+
+def _written(
+    laboratory: Laboratory, advice: Sequence[BoardAdvice], best: Mapping[str, Candidate], write: Path | None
+) -> list[BoardAdvice]:
+    """The boards with the files of their best designs: of all into ``write``, or of the winner into the cache."""
+    each = []
+    for number, board in enumerate(advice):
+        candidate = best.get(board.board)
+        if candidate is None or (write is None and (number or not board.suffices)):
+            each.append(board)
+            continue
+        folder = kept_folder("advice", laboratory.key(candidate)[:12]) if write is None else write
+        file = write_design(candidate, laboratory.question, folder, portable=write is not None)
+        each.append(board.model_copy(update={"workload": str(file), "command": command_of(candidate, file)}))
+    return each
 
 
 def _confirmed(
@@ -223,9 +247,7 @@ def _confirmed(
     """
     result = laboratory.result(candidate, listeners)
     assert design is not None, "a board suffices by a design"
-    kept = {key: getattr(design.trial, key) for key in ("clock_hz", "time_low_s")}
-    trial = trial_of(result).model_copy(update=kept)
-    if trial != design.trial:
+    if trial_of(result) != design.trial:
         raise RunError(
             f"the run of {candidate.board.name} does not come to the figures of its trial",
             str(cache_folder()),
@@ -234,20 +256,11 @@ def _confirmed(
     return certainty_of(result, candidate.board, laboratory.question.needs)
 
 
-def _of_next(laboratory: Laboratory, best: Mapping[str, Candidate], cheaper: Sequence[BoardAdvice]) -> Certainty | None:
-    """The certainty that the next cheaper board does not suffice; None if that is no matter of its figures."""
-    if not cheaper or {short.need for short in cheaper[0].shortfalls} != {"rate"}:
+def _certainty(laboratory: Laboratory, candidate: Candidate | None) -> Certainty | None:
+    """The certainty of a design that was tried; None where it is refused."""
+    try:
+        if candidate is None:
+            return None
+        return certainty_of(laboratory.result(candidate), candidate.board, laboratory.question.needs)
+    except CodesignError:
         return None
-    candidate = best[cheaper[0].board]
-    return certainty_of(laboratory.result(candidate), candidate.board, laboratory.question.needs)
-
-
-def _left(findings: Findings) -> tuple[str, ...]:
-    """The chains that the budget did not reach: planner, style and precision, with the boards."""
-
-    def what(candidate: Candidate) -> str:
-        bits = f" at {candidate.bits} bits and more" if candidate.bits else ""
-        return f"{candidate.planner.name} ({candidate.style.style}){bits}"
-
-    boards_of = map_reduce(findings.left, what, lambda candidate: candidate.board.name)
-    return tuple(f"{left} on {', '.join(sorted(set(boards)))}" for left, boards in sorted(boards_of.items()))

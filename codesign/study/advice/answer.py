@@ -8,11 +8,12 @@ from typing import Any, Literal
 
 from pydantic import Field
 
-from codesign.study.advice.candidates import Board, Candidate, Where
+from codesign.study.advice.candidates import Board, Candidate
 from codesign.study.advice.certainty import Certainty, input_power, may_suffice, mean_power, shortfalls_of
 from codesign.study.advice.motion import Driven, Motion
-from codesign.study.advice.needs import Goal, Needs
-from codesign.study.advice.trials import Findings, Shortfall, Trial, Tried
+from codesign.study.advice.needs import Goal, Needs, Where
+from codesign.study.advice.search import COUNTS, Extent, Findings, Tried, order
+from codesign.study.advice.trials import Shortfall, Trial
 from codesign.system.results.model import ResultModel
 
 
@@ -54,7 +55,24 @@ class BoardAdvice(ResultModel):
     perhaps: str = Field(
         description="of a board that does not suffice: why a design on it may, inside the intervals; empty: none does"
     )
-    designs: int = Field(description="designs tried")
+    searched: Extent = Field(description="its designs, by what became of them")
+    under: str | None = Field(
+        default=None,
+        description="the computer beside it, where its best design leaves its chip without work: the two are one row",
+    )
+    workload: str | None = Field(default=None, description="the file of its best design, where it was written")
+    command: str | None = Field(default=None, description="the command that runs its best design, where it was written")
+
+
+class Proof(ResultModel):
+    """What the statement rests on that no cheaper board suffices, or where none suffices, that none does."""
+
+    state: Literal["proved", "at own values", "not proved"] = Field(
+        description="proved: every design of them fails at every value inside the intervals; at own values: each fails"
+        " at the figures' own values; not proved: the budget ended before all were looked at"
+    )
+    boards: int = Field(description="how many boards it is about")
+    searched: Extent = Field(description="their designs, by what became of them")
 
 
 class Advice(ResultModel):
@@ -67,9 +85,14 @@ class Advice(ResultModel):
     certainty: Certainty | None = Field(
         description="how sure it is that the recommended design meets the needs; None where none does"
     )
-    next_certainty: Certainty | None = Field(
-        description="how sure it is that the next cheaper board is too slow; None where it fails by something else"
+    witness: str | None = Field(
+        description="of the boards that cost less, or of all where none suffices, the one whose figures have to change"
+        " least for it to suffice; None where there is none"
     )
+    witness_certainty: Certainty | None = Field(
+        description="how sure it is that the best design of the witness does not suffice; None where none was run"
+    )
+    proof: Proof = Field(description="what the statement about cheaper boards rests on")
     needs: Needs = Field(description="what was asked for")
     goals: tuple[Goal, ...] = Field(description="the goals")
     cell_m: float | None = Field(description="side of a cell, m; None where the map does not say it")
@@ -87,7 +110,7 @@ class Advice(ResultModel):
     driven: dict[str, Driven] = Field(
         description="by board, the speed that the robot may drive with its design; without those that cannot serve"
     )
-    not_searched: tuple[str, ...] = Field(description="designs that the budget did not reach")
+    not_searched: tuple[str, ...] = Field(description="boards with designs that were not looked at, and how many")
     remarks: tuple[str, ...] = Field(description="what a reader must know besides")
     simulated: int = Field(description="designs that were simulated for this question")
     kept: int = Field(description="designs that were taken from the cache")
@@ -102,16 +125,15 @@ def advice_schema() -> dict[str, Any]:
 def judged(boards: Sequence[Board], findings: Findings, needs: Needs) -> tuple[list[BoardAdvice], dict[str, Candidate]]:
     """The advice on every board, best first, and the candidate of its best design by its name."""
     advice, best = [], {}
-    left = {candidate.board.name for candidate in findings.left}
     for board in boards:
         tried = findings.tried[board.name]
-        chosen = min(tried, key=lambda each: _order(each, board, needs), default=None)
+        chosen = min(tried, key=lambda each: order(each, board, needs), default=None)
         if chosen is not None:
             best[board.name] = chosen[0]
         why = "no planner has a style for its components"
-        if board.name in left:
+        if findings.extent(board.name).designs:
             why = "none of its designs was searched within the budget"
-        advice.append(_of_board(board, chosen, tried, needs, why))
+        advice.append(_of_board(board, chosen, tried, needs, why, findings.extent(board.name)))
     return sorted(advice, key=cost_order), best
 
 
@@ -168,28 +190,13 @@ def met_alone(boards: Sequence[Board], findings: Findings, needs: Needs) -> dict
     }
 
 
-def _order(tried: Tried, board: Board, needs: Needs) -> tuple[int, float, float]:
-    """The best design first: it suffices and is simple; else it runs and serves, and is nearest to the needs."""
-    candidate, trial = tried
-    short = shortfalls_of(trial, board, needs)
-    time = math.inf if trial.time_s is None else trial.time_s
-    worst = max((shortfall.ratio for shortfall in short), default=0.0)
-    kinds = {shortfall.need for shortfall in short}
-    if not short:
-        return 0, _SIMPLE.index(candidate.placement), time
-    stages = ("refused", "fit", "arrive")
-    return 4 - next((index for index, kind in enumerate(stages) if kind in kinds), 3), worst, time
-
-
-_SIMPLE: tuple[Where, ...] = ("host", "fabric", "split")
-"""Software is the simplest design; then a circuit; then a circuit whose tasks are on two components."""
-
-
-def _of_board(board: Board, chosen: Tried | None, tried: Sequence[Tried], needs: Needs, why: str) -> BoardAdvice:
+def _of_board(
+    board: Board, chosen: Tried | None, tried: Sequence[Tried], needs: Needs, why: str, searched: Extent
+) -> BoardAdvice:
     """``why`` the board has no design, where it has none."""
     serving = [each for each in tried if each[1].time_s is not None and not each[1].shortfalls]
     fastest = min(serving, key=lambda each: each[1].time_s or 0.0, default=None)
-    ordered = sorted(tried, key=lambda each: _order(each, board, needs))
+    ordered = sorted(tried, key=lambda each: order(each, board, needs))
     design = None if chosen is None else _design(chosen, board, needs)
     short = (Shortfall(need="refused", name=why),) if chosen is None else shortfalls_of(chosen[1], board, needs)
     return BoardAdvice(
@@ -202,8 +209,38 @@ def _of_board(board: Board, chosen: Tried | None, tried: Sequence[Tried], needs:
         margin=None if design is None or design.rate_hz is None else design.rate_hz / needs.rate_hz,
         shortfalls=short,
         perhaps="" if not short else next(filter(None, (may_suffice(each[1], board, needs) for each in ordered)), ""),
-        designs=len(tried),
+        searched=searched,
+        under=_under(board, None if chosen is None else chosen[0]),
     )
+
+
+def _under(board: Board, chosen: Candidate | None) -> str | None:
+    """The computer beside a board whose chip has no part in a design; None where it has, or where there is none."""
+    sold = board.platform.board
+    if sold is None or sold.beside is None or chosen is None or chosen.placement != "host":
+        return None
+    return sold.beside
+
+
+def proof_of(
+    winner: BoardAdvice | None, boards: Sequence[BoardAdvice], findings: Findings
+) -> tuple[Proof, list[BoardAdvice]]:
+    """What the statement about the cheaper boards, or about all where none suffices, rests on; and these boards."""
+    about = list(boards) if winner is None else cheaper_than(winner, boards)
+    extents = [board.searched for board in about]
+    counts = {key: sum(getattr(each, key) for each in extents) for key in COUNTS}
+    complete = all(each.complete for each in extents)
+    sure = complete and all(findings.surely(board.board) and not board.perhaps for board in about)
+    state: Literal["proved", "at own values", "not proved"] = (
+        "not proved" if not complete else "proved" if sure else "at own values"
+    )
+    searched = Extent(designs=sum(counts.values()), complete=complete, **counts)
+    return Proof(state=state, boards=len(about), searched=searched), about
+
+
+def distance(board: BoardAdvice) -> float:
+    """The factor by which figures of a board have to change for its best design to suffice; one not known: by none."""
+    return max((1.0 if short.is_unknown else short.ratio for short in board.shortfalls), default=1.0)
 
 
 def _design(tried: Tried, board: Board, needs: Needs) -> Design:

@@ -6,31 +6,37 @@ A planner of another package takes part without an edit here.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import chain
-from typing import Any, Literal
+from typing import Any
 
 from more_itertools import map_reduce
 
-from codesign.ground.errors import InputError
+from codesign.ground.errors import CodesignError, InputError
 from codesign.ground.figures import Figure, Price, age_text
 from codesign.ground.files import date_of_writing
-from codesign.ground.models import TaskParameters
+from codesign.ground.models import Part, TaskParameters
 from codesign.ground.units import counted
 from codesign.inputs import Platform, list_platforms, load_platform
-from codesign.inputs.components import MemoryComponent
+from codesign.inputs.components import AnyComponent, FpgaComponent, MemoryComponent
 from codesign.inputs.files import Source, is_path
 from codesign.inputs.platform import Board as Sold
 from codesign.inputs.prices import load_prices
 from codesign.inputs.workload import PLACE_KEYS
+from codesign.laws import Sum, as_sum, symbol
+from codesign.laws.monomial import Ends
 from codesign.planners.interface import LOAD, Planner, Problem
-from codesign.planners.job import Job
+from codesign.planners.job import Demand, Job
 from codesign.planners.plug_in import PlugIn
-from codesign.planners.styles import Architecture, Designs
+from codesign.planners.styles import Architecture, Designs, Family
+from codesign.study.advice.needs import Needs, Where
 from codesign.system import catalog
 from codesign.system.assemble import memory_law
+from codesign.system.bind import planner_code
+from codesign.system.fit import PartFit, fit, laws_of
 from codesign.system.place import DETECT
 
 # The boards of the catalogue: which are asked about, what they cost, and what they draw while they wait.
@@ -66,7 +72,7 @@ class Board:
         low, high = zip(*(price.interval for price in self.prices.values()), strict=True)
         return sum(low), sum(high)
 
-    @property
+    @cached_property
     def prices(self) -> dict[str, Price] | None:
         """Its price and the price of the computer beside it, by platform; None where one of them is not known."""
         declared = {
@@ -75,7 +81,7 @@ class Board:
         known = declared | {name: self.own_prices[name] for name in self._sold if name in self.own_prices}
         return known if len(known) == len(self._sold) else None
 
-    @property
+    @cached_property
     def _sold(self) -> dict[str, Sold | None]:
         """The board that is sold, None where the platform is none, and the computer beside it; by platform."""
         board = self.platform.board
@@ -166,8 +172,8 @@ def is_file(board: Board) -> bool:
     return is_path(board.source)
 
 
-Where = Literal["fabric", "host", "split"]
-"""The placement of a design: all on an FPGA, all on a processor, or a task on another component."""
+SIMPLE: tuple[Where, ...] = ("host", "fabric", "split")
+"""Software is the simplest design; then a circuit; then a circuit whose tasks are on two components."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -212,8 +218,132 @@ class _Placement:
     memory: str | None = None
 
 
-def chains_of(board: Board, problem: Problem) -> Iterator[tuple[Candidate, ...]]:
-    """The chains of designs of a board (see ``Designs``): every planner, style and placement."""
+@dataclass(frozen=True, eq=False)
+class Arrangement:
+    """A planner, a style and a placement on a board. Its designs differ in parameters alone."""
+
+    board: Board
+    plug_in: PlugIn
+    planner: Planner
+    style: Architecture
+    component: str
+    placed: _Placement
+    problem: Problem
+    share: float
+
+    @property
+    def placement(self) -> Where:
+        """Where its tasks run."""
+        alone: Where = "fabric" if self.style.component_type == "fpga" else "host"
+        return "split" if self.placed.apart else alone
+
+    @cached_property
+    def _job(self) -> Job[Any, Any]:
+        spec = self.board.platform.components[self.component]
+        inside = frozenset(self.planner.tasks) - set(self.placed.apart)
+        part = None if spec.chip is None else usable(spec.chip, self.share)
+        job: Job[Any, Any] = Job(self.problem, None, part=part, memory=spec.ram, inside=inside)
+        if self.placed.memory is None:
+            return job
+        memory = self.board.platform.of(MemoryComponent)[self.placed.memory]
+        return replace(job, external=memory_law(self.placed.memory, memory))
+
+    def families(self) -> Iterator[Family]:
+        """Every design; of a style that proposes none, the samples of its plug-in, each by itself."""
+        some = False
+        with planner_code(self.planner):
+            for family in self.style.families(self._job):
+                some = True
+                yield family
+        if not some:
+            yield from (Family(chain) for chain in _of_samples(self.plug_in, self.planner))
+
+    def candidate(self, design: Mapping[str, Any]) -> Candidate:
+        """The design with these parameters, on an FPGA at the fastest clock that it reaches."""
+        planning: dict[str, Any] = {"component": self.component, "style": self.style.style}
+        if self.placed.memory is not None:
+            planning["external_memory"] = self.placed.memory
+        mapping: dict[str, dict[str, Any]] = {self.planner.planning_task: {**planning, **design}}
+        mapping |= {task: {"component": component} for task, component in self.placed.apart.items()}
+        candidate = Candidate(self.board, self.planner, self.style, mapping, self.placement, {})
+        held = self.held(design)
+        return candidate if held is None or held.clock is None else at_clock(candidate, reached(held.clock.limit))
+
+    def held(self, design: Mapping[str, Any]) -> PartFit | None:
+        """The use of the part by a design, and its clock; None of a processor, and where a run has to say it."""
+        component = self.board.platform.of(FpgaComponent).get(self.component)
+        if component is None:
+            return None
+        try:
+            model = self.planner.tasks[self.planner.planning_task].model_validate(dict(design))
+            parameters = self.style.settled(model)
+            if parameters.to_find:
+                return None
+            job = replace(self._job, parameters=parameters)
+            laws = laws_of(self.style, component)
+            with planner_code(self.planner):
+                return fit(Demand(laws.items(job)), job.part, 0, laws.clock_limit(job))
+        except (CodesignError, ValueError):
+            return None
+
+    def time_of(self, units: Mapping[str, int], limit: Figure | None) -> tuple[float, float]:
+        """The time of units of work on the component, s: at the figures' own values, and the least inside intervals.
+
+        ``units``: cycles under "", or units by kernel. ``limit``: of the clock of the least design of a family, Hz; of
+        an FPGA. The upper end of its interval is of that design alone, so no clock of the part is taken to be out of
+        reach inside the intervals.
+        """
+        if limit is not None:
+            cycles, chip = units.get("", 0), self.board.platform.components[self.component].chip
+            assert chip is not None, "a clock has a limit on an FPGA"
+            fastest = chip.block_ram_clock.interval[1]
+            return cycles / limit.value, 0.0 if self.placed.memory is not None else cycles / fastest
+        spec = self.board.platform.components[self.component]
+        times = [(n, _unit_time(spec, kernel)) for kernel, n in units.items() if kernel in (spec.kernels or {})]
+        value, least = (sum(n * time[end] for n, time in times) for end in (0, 1))
+        return value, least
+
+
+def _unit_time(spec: AnyComponent, kernel: str) -> tuple[float, float]:
+    """The time of a unit of a kernel on a processor, s: its value, and the least inside the intervals."""
+    figures: dict[str, Figure] = {}
+
+    def number(key: str) -> Sum:
+        figures[key] = spec.figure(key)
+        return symbol(key)
+
+    law = spec.law_of(kernel, number)
+    time = as_sum(law.ticks(1) / law.rate())
+    value = time.at({key: figure.value for key, figure in figures.items()})
+    return float(value), float(Ends(figures).of_sum(time.monomials)[0])
+
+
+def reached(limit: Figure) -> int:
+    """The fastest clock that a circuit reaches by its law, Hz: in whole MHz where it is above 10 MHz."""
+    step = 1_000_000 if limit.value >= 10_000_000 else 1_000
+    return int(limit.value) // step * step
+
+
+def at_clock(candidate: Candidate, hz: int) -> Candidate:
+    """The design at a clock of the fabric, Hz."""
+    return replace(candidate, settings={f"{candidate.component}.clock": f"{hz // 1000} kHz"})
+
+
+LOGIC = ("slices", "lut4", "flip_flops")
+"""The resources of a part that a router needs room in. Block RAM and multipliers may all be used."""
+
+
+def usable(part: Part, share: float) -> Part:
+    """The part with the share of its logic that a design may use."""
+    resources = {
+        kind: replace(figure, value=math.floor(share * figure.value)) if kind in LOGIC else figure
+        for kind, figure in part.resources.items()
+    }
+    return part.model_copy(update={"resources": resources})
+
+
+def arrangements_of(board: Board, problem: Problem, needs: Needs) -> Iterator[Arrangement]:
+    """Every planner, style and placement on a board that the needs do not leave out."""
     for plug_in in catalog.plug_ins():
         for style in plug_in.styles:
             planner = catalog.planners().get(style.planner)
@@ -221,33 +351,16 @@ def chains_of(board: Board, problem: Problem) -> Iterator[tuple[Candidate, ...]]
                 continue
             for name, spec in board.platform.components.items():
                 if spec.plans and spec.type == style.component_type:
-                    yield from _on_component(board, problem, plug_in, planner, style, name)
+                    for placed in _placements(board, planner, style, name):
+                        each = Arrangement(board, plug_in, planner, style, name, placed, problem, needs.share)
+                        if _is_asked(each, needs):
+                            yield each
 
 
-def _on_component(
-    board: Board, problem: Problem, plug_in: PlugIn, planner: Planner, style: Architecture, name: str
-) -> Iterator[tuple[Candidate, ...]]:
-    part = board.platform.components[name].chip
-    for placement in _placements(board, planner, style, name):
-        inside = frozenset(planner.tasks) - set(placement.apart)
-        job: Job[Any, Any] = Job(problem, None, part=part, inside=inside)
-        if placement.memory is not None:
-            memory = board.platform.of(MemoryComponent)[placement.memory]
-            job = replace(job, external=memory_law(placement.memory, memory))
-        for designs in style.designs(job) or _of_samples(plug_in, planner):
-            yield tuple(_candidate(board, planner, style, name, placement, design) for design in designs)
-
-
-def _candidate(
-    board: Board, planner: Planner, style: Architecture, name: str, placement: _Placement, design: Mapping[str, Any]
-) -> Candidate:
-    planning: dict[str, Any] = {"component": name, "style": style.style}
-    if placement.memory is not None:
-        planning["external_memory"] = placement.memory
-    mapping: dict[str, dict[str, Any]] = {planner.planning_task: {**planning, **design}}
-    mapping |= {task: {"component": component} for task, component in placement.apart.items()}
-    alone: Where = "fabric" if style.component_type == "fpga" else "host"
-    return Candidate(board, planner, style, mapping, "split" if placement.apart else alone, {})
+def _is_asked(each: Arrangement, needs: Needs) -> bool:
+    asked = (needs.on, needs.planner, needs.style)
+    own = (each.placement, each.planner.name, each.style.style)
+    return all(limit in (None, value) for limit, value in zip(asked, own, strict=True))
 
 
 def _placements(board: Board, planner: Planner, style: Architecture, name: str) -> Iterator[_Placement]:

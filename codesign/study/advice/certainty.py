@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
+from typing import Any, Literal
 
 from pydantic import Field
 
+from codesign.ground.figures import Figure
 from codesign.ground.units import (
     PICOSECONDS_PER_SECOND,
     Dimension,
@@ -16,10 +18,10 @@ from codesign.ground.units import (
 )
 from codesign.study.advice.candidates import Board
 from codesign.study.advice.needs import Needs
-from codesign.study.advice.trials import WORST_TIME, Shortfall, Trial, trial_of
+from codesign.study.advice.trials import WORST_TIME, Need, Shortfall, Trial, fit_of, trial_of
 from codesign.system.results.model import ResultModel
 from codesign.system.results.result import Result
-from codesign.system.verdicts import Fit, Verdict, fit_verdict, need_verdict
+from codesign.system.verdicts import Fit, Verdict, need_verdict
 from codesign.system.verdicts.fits import ends_text
 
 # A design against the needs: what it falls short of, whether that is sure, and the power of its board.
@@ -79,6 +81,8 @@ def shortfalls_of(trial: Trial, board: Board, needs: Needs) -> tuple[Shortfall, 
             name = "power at its input (board.power)"
         if demand is None or demand > needs.power_w:
             short.append(Shortfall(need="power", name=name, demand=demand, limit=needs.power_w, unit="W"))
+    if needs.detour is not None and (trial.detour is None or trial.detour > needs.detour) and trial.time_s is not None:
+        short.append(Shortfall(need="detour", name="length of its paths", demand=trial.detour, limit=needs.detour))
     if needs.price_usd is not None and (board.price_usd is None or board.price_usd > needs.price_usd):
         price = board.price_usd
         short.append(Shortfall(need="price", name="price", demand=price, limit=needs.price_usd, unit="USD"))
@@ -95,7 +99,7 @@ def _may(short: Shortfall, trial: Trial, board: Board, needs: Needs) -> str:
     """The reason for which a need may be met inside the intervals; "" if it is not."""
     if short.need == "fit":
         return f"whether it fits depends on {trial.may_fit}" if trial.may_fit else ""
-    if short.need in {"arrive", "refused"}:
+    if short.need in {"arrive", "detour", "refused"}:
         return ""
     if short.demand is None:
         return f"its {short.name} is not known"
@@ -131,17 +135,42 @@ def number_text(value: float) -> str:
 _DIMENSIONS = {"W": Dimension.POWER, "Hz": Dimension.FREQUENCY}
 
 
+Standing = Literal["holds", "fails", "depends"]
+
+
+class Judged(ResultModel):
+    """A need of one design: if it is met at every value inside the intervals of all figures, at none, or at some."""
+
+    need: Need = Field(description="the need")
+    state: Standing = Field(description="holds: at every value; fails: at none; depends: at some, or not known")
+    name: str = Field(default="", description="the figure that it depends on")
+    changes_at: float | None = Field(
+        default=None, description="the value of that figure at which it changes, all others at their own, in unit"
+    )
+    value: float | None = Field(default=None, description="its own value; None where it is not known")
+    low: float | None = Field(default=None, description="least value of its interval")
+    high: float | None = Field(default=None, description="greatest value of its interval")
+    unit: str = Field(default="", description="unit of these")
+    source: str = Field(default="", description="status and source of that figure")
+    text: str = Field(description="the same in words; empty where it holds")
+
+
 class Certainty(ResultModel):
     """The certainty that a design meets the needs, or that it does not."""
 
-    time_low_s: float | None = Field(description="least time of a plan inside all intervals, s")
+    state: Standing = Field(description="holds where every need does, fails where one does, else depends")
+    needs: tuple[Judged, ...] = Field(description="each need that is asked for")
+    time_low_s: float | None = Field(description="least time of a plan inside all intervals, the clock's too, s")
     time_high_s: float | None = Field(description="greatest, s")
+    least_clock_hz: float | None = Field(
+        description="the slowest clock of the fabric at which it is fast enough, other figures at their own values, Hz"
+    )
     power_low_w: float | None = Field(
         description="a lower bound of the mean power at the input of the board inside all intervals, W"
     )
     power_high_w: float | None = Field(description="an upper bound of it, W; None without a power of the whole board")
     rate: Verdict = Field(description="the time of a plan against the period that is asked for")
-    fit: Fit = Field(description="the design against its part")
+    fit: Fit = Field(description="the design against the share of its part that it may use")
     text: str = Field(description="the same in words")
 
 
@@ -149,18 +178,50 @@ def certainty_of(result: Result, board: Board, needs: Needs) -> Certainty:
     """The certainty that the design of a result meets the needs on a board. Mean power: see ``power_interval``."""
     trial = trial_of(result)
     power = power_interval(trial, board, needs)
-    rate, fit = need_verdict(result, WORST_TIME, needs.period_s), fit_verdict(result)
-    texts = [_rate_text(rate), _power_text(power, needs), _price_text(board, needs), _fit_text(fit)]
-    open_texts = [text for text in texts if text]
+    rate, fit = need_verdict(result, WORST_TIME, needs.period_s), fit_of(result)
+    clock = least_clock(result, needs.period_s)
+    judged = [_fit(fit)]
+    judged += [Judged(need="arrive", state="fails", text=_arrive_text(trial))] if trial.arrived < trial.starts else []
+    if needs.detour is not None and trial.detour is not None:
+        longer = trial.detour > needs.detour
+        text = f"a path is {trial.detour:.4g} times the shortest" if longer else ""
+        judged.append(Judged(need="detour", state="fails" if longer else "holds", text=text))
+    if trial.time_s is not None:
+        judged.append(_rate(rate, result, clock))
+    judged += _power(power, needs)
+    judged += _price(board, needs)
+    order: tuple[Standing, ...] = ("fails", "depends", "holds")
+    state = min((each.state for each in judged), key=order.index)
+    holds = f"holds at every value inside the declared intervals{_late_text(result)}{_clock_text(result, clock)}"
     return Certainty(
+        state=state,
+        needs=tuple(judged),
         time_low_s=trial.time_low_s,
         time_high_s=trial.time_high_s,
+        least_clock_hz=clock,
         power_low_w=None if power is None else power[0],
         power_high_w=None if power is None or math.isinf(power[1]) else power[1],
         rate=rate,
         fit=fit,
-        text="; ".join(open_texts) or f"proved at every value inside the declared intervals{_late_text(result)}",
+        text="; ".join(each.text for each in judged if each.state == state) if state != "holds" else holds,
     )
+
+
+def least_clock(result: Result, period_s: float) -> float | None:
+    """The slowest clock of the fabric at which a plan takes at most ``period_s``, Hz; None where no clock moves it.
+
+    Other figures are at their own values. A time is a sum of a constant and of cycles over the clock.
+    """
+    name = f"{result.component}.clock"
+    if result.terms is None or name not in result.terms.inputs:
+        return None
+    values = {each: figure.value for each, figure in result.terms.inputs.items()}
+    clocks = [0.0]
+    for plan in result.terms.plans(WORST_TIME.name):
+        fixed = sum(float(term.at(values)) for term in plan if name not in term.powers)
+        cycles = sum(float(term.at(values)) for term in plan if name in term.powers) * values[name]
+        clocks.append(cycles / (period_s - fixed) if fixed < period_s else math.inf)
+    return max(clocks) or None
 
 
 def _late_text(result: Result) -> str:
@@ -169,45 +230,109 @@ def _late_text(result: Result) -> str:
     return "".join(f", with {name} at its least (jitter counts to its 99th percentile)" for name in paces)
 
 
-def _rate_text(rate: Verdict) -> str:
+def _clock_text(result: Result, least: float | None) -> str:
+    """The clock down to which a verdict about time holds, and the clocks that the circuit reaches by its law."""
+    if least is None or result.clock is None or not math.isfinite(least):
+        return ""
+    ends = " to ".join(_figure_text(end, "Hz") for end in result.clock.limit.interval)
+    return f", down to a clock of {_figure_text(least, 'Hz')} (by its law it reaches {ends})"
+
+
+def _rate(rate: Verdict, result: Result, clock: float | None) -> Judged:
     if rate.state == "proved":
-        return ""
+        return Judged(need="rate", state="holds", text="")
     if rate.state == "refuted":
-        return "too slow at every value inside the declared intervals"
+        return Judged(need="rate", state="fails", text="too slow at every value inside the declared intervals")
     if rate.decides is None:
-        return f"whether it is fast enough is not assessed: {rate.reason}"
+        text = f"whether it is fast enough is not assessed: {rate.reason}"
+        return Judged(need="rate", state="depends", text=text)
+    figure, flips = rate.decides.figure, rate.decides.flips_at
     name = f"{rate.decides.platform}'s {rate.decides.name}" if rate.decides.platform else rate.decides.name
-    flips = rate.decides.flips_at
+    if rate.decides.name == f"{result.component}.clock":
+        name = f"the clock that its circuit reaches ({name})"
     if flips is None:
-        return f"whether it is fast enough is not sure: {rate.reason}; {name} moves it most"
-    unit = rate.decides.figure.unit
-    value = format_time(round(flips * 1e12)) if unit == "s" else f"{flips:.4g} {unit}".removesuffix(" 1")
-    return f"whether it is fast enough depends on {name}, and changes at {value}"
+        text = f"whether it is fast enough is not sure: {rate.reason}; {name} moves it most"
+    else:
+        text = f"whether it is fast enough depends on {name}, and changes at {_figure_text(flips, figure.unit)}"
+    low, high = (_figure_text(end, figure.unit) for end in figure.interval)
+    text += f" ({figure.status} {_figure_text(figure.value, figure.unit)}, {low} to {high})"
+    # The widest figure need not be the clock: a clock that flips it is said too.
+    limit = None if result.clock is None else result.clock.limit
+    if clock is not None and limit is not None and limit.interval[0] < clock <= limit.interval[1]:
+        clock_text = _clock_text(result, clock) if rate.decides.name != f"{result.component}.clock" else ""
+        text += f"; it is{clock_text.replace(', down', ' fast enough down', 1)}" if clock_text else ""
+    return Judged(need="rate", state="depends", changes_at=flips, text=text, **_decider(name, figure))
 
 
-def _power_text(power: tuple[float, float] | None, needs: Needs) -> str:
-    if needs.power_w is None or (power is not None and power[1] <= needs.power_w):
-        return ""
-    if power is None or math.isinf(power[1]):
-        return "its mean power at its input has no bound"
-    low, high = (format_power(float(f"{watts:.3g}")) for watts in power)
-    return f"its mean power may be {low} to {high}"
+def _decider(name: str, figure: Figure) -> dict[str, Any]:
+    low, high = map(float, figure.interval)
+    source = f"{figure.status}: {figure.source}"
+    return {"name": name, "value": float(figure.value), "low": low, "high": high, "unit": figure.unit, "source": source}
 
 
-def _price_text(board: Board, needs: Needs) -> str:
-    price = board.price_interval_usd
-    if needs.price_usd is None or price is None or price[1] <= needs.price_usd:
-        return ""
-    return f"its price may be {price[0]:,.4g} USD to {price[1]:,.4g} USD"
+def _figure_text(value: float, unit: str) -> str:
+    if unit == "s":
+        return format_time(round(value * PICOSECONDS_PER_SECOND))
+    if unit == "Hz":
+        return format_frequency(round(float(f"{value:.3g}")))
+    return f"{value:.4g} {unit}".removesuffix(" 1")
 
 
-def _fit_text(fit: Fit) -> str:
+def _power(power: tuple[float, float] | None, needs: Needs) -> list[Judged]:
+    if needs.power_w is None:
+        return []
+    if power is None or (math.isinf(power[1]) and power[0] <= needs.power_w):
+        text = "its power at its input (board.power) is not known"
+        return [Judged(need="power", state="depends", name="board.power", unit="W", text=text)]
+    low, high = ("" if math.isinf(watts) else format_power(float(f"{watts:.3g}")) for watts in power)
+    if power[1] <= needs.power_w:
+        return [Judged(need="power", state="holds", low=power[0], high=power[1], unit="W", text="")]
+    fails = power[0] > needs.power_w
+    text = f"it draws {low} at least" if fails else f"its mean power may be {low} to {high}"
+    most = None if math.isinf(power[1]) else power[1]
+    state: Standing = "fails" if fails else "depends"
+    name, limit = ("", None) if fails else ("mean power", needs.power_w)
+    return [
+        Judged(need="power", state=state, name=name, changes_at=limit, low=power[0], high=most, unit="W", text=text)
+    ]
+
+
+def _price(board: Board, needs: Needs) -> list[Judged]:
+    if needs.price_usd is None:
+        return []
+    ends = board.price_interval_usd
+    if ends is None:
+        return [Judged(need="price", state="depends", name="board.price", unit="USD", text="its price is not known")]
+    low, high = ends
+    state: Standing = "holds" if high <= needs.price_usd else "fails" if low > needs.price_usd else "depends"
+    texts = {"holds": "", "fails": f"it costs {low:,.4g} USD at least"}
+    text = texts.get(state, f"its price may be {low:,.4g} USD to {high:,.4g} USD")
+    at = needs.price_usd if state == "depends" else None
+    return [
+        Judged(
+            need="price",
+            state=state,
+            name="board.price",
+            changes_at=at,
+            value=board.price_usd,
+            low=low,
+            high=high,
+            unit="USD",
+            text=text,
+        )
+    ]
+
+
+def _arrive_text(trial: Trial) -> str:
+    return f"{trial.arrived} of {trial.starts} starts arrive"
+
+
+def _fit(fit: Fit) -> Judged:
     if fit.fits == "yes":
-        return ""
-    if fit.decides == "clock" and fit.demand is not None and fit.limit is not None:
-        low, high = (format_frequency(hertz) for hertz in fit.limit)
-        clock = format_frequency(fit.demand[0])
-        return f"whether it runs at {clock} is not sure, as the limit of its clock is {low} to {high}"
-    if fit.fits == "no":
-        return f"it does not fit at any value: {ends_text(fit)}"
-    return f"whether it fits depends on {ends_text(fit)}"
+        return Judged(need="fit", state="holds", text="")
+    if fit.demand is None:
+        return Judged(need="fit", state="fails", name=fit.decides, text=f"it does not fit: {fit.decides}")
+    words = "it does not fit at any value: " if fit.fits == "no" else "whether it fits depends on "
+    more = {} if fit.figure is None else _decider(fit.decides, fit.figure)
+    state: Standing = "fails" if fit.fits == "no" else "depends"
+    return Judged(need="fit", state=state, changes_at=fit.flips_at, text=f"{words}{ends_text(fit)}", **more)

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from pydantic import Field
 
-from codesign.ground.errors import InputError, SpecError
+from codesign.ground.errors import InputError, SpecError, choose_hint
 from codesign.ground.units import PICOSECONDS_PER_SECOND, Dimension, counted, format_power, format_quantity, format_time
 from codesign.inputs.places import cell_text, parse_place, place_value, point_text
 from codesign.maps import Crop, OccupancyGrid
@@ -36,6 +36,13 @@ _OPTIONS = {
 """The option that gives each key of the problem."""
 
 
+Where = Literal["fabric", "host", "split"]
+"""The placement of a design: all on an FPGA, all on a processor, or a task on another component."""
+
+SHARE = 0.8
+"""The share of a part's logic that a design may use: a fuller one hardly routes. Assumed."""
+
+
 class Needs(ResultModel):
     """The needs that a board has to meet. A limit that is None is not asked for."""
 
@@ -48,6 +55,13 @@ class Needs(ResultModel):
         description="the body that has to stop in time; without a rate of its own, the rate follows from it",
     )
     rate_is_asked: bool = Field(default=True, description="whether the rate was asked for, not a speed")
+    detour: float | None = Field(
+        default=None, description="most that a path may be as long as the shortest 8-connected one, of every start"
+    )
+    share: float = Field(default=SHARE, description="the share of a part's logic that a design may use")
+    on: Where | None = Field(default=None, description="only designs of this placement")
+    planner: str | None = Field(default=None, description="only designs of this planner")
+    style: str | None = Field(default=None, description="only designs of this architecture style")
 
     @property
     def period_s(self) -> float:
@@ -122,6 +136,9 @@ class Question:
         limits += [] if needs.power_w is None else [f"at most {format_power(needs.power_w)}"]
         limits += [] if needs.price_usd is None else [f"at most {needs.price_usd:g} USD"]
         limits += [f"obstacles grown by {needs.clearance_m:g} m"] if needs.clearance_m else []
+        limits += [] if needs.detour is None else [f"paths at most {needs.detour:g} times the shortest"]
+        only = (f"on {needs.on}" if needs.on else "", needs.planner, needs.style)
+        limits += [f"only designs {' '.join(filter(None, only))}"] if any(only) else []
         period = format_time(round(needs.period_s * PICOSECONDS_PER_SECOND))
         when = f"{what} within {period} ({format_quantity(needs.rate_hz, Dimension.RATE)})"
         parts = [f"{when} on {self.map_file.name}, {size}, to {goals}", *reached, starts, *limits]
@@ -168,6 +185,34 @@ def parse_needs(
         motion=motion,
         rate_is_asked=rate is not None,
     )
+
+
+def limited(
+    needs: Needs,
+    *,
+    detour: float | None = None,
+    share: float | None = None,
+    on: Where | None = None,
+    planner: str | None = None,
+    style: str | None = None,
+) -> Needs:
+    """The needs with limits on the paths and on the designs that are searched.
+
+    Raises:
+        InputError: no such planner or style; ``where`` is the option.
+    """
+    styles = [each for of, each in catalog.architectures() if planner in (None, of)]
+    for word, option, accepted in ((planner, "--planner", list(catalog.planners())), (style, "--style", styles)):
+        if word is not None and word not in accepted:
+            raise InputError(f"no {option[2:]} {word!r}", option, choose_hint(word, accepted))
+    limits = {
+        "detour": detour,
+        "on": on,
+        "planner": planner,
+        "style": style,
+        "share": needs.share if share is None else share,
+    }
+    return needs.model_copy(update=limits)
 
 
 def _optional(text: str | None, dimension: Dimension, option: str) -> float | None:

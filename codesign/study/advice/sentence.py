@@ -8,7 +8,7 @@ from operator import attrgetter
 from more_itertools import map_reduce
 
 from codesign.ground.units import Dimension, counted, format_power, format_quantity
-from codesign.study.advice.answer import BoardAdvice, Design, cheaper_than
+from codesign.study.advice.answer import BoardAdvice, Design, Proof, cheaper_than
 from codesign.study.advice.certainty import Certainty, amount
 from codesign.study.advice.needs import Needs
 from codesign.study.advice.trials import Shortfall
@@ -22,20 +22,15 @@ def verdict(
     needs: Needs,
     alone: Mapping[str, tuple[str, ...]],
     certainty: Certainty | None,
-    next_certainty: Certainty | None,
-    *,
-    complete: bool = True,
+    proof: Proof,
+    witness: tuple[BoardAdvice, Certainty | None] | None,
 ) -> str:
-    """The answer. ``boards``: best first. ``alone``: see ``met_alone``. The certainties are as in ``Advice``.
-
-    ``complete``: True if every design was searched. If not, "no board suffices" would say more than is known.
-    """
+    """The answer. ``boards``: best first. ``alone``: see ``met_alone``. All others are as in ``Advice``."""
     best = boards[0]
     if certainty is None or best.design is None:
-        nothing = _nothing(boards, needs, alone)
-        if complete:
-            return nothing
-        return f"No answer yet, as the budget was spent: of what was searched, {nothing[0].lower()}{nothing[1:]}"
+        nothing = _nothing(boards, needs, alone, proof)
+        near = "" if witness is None or witness[1] is None else f". The nearest is {_witness(*witness, needs)}"
+        return f"{nothing}{near}{_searched(proof)}"
     time = best.design.trial.time_s
     assert time is not None, "a design that suffices was run"
     text = (
@@ -43,7 +38,21 @@ def verdict(
         f" {margin_text(best)} {rate_text(needs)} asks"
     )
     sure = "" if certainty.rate.state == "proved" else _surely_fast(boards, needs)
-    return f"{text}; {certainty.text}{sure}; {_cheaper(best, boards, needs, next_certainty)}"
+    return f"{text}; {certainty.text}{sure}; {_cheaper(best, boards, needs, proof, witness)}"
+
+
+def _searched(proof: Proof) -> str:
+    """The designs that a statement rests on, by what became of them."""
+    each = proof.searched
+    counts = {
+        "excluded by their size": each.unfit,
+        "by a bound of their time": each.bound,
+        "by a count of their cycles": each.counted,
+        "simulated": each.tried,
+        "left, as the budget was spent": each.left,
+    }
+    parts = ", ".join(f"{count:,} {what}" for what, count in counts.items() if count)
+    return f" (of {counted(each.designs, 'design')}, {parts})" if each.designs else ""
 
 
 def _surely_fast(boards: Sequence[BoardAdvice], needs: Needs) -> str:
@@ -92,6 +101,7 @@ def shortfall_text(short: Shortfall, needs: Needs) -> str:
     demand, limit = amount(short.demand, short.unit), amount(short.limit, short.unit)
     over = amount(short.demand - short.limit, short.unit)
     texts = {
+        "detour": f"a path is {demand} times the shortest, {limit} is allowed",
         "arrive": f"{demand} of {limit} starts arrive",
         "rate": f"a plan takes {demand}, {short.ratio:.3g} times the {limit} that {rate_text(needs)} leaves",
         "power": f"it draws {demand}, {over} more than {limit}",
@@ -108,26 +118,38 @@ def cost_text(board: BoardAdvice) -> str:
     return f"price not known, {format_power(board.idle_w if power is None else power)}"
 
 
-def _cheaper(best: BoardAdvice, boards: Sequence[BoardAdvice], needs: Needs, next_certainty: Certainty | None) -> str:
-    cheaper = cheaper_than(best, boards)
-    what = "cheaper" if best.price_usd is not None else "of less power of its components"
-    if not cheaper:
-        return f"no other board is {what} ({cost_text(best)})"
-    first = cheaper[0]
-    if first.suffices:
+def _cheaper(
+    best: BoardAdvice,
+    boards: Sequence[BoardAdvice],
+    needs: Needs,
+    proof: Proof,
+    witness: tuple[BoardAdvice, Certainty | None] | None,
+) -> str:
+    dear = best.price_usd is not None
+    if witness is None:
+        return f"no other board is {'cheaper' if dear else 'of less power of its components'} ({cost_text(best)})"
+    if witness[0].suffices:
         # Only a board without a price may come after one with a price.
-        return f"{first.board} suffices too ({cost_text(first)})"
-    why = _main_reason(first, needs)
-    if next_certainty is not None:
-        why += f" ({next_certainty.text})"
-    unknown = all(short.is_unknown for short in first.shortfalls)
-    if next_certainty is None and first.perhaps and not unknown:
-        why += f" (not sure: {first.perhaps})"
-    own = ", at the figures' own values" if any(board.perhaps for board in cheaper) else ""
-    others = [board for board in cheaper[1:] if board.perhaps]
+        return f"{witness[0].board} suffices too ({cost_text(witness[0])})"
+    what = "cheaper board" if dear else "board of less power of its components"
+    sure = {
+        "proved": f"no {what} does, at any value inside the declared intervals",
+        "at own values": f"no {what} does, at the figures' own values",
+        "not proved": f"no {what} was found to, and the budget was spent before all their designs were looked at",
+    }[proof.state]
+    others = [board for board in cheaper_than(best, boards) if board.perhaps and board is not witness[0]]
     more = f"; not sure either: {_unsure(others)}" if others else ""
-    fate = "is not sure" if unknown else "fails"
-    return f"nothing {what} does{own}: the next, {first.board} ({cost_text(first)}), {fate}: {why}{more}"
+    return f"{sure}{_searched(proof)}; the nearest is {_witness(*witness, needs)}{more}"
+
+
+def _witness(board: BoardAdvice, certainty: Certainty | None, needs: Needs) -> str:
+    """A board that does not suffice: what its best design falls short of, and whether that is sure."""
+    why = _main_reason(board, needs)
+    if certainty is not None and certainty.text:
+        why += f" ({certainty.text})"
+    elif board.perhaps and not all(short.is_unknown for short in board.shortfalls):
+        why += f" (not sure: {board.perhaps})"
+    return f"{board.board} ({cost_text(board)}): {why}"
 
 
 def _unsure(boards: Sequence[BoardAdvice]) -> str:
@@ -139,7 +161,7 @@ def _unsure(boards: Sequence[BoardAdvice]) -> str:
     return "; ".join(shown) + (f"; and {counted(left, 'board')} more" if left else "")
 
 
-def _nothing(boards: Sequence[BoardAdvice], needs: Needs, alone: Mapping[str, tuple[str, ...]]) -> str:
+def _nothing(boards: Sequence[BoardAdvice], needs: Needs, alone: Mapping[str, tuple[str, ...]], proof: Proof) -> str:
     """No board suffices: the needs that exclude them, each with its nearest board."""
     parts = []
     for need, excluded in map_reduce(boards, lambda board: _worst(board).need).items():
@@ -148,8 +170,12 @@ def _nothing(boards: Sequence[BoardAdvice], needs: Needs, alone: Mapping[str, tu
         the_nearest = f"of these the nearest is {nearest.board}: " if len(excluded) > 1 else ""
         parts.append(f"{_NEEDS[need]} excludes {names} ({the_nearest}{_main_reason(nearest, needs)})")
     unsure = [board for board in boards if board.perhaps]
-    how = " at the figures' own values" if unsure else " at any value inside the declared intervals"
-    text = f"no board suffices{how}: {'; '.join(parts)}"
+    how = {
+        "proved": "no board suffices at any value inside the declared intervals",
+        "at own values": "no board suffices at the figures' own values",
+        "not proved": "no board was found to suffice, and the budget was spent before all designs were looked at",
+    }[proof.state]
+    text = f"{how}: {'; '.join(parts)}"
     text += f". Not sure, as they may at other values: {_unsure(unsure)}" if unsure else ""
     if len(alone) > 1 and all(alone.values()):
         each = "; ".join(f"{_NEEDS[need]} by {_named(names)}" for need, names in alone.items())
@@ -161,6 +187,7 @@ _NEEDS = {
     "rate": "the rate",
     "power": "the power",
     "price": "the price",
+    "detour": "the length of the paths",
     "arrive": "that all starts arrive",
     "fit": "the size of the part or the memory",
     "refused": "what the platform lacks or the budget left out",

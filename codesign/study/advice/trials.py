@@ -1,22 +1,18 @@
-"""The search: every chain of every board, level by level, cheap designs first, within a budget of computing time.
+"""The trial of a design: what it comes to on its board, kept by content.
 
 The functional work of a design depends on planner, parameters and map, not on the board: it is computed once
-(``Memo``), and each board prices it in a few milliseconds. Three bounds keep the search short, and none changes the
-answer.
+(``Memo``), and each board prices it in a few milliseconds.
 
-- A design that does not fit is not run.
-- A chain ends at the first design that serves, and at the first that takes longer than a plan may take: the designs
-  after it take at least as long.
-- Designs with fewer bits come first, on all boards. Where the budget is spent, what is left is reported.
+A circuit runs at the fastest clock that it reaches by its law. So that clock is an input of the time, with the interval
+of the law: a time is least where the circuit reaches the upper end.
 """
 
 from __future__ import annotations
 
 import hashlib
 import math
-import time
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Sequence
+from dataclasses import replace
 from functools import cached_property
 from typing import Any, Literal
 
@@ -27,21 +23,20 @@ from codesign.ground.figures import FIGURES, label
 from codesign.ground.memo import Memo
 from codesign.ground.records import Listener
 from codesign.inputs import Platform, Workload, design_point
+from codesign.laws.monomial import Ends
+from codesign.maps.reach import distance_steps
 from codesign.planners.interface import Quality
-from codesign.study.advice.candidates import Board, Candidate, chains_of
+from codesign.study.advice.candidates import LOGIC, Candidate, at_clock, reached
 from codesign.study.advice.needs import Question, workload_tree
 from codesign.study.identity import code_digest, platform_digest
 from codesign.study.space import canonical
-from codesign.study.store import Batch, Entry, EntryState, Store
 from codesign.system import catalog
 from codesign.system.bind import planner_code
 from codesign.system.results.model import ResultModel
-from codesign.system.results.result import Result
+from codesign.system.results.result import ResourceUse, Result
 from codesign.system.scenarios import simulate
-from codesign.system.verdicts import fit_verdict
+from codesign.system.verdicts import Fit, fit_verdict
 from codesign.system.verdicts.fits import ends_text
-
-# The trial of a design: what it comes to on its board, kept by content.
 
 WORST_TIME = FIGURES["plan_time_worst_s"]
 """The time that a rate is held against."""
@@ -52,7 +47,7 @@ MEAN_TIME = FIGURES["plan_time_mean_s"]
 ENERGY = FIGURES["energy_j"]
 
 
-Need = Literal["rate", "power", "price", "arrive", "fit", "refused"]
+Need = Literal["rate", "power", "price", "arrive", "detour", "fit", "refused"]
 
 _NEED_OF: dict[str, Need] = {"quality": "arrive"}
 """The needs of reasons that are no matter of the size of the design."""
@@ -100,9 +95,7 @@ class Use(ResultModel):
 class Trial(ResultModel):
     """The figures of a design, whatever is asked of it. Figures that only a run gives are None if it was not run."""
 
-    clock_hz: int | None = Field(
-        default=None, description="the clock that the fabric was lowered to, as the design is too slow for its own"
-    )
+    clock_hz: int | None = Field(default=None, description="the clock of the fabric, which its law lets it reach, Hz")
     time_s: float | None = Field(default=None, description="time of a plan, the worst over the starts, s")
     time_low_s: float | None = Field(
         default=None, description="the same, the least value inside the intervals of all figures, s"
@@ -110,9 +103,7 @@ class Trial(ResultModel):
     time_high_s: float | None = Field(
         default=None, description="the same, the greatest value inside the intervals of all figures, s"
     )
-    surely_fits: bool = Field(
-        default=False, description="whether it fits, its clock too, at every value inside the intervals"
-    )
+    surely_fits: bool = Field(default=False, description="whether it fits at every value inside the intervals")
     may_fit: str = Field(
         default="", description="of a design that does not fit: the limit that it keeps at some values inside intervals"
     )
@@ -120,8 +111,14 @@ class Trial(ResultModel):
     energy_j: float | None = Field(default=None, description="energy of a plan, J")
     energy_low_j: float | None = Field(default=None, description="the same, the least value, J")
     energy_high_j: float | None = Field(default=None, description="the same, the greatest value, J")
+    messages_s: tuple[float, float] | None = Field(
+        default=None, description="of that time, its messages on links: their own value and their least, s"
+    )
     starts: int = Field(default=0, description="starts tried")
     arrived: int = Field(default=0, description="starts that arrived")
+    detour: float | None = Field(
+        default=None, description="its longest path over the shortest, the worst over the starts"
+    )
     fullest: Use | None = Field(default=None, description="the resource of the part that is used most")
     shortfalls: tuple[Shortfall, ...] = Field(default=(), description="why it cannot serve")
 
@@ -137,6 +134,22 @@ class Laboratory:
         self.memo = Memo()
         self.failures: list[str] = []
         self._platforms: dict[str, str] = {}
+
+    @cached_property
+    def farthest(self) -> Laboratory:
+        """The laboratory of the same question from its farthest start alone.
+
+        A plan takes no longer from there than from the worst start, so what is too slow here is too slow.
+        """
+        problem = self.question.problem
+        if len(problem.starts) == 1:
+            return self
+        steps = distance_steps(problem.free, problem.goals)
+        start = max(problem.starts, key=lambda cell: int(steps[cell]))
+        section = {**self.question.section, "starts": [list(problem.named(start))]}
+        other = Laboratory(replace(self.question, section=section, problem=replace(problem, starts=(start,))))
+        other.memo, other.failures = self.memo, self.failures
+        return other
 
     @cached_property
     def _asked(self) -> list[Any]:
@@ -166,52 +179,56 @@ class Laboratory:
         return design_point(candidate.board.platform, workload, candidate.settings)
 
     def result(self, candidate: Candidate, listeners: Sequence[Listener] = ()) -> Result:
-        """The result of a design, simulated; ``listeners`` take the records of the run.
+        """The result of a design, simulated; its part and its clock as advice takes them (``as_asked``).
+
+        ``listeners`` take the records of the run.
 
         Raises:
             CodesignError: the design is refused.
         """
         point = self.point(candidate)
         with planner_code(candidate.planner):
-            return simulate(*point, listeners=listeners, memo=self.memo, grid=self.question.grid)
+            result = simulate(*point, listeners=listeners, memo=self.memo, grid=self.question.grid)
+        return as_asked(result, self.question.needs.share)
 
-    def trial(self, candidate: Candidate) -> Trial:
-        """The trial of a design. A clock that is all that it is too slow for is lowered to what it reaches."""
+    def trial(self, candidate: Candidate) -> tuple[Candidate, Trial]:
+        """The trial of a design, at a lower clock where it is too slow for its own and for nothing else."""
         try:
             result = self.result(candidate)
             if not result.feasible and all(reason.kind == "clock" for reason in result.reasons):
-                slower = slowed(candidate, result)
-                trial, clock = trial_of(self.result(slower)), clock_of(slower)
                 assert result.clock is not None, "only a design with a clock is too slow for it"
-                # No part of a time falls by more than the clock rises.
-                fastest = min(result.clock.hz, result.clock.limit.interval[1])
-                least = None if trial.time_low_s is None else trial.time_low_s * clock / fastest
-                return trial.model_copy(update={"clock_hz": clock, "time_low_s": least})
+                candidate = at_clock(candidate, reached(result.clock.limit))
+                result = self.result(candidate)
         except SpecError as refused:
-            return _refused(refused.faults[0].what)
+            return candidate, _refused(refused.faults[0].what)
         except RunError as failed:
             self.failures.append(f"{candidate.board.name}: {failed.what}")
-            return _refused(failed.what)
+            return candidate, _refused(failed.what)
         except CodesignError as refused:
-            return _refused(refused.what)
-        return trial_of(result)
+            return candidate, _refused(refused.what)
+        return candidate, trial_of(result)
 
 
-def slowed(candidate: Candidate, result: Result) -> Candidate:
-    """The design at the fastest clock that it reaches, in whole MHz where that is above 10 MHz."""
-    assert result.clock is not None, "only a design with a clock is too slow for it"
-    step = 1_000_000 if result.clock.limit.value >= 10_000_000 else 1_000
-    return at_clock(candidate, int(result.clock.limit.value) // step * step)
+def as_asked(result: Result, share: float) -> Result:
+    """A result with the share of the part's logic as the budget, and its clock as an input of time and energy."""
+    uses = tuple(_of_share(use, share) if use.resource in LOGIC else use for use in result.resources)
+    name, clock, terms = f"{result.component}.clock", result.clock, result.terms
+    if clock is not None and terms is not None and name in terms.inputs:
+        low, high = clock.limit.interval
+        figure = replace(clock.limit, value=clock.hz, low=min(low, clock.hz), high=max(high, clock.hz))
+        terms = terms.model_copy(update={"inputs": {**terms.inputs, name: figure}})
+    return result.model_copy(update={"resources": uses, "terms": terms})
 
 
-def at_clock(candidate: Candidate, hz: int) -> Candidate:
-    """The design at a clock of the fabric, Hz."""
-    return replace(candidate, settings={f"{candidate.component}.clock": f"{hz // 1000} kHz"})
+def _of_share(use: ResourceUse, share: float) -> ResourceUse:
+    budget = math.floor(share * use.budget)
+    return use.model_copy(update={"budget": budget, "gap": max(0, use.demand - budget)})
 
 
-def clock_of(candidate: Candidate) -> int:
-    """The clock that a design was lowered to, Hz."""
-    return int(next(iter(candidate.settings.values())).split()[0]) * 1000
+def fit_of(result: Result) -> Fit:
+    """The fit of a design but for its clock, which moves its time."""
+    reasons = tuple(reason for reason in result.reasons if reason.kind != "clock")
+    return fit_verdict(result.model_copy(update={"clock": None, "reasons": reasons}))
 
 
 def trial_of(result: Result) -> Trial:
@@ -229,126 +246,46 @@ def trial_of(result: Result) -> Trial:
         )
         for reason in result.reasons
     ]
+    known = {reason.name for reason in result.reasons}
+    shortfalls += [
+        Shortfall(need="fit", name=label(use.resource), demand=use.demand, limit=use.budget)
+        for use in result.resources
+        if use.gap and use.resource not in known
+    ]
     if result.feasible and arrived < starts:
         shortfalls.append(Shortfall(need="arrive", name="starts", demand=arrived, limit=starts))
-    fit, nothing = fit_verdict(result), (None, None)
+    fit, nothing = fit_of(result), (None, None)
     time, energy = result.interval(WORST_TIME) or nothing, result.interval(ENERGY) or nothing
     return Trial(
+        clock_hz=None if result.clock is None else result.clock.hz,
         time_s=result.figure(WORST_TIME),
         time_low_s=time[0],
         time_high_s=time[1],
         surely_fits=fit.fits == "yes",
-        may_fit=ends_text(fit) if fit.fits == "uncertain" and not result.feasible else "",
+        may_fit=ends_text(fit) if fit.fits == "uncertain" and shortfalls else "",
         mean_time_s=result.figure(MEAN_TIME),
         energy_j=result.figure(ENERGY),
         energy_low_j=energy[0],
         energy_high_j=energy[1],
+        messages_s=_messages(result),
         starts=starts,
         arrived=arrived,
+        detour=quality.path_length_ratio_worst if isinstance(quality, Quality) else None,
         fullest=max(uses, key=lambda use: use.share, default=None),
         shortfalls=tuple(shortfalls),
     )
 
 
+def _messages(result: Result) -> tuple[float, float] | None:
+    """The time of the messages of a plan, waits left out, s: at the figures' own values, and the least."""
+    if result.terms is None or not (plans := result.terms.times.get(WORST_TIME.name)):
+        return None
+    inputs = result.terms.inputs
+    values, ends = {name: figure.value for name, figure in inputs.items()}, Ends(inputs)
+    # Of several starts, the least: all of them send these.
+    sent = [[term for term in plan if term.where in (result.links or {}) and term.works] for plan in plans]
+    return min(sum(term.at(values) for term in plan) for plan in sent), min(ends.of_sum(plan)[0] for plan in sent)
+
+
 def _refused(why: str) -> Trial:
     return Trial(shortfalls=(Shortfall(need="refused", name=why),))
-
-
-BUDGET_S = 45.0
-"""Seconds of computing that a search may take by default. A design that was begun is completed."""
-
-_GROUP = 64
-"""Trials that the cache is given at once."""
-
-Progress = Callable[[int, int], None]
-"""Takes how many chains are done, and of how many."""
-
-Tried = tuple[Candidate, Trial]
-
-
-@dataclass
-class Findings:
-    """The findings of a search.
-
-    ``tried``: the designs of each board by its name. ``left``: the first design of each chain that the budget did not
-    reach. ``simulated``, ``kept``: the number of trials that were computed, and of those that came from the cache.
-    """
-
-    tried: dict[str, list[Tried]]
-    left: list[Candidate] = field(default_factory=list)
-    simulated: int = 0
-    kept: int = 0
-
-
-def search(
-    laboratory: Laboratory,
-    boards: Sequence[Board],
-    store: Store,
-    *,
-    budget_s: float = BUDGET_S,
-    progress: Progress = lambda _done, _total: None,
-) -> Findings:
-    """Try the designs of all boards.
-
-    ``budget_s``: seconds of this process that may be spent before a further design is begun.
-    """
-    question = laboratory.question
-    findings = Findings({board.name: [] for board in boards})
-    numbered = [(rank, chain) for board in boards for rank, chain in enumerate(chains_of(board, question.problem))]
-    # Round the boards, so that a small budget reaches each of them.
-    chains = [chain for _, chain in sorted(numbered, key=lambda each: each[0])]
-    waiting = _Waiting(store)
-    begun, level, total = time.process_time(), 0, len(chains)
-    while chains:
-        chains.sort(key=lambda chain: chain[level].bits)
-        further = []
-        for index, chain in enumerate(chains, 1):
-            candidate = chain[level]
-            trial = waiting.trial(laboratory.key(candidate))
-            if trial is not None:
-                findings.kept += 1
-            elif time.process_time() - begun > budget_s:
-                findings.left.append(candidate)
-                continue
-            else:
-                failed = len(laboratory.failures)
-                trial = laboratory.trial(candidate)
-                findings.simulated += 1
-                if len(laboratory.failures) == failed:
-                    waiting.keep(laboratory.key(candidate), trial)
-            tried = candidate if trial.clock_hz is None else at_clock(candidate, trial.clock_hz)
-            findings.tried[candidate.board.name].append((tried, trial))
-            if level + 1 < len(chain) and _goes_on(trial, question):
-                further.append(chain)
-            progress(total - len(further) - len(chains) + index, total)
-        chains, level = further, level + 1
-    waiting.write()
-    return findings
-
-
-def _goes_on(trial: Trial, question: Question) -> bool:
-    """True if the next design of a chain may suffice where this one does not."""
-    if trial.time_s is not None and trial.time_s > question.needs.period_s:
-        return False
-    return bool(trial.shortfalls) and all(shortfall.need == "arrive" for shortfall in trial.shortfalls)
-
-
-class _Waiting:
-    """The cache, written in groups."""
-
-    def __init__(self, store: Store) -> None:
-        self._store = store
-        self._entries: dict[str, Entry] = {}
-
-    def trial(self, key: str) -> Trial | None:
-        entry = self._entries.get(key) or self._store.find([key]).get(key)
-        return None if entry is None else Trial.model_validate_json(entry.text)
-
-    def keep(self, key: str, trial: Trial) -> None:
-        self._entries[key] = Entry(key, EntryState.DONE, trial.model_dump_json())
-        if len(self._entries) >= _GROUP:
-            self.write()
-
-    def write(self) -> None:
-        self._store.put(Batch(tuple(self._entries.values())))
-        self._entries = {}

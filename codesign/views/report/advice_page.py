@@ -12,7 +12,7 @@ import numpy as np
 
 from codesign.ground.records import RECORD_TYPES, Record, Recorder, Subject
 from codesign.ground.units import Dimension, counted, format_quantity
-from codesign.study.advice.answer import Advice, BoardAdvice, cheaper_than
+from codesign.study.advice.answer import Advice, BoardAdvice
 from codesign.study.advice.certainty import number_text
 from codesign.study.advice.needs import Question
 from codesign.study.advice.sentence import rate_text
@@ -228,13 +228,12 @@ def _usd(price: float) -> str:
 
 
 def doubts_table(advice: Advice) -> Table:
-    """The doubts about the verdict: of the winner, of the next cheaper board, and of those that may suffice."""
+    """The doubts about the verdict: of the winner, of the witness, and of those that may suffice."""
     rows = []
     if advice.certainty is not None and advice.recommended is not None:
         rows.append(words(advice.recommended, "recommended", advice.certainty.text))
-    if advice.next_certainty is not None:
-        (best,) = (board for board in advice.boards if board.board == advice.recommended)
-        rows.append(words(cheaper_than(best, advice.boards)[0].board, "next cheaper", advice.next_certainty.text))
+    if advice.witness is not None and advice.witness_certainty is not None:
+        rows.append(words(advice.witness, "witness", advice.witness_certainty.text))
     rows += [words(board.board, "may suffice", board.perhaps) for board in advice.boards if board.perhaps]
     rows += [words(what, "not searched", "the budget was spent") for what in advice.not_searched]
     return Table("How sure it is", left("board", "as", "why"), tuple(rows))

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
+from more_itertools import map_reduce
+
 from codesign.ground.figures import label
 from codesign.ground.units import counted
 from codesign.study.advice.answer import Advice, BoardAdvice, Design
@@ -46,13 +50,13 @@ def advice_table(advice: Advice) -> Table:
         *([_SPEED] if advice.driven else []),
         "Power: mean power at the plug at the rate that is asked for, idle between plans; ≥: of its components alone,"
         " as nobody measured the whole board (board.power).",
-        *(f"Not searched, as the budget was spent: {what}." for what in advice.not_searched),
+        *_folded(advice.boards),
+        *(f"Not looked at, as the budget was spent: {what}." for what in advice.not_searched),
         *advice.remarks,
     ]
-    strong = {index for index, board in enumerate(advice.boards) if board.board == advice.recommended}
-    return Table(
-        "boards", columns, tuple(_row(board, advice) for board in advice.boards), tuple(notes), frozenset(strong)
-    )
+    shown = [board for board in advice.boards if board.under is None or board.board == advice.recommended]
+    strong = {index for index, board in enumerate(shown) if board.board == advice.recommended}
+    return Table("boards", columns, tuple(_row(board, advice) for board in shown), tuple(notes), frozenset(strong))
 
 
 _SPEED = (
@@ -63,6 +67,15 @@ _SPEED = (
 
 def _speed(driven: Driven | None) -> Cell:
     return Cell(ABSENT) if driven is None else Cell(f"{driven.speed_mps:.3g} m/s, {driven.binds}", driven.speed_mps)
+
+
+def _folded(boards: Sequence[BoardAdvice]) -> list[str]:
+    """The boards whose chip has no part in their best design, by the computer beside them."""
+    by_computer = map_reduce((each for each in boards if each.under), lambda each: each.under, lambda each: each.board)
+    return [
+        f"As {computer}, whose processor does all the work, with more to pay: {', '.join(names)}."
+        for computer, names in by_computer.items()
+    ]
 
 
 def _row(board: BoardAdvice, advice: Advice) -> tuple[Cell, ...]:

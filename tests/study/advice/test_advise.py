@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import shlex
+from itertools import islice
 from pathlib import Path
 
 import jsonschema
@@ -12,7 +13,8 @@ from advice_boards import CELLS, FABRIC, Run, asked, board, by_name, powered
 
 from codesign.planners.styles import Architecture
 from codesign.study import advice
-from codesign.study.advice import candidates, write_design
+from codesign.study.advice import write_design
+from codesign.study.advice.candidates import Board, Candidate, arrangements_of
 from codesign.study.advice.trials import Laboratory
 from codesign.system import catalog
 
@@ -35,8 +37,12 @@ def test_the_board_of_least_power_that_is_fast_enough_is_named(hwsw: Run, corrid
     assert (short["need"], short["demand"]) == ("rate", pytest.approx(0.1))
     verdict = answer["verdict"]
     assert verdict.startswith("middle suffices: breadth_first (software on its cpu) answers in 1 ms (500 us to 2 ms)")
-    assert "10 times faster than 100 Hz asks; proved" in verdict
-    assert "the next, slow (price not known, 1 W), fails: a plan takes 100 ms, 10 times the 10 ms" in verdict
+    assert "10 times faster than 100 Hz asks; holds at every value" in verdict
+    assert "no board of less power of its components does, at any value inside the declared intervals (of " in verdict
+    assert "; the nearest is slow (price not known, 1 W): a plan takes 100 ms, 10 times the 10 ms" in verdict
+    assert "(too slow at every value inside the declared intervals)" in verdict
+    assert (answer["witness"], answer["witness_certainty"]["state"]) == ("slow", "fails")
+    assert (answer["proof"]["state"], answer["proof"]["boards"]) == ("proved", 1)
 
 
 def test_a_verdict_that_an_interval_decides_names_the_figure_and_its_value(
@@ -57,16 +63,31 @@ def test_a_verdict_that_an_interval_decides_names_the_figure_and_its_value(
     )
 
 
-def test_a_design_whose_clock_is_not_sure_is_no_sure_board(hwsw: Run, corridor: Path, tmp_path: Path) -> None:
+def test_the_clock_that_a_circuit_reaches_is_an_input_of_its_time(hwsw: Run, corridor: Path, tmp_path: Path) -> None:
     fabric = tmp_path / "fabric.yaml"
     fabric.write_text(FABRIC, encoding="utf-8")
-    close = board(tmp_path, "close", 80, busy=0.2, idle=0.1)
-    _, answer = asked(hwsw, corridor, [close, fabric], "100 Hz")
-    assert answer["recommended"] == "close"
-    trial = by_name(answer)["fabric"]["fastest"]["trial"]
-    assert trial["time_high_s"] < 0.01
-    assert not trial["surely_fits"]
-    assert "; no board is at every value inside the intervals; " in answer["verdict"]
+    verdicts = {}
+    for rate in ("10 kHz", "20 kHz", "50 kHz", "100 kHz", "200 kHz", "400 kHz", "1 MHz"):
+        code, answer = asked(hwsw, corridor, [fabric], rate)
+        (row,) = answer["boards"]
+        certainty = answer["certainty"] or answer["witness_certainty"]
+        low, high = certainty["time_low_s"], certainty["time_high_s"]
+        period = 1 / answer["needs"]["rate_hz"]
+        # The same cycles at the ends of the clock's interval.
+        assert low < row["design"]["trial"]["time_s"] < high
+        state = "holds" if high <= period else "fails" if low > period else "depends"
+        assert certainty["state"] == state
+        verdicts[rate] = state
+        clock = certainty["least_clock_hz"]
+        if state == "holds":
+            assert f"down to a clock of {clock / 1e6:.3g}" in answer["verdict"]
+            assert code == 0
+        if state == "depends":
+            assert "depends on the clock that its circuit reaches (fabric's fpga.clock)" in answer["verdict"]
+            (need,) = (each for each in certainty["needs"] if each["need"] == "rate")
+            assert need["changes_at"] == pytest.approx(clock, rel=1e-3)
+            assert need["low"] < clock <= need["high"]
+    assert set(verdicts.values()) == {"holds", "depends", "fails"}
 
 
 def test_the_printed_command_reproduces_the_figure(hwsw: Run, corridor: Path, tmp_path: Path) -> None:
@@ -165,7 +186,7 @@ def test_a_second_question_simulates_nothing_but_the_winner(
     runs: list[object] = []
     result = Laboratory.result
     monkeypatch.setattr(Laboratory, "result", lambda self, each, *more: runs.append(each) or result(self, each, *more))
-    _, second = asked(hwsw, corridor, boards, "500 Hz", "--power", "20 W")
+    _, second = asked(hwsw, corridor, boards, "120 Hz")
     assert (second["simulated"], second["kept"]) == (0, first["simulated"] + first["kept"])
     # The winner is run once more; quick is the cheaper of the two, so there is no next one.
     assert len(runs) <= 2
@@ -177,12 +198,16 @@ def test_what_the_budget_does_not_reach_is_said(hwsw: Run, corridor: Path, tmp_p
     fabric = tmp_path / "fabric.yaml"
     fabric.write_text(FABRIC, encoding="utf-8")
     _, answer = asked(hwsw, corridor, [fabric], "1 Hz", "--budget", "0")
-    assert any(text.startswith("breadth_first (state_machine) on fabric") for text in answer["not_searched"])
+    (left,) = answer["not_searched"]
+    assert left.endswith(" designs on fabric")
+    searched = answer["proof"]["searched"]
+    assert (answer["proof"]["state"], searched["complete"]) == ("not proved", False)
+    assert searched["designs"] == searched["left"] > 20
     place = ("--goal", "0,0", "--rate", "1 Hz", "--boards", fabric, "--budget", "0")
     output = hwsw("advise", corridor, *place).output
-    verdict = "No answer yet, as the budget was spent: of what was searched, no board suffices"
+    verdict = "No board was found to suffice, and the budget was spent before all designs were looked at"
     assert output.splitlines()[1].startswith(verdict)
-    assert "Not searched, as the budget was spent: " in output
+    assert "Not looked at, as the budget was spent: " in output
     assert "none of its designs was searched within the budget" in output
 
 
@@ -194,6 +219,16 @@ def test_an_answer_is_what_its_schema_says(hwsw: Run, corridor: Path, tmp_path: 
     assert "its price is not known" in answer["verdict"] or "the rate" in answer["verdict"]
 
 
+def chains_of(board: Board, question: advice.Question) -> list[list[Candidate]]:
+    """The designs of the families that every arrangement begins with."""
+    return [
+        [each.candidate(design) for design in family.chain]
+        for each in arrangements_of(board, question.problem, question.needs)
+        for family in islice(each.families(), 20)
+        if family.chain
+    ]
+
+
 def test_a_style_that_proposes_no_designs_is_tried_with_the_samples_of_its_plug_in(
     corridor: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -202,7 +237,8 @@ def test_a_style_that_proposes_no_designs_is_tried_with_the_samples_of_its_plug_
     for plug_in in catalog.plug_ins():
         for style in plug_in.styles:
             monkeypatch.setattr(type(style), "designs", Architecture.designs)
-    chains = list(candidates.chains_of(advice.boards_of(["zynq"])[0], question.problem))
+            monkeypatch.setattr(type(style), "families", Architecture.families)
+    chains = chains_of(advice.boards_of(["zynq"])[0], question)
     assert {len(chain) for chain in chains} == {1}
     blocks = [each.parameters for (each,) in chains if each.planner.name == "harmonic"]
     sample = {"block": (12, 16), "iterations": 6, "schedule": (7, 15, 23)}
@@ -251,7 +287,7 @@ def test_every_style_of_every_planner_on_a_map_is_searched(corridor: Path, tmp_p
     section = advice.problem_section(corridor, ["0,0"], [], needs)
     question = advice.ask(needs, section, corridor)
     (zynq,) = advice.boards_of(["zynq"])
-    chains = list(candidates.chains_of(zynq, question.problem))
+    chains = chains_of(zynq, question)
     styles = {(chain[0].planner.name, chain[0].style.style) for chain in chains}
     assert styles >= {
         ("breadth_first", "state_machine"),

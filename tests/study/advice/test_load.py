@@ -22,5 +22,5 @@ def test_an_answer_that_is_proved_to_a_percentile_says_so(tmp_path: Path, hwsw: 
         assert done.exit_code == 0, done.output
         said[name] = done.stdout
     assert "host.pace" not in said["quiet"]
-    assert "proved at every value" in said["late"]
+    assert "holds at every value" in said["late"]
     assert "with host.pace at its least (jitter counts to its 99th percentile)" in said["late"]

@@ -21,7 +21,7 @@ def test_the_cheapest_board_is_named_and_why_not_the_next_cheaper_one(
     _, answer = asked(hwsw, corridor, [dear, fair, poor, free], "100 Hz")
     # A board without a price comes after those with one.
     assert [each["board"] for each in answer["boards"]] == ["fair", "dear", "free", "poor"]
-    assert "nothing cheaper does: the next, poor (20 USD), fails: a plan takes 100 ms" in answer["verdict"]
+    assert "; the nearest is poor (20 USD): a plan takes 100 ms" in answer["verdict"]
     code, answer = asked(hwsw, corridor, [dear, poor, free], "100 Hz", "--price", "50 USD")
     assert code == 3
     assert "it costs 90 USD, 40 USD more than 50 USD" in answer["verdict"]
@@ -36,9 +36,9 @@ def test_a_price_that_may_be_above_the_limit_is_not_proved(hwsw: Run, corridor: 
     path.write_text(f"{text}board: {{product: a product, price: {price}}}\n", encoding="utf-8")
     _, answer = asked(hwsw, corridor, [path], "100 Hz", "--price", "50 USD")
     assert "its price may be 30 USD to 55 USD" in answer["verdict"]
-    assert "proved" not in answer["verdict"]
+    assert "holds" not in answer["verdict"]
     _, answer = asked(hwsw, corridor, [path], "100 Hz", "--price", "55 USD")
-    assert "proved at every value" in answer["verdict"]
+    assert "holds at every value" in answer["verdict"]
 
 
 def test_the_price_of_the_computer_beside_a_board_is_added(tmp_path: Path) -> None:

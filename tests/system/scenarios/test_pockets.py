@@ -16,7 +16,7 @@ import codesign
 from codesign import maps
 from codesign.ground.errors import SpecError
 from codesign.study import advice
-from codesign.study.advice.candidates import chains_of
+from codesign.study.advice.candidates import arrangements_of
 from codesign.study.advice.trials import Laboratory
 from codesign.system.bind import plannable
 from codesign.system.scenarios import scenario_of
@@ -154,10 +154,16 @@ def test_every_program_pays_for_reading_its_map(tmp_path: Path) -> None:
         laboratory = Laboratory(question)
         (board,) = advice.boards_of(["pc-epyc"])
         times.append({})
-        for chain in chains_of(board, question.problem):
-            candidate = chain[0]
+        families = (
+            (each, family)
+            for each in arrangements_of(board, question.problem, needs)
+            for family in each.families()
+            if family.chain
+        )
+        for arrangement, family in families:
+            candidate = arrangement.candidate(family.chain[0])
             key = (candidate.planner.name, candidate.style.style, str(candidate.mapping))
-            time = laboratory.trial(candidate).time_s
+            time = laboratory.trial(candidate)[1].time_s
             # The Java program has no cost here, and its heap holds no such map.
             assert time is not None or candidate.style.style == "software_java", key
             times[-1] |= {} if time is None else {key: time}

@@ -24,7 +24,7 @@ from codesign.planners.harmonic.styles.families import BlockSpace
 from codesign.planners.harmonic.styles.find import find_schedule
 from codesign.planners.harmonic.styles.steps import DECIDE, LOAD, READ, Costs, notes, relax_steps
 from codesign.planners.interface import LOWER_BOUND, Problem
-from codesign.planners.job import Demand, Job, short_resources
+from codesign.planners.job import Demand, Job, Line, short_resources
 from codesign.planners.styles import Architecture, Designs, Family, Found, Memory, Step, one_step
 
 
@@ -64,6 +64,10 @@ class BitSerial(Architecture):
         stays where another component does ``detect``, since its answer is sent.
         """
         return _demand(job.problem.shape, machine_of(job), job.parameters.precisions, Same(job.chip))
+
+    def items(self, job: Job[Problem, RelaxParameters]) -> tuple[Line, ...]:
+        """Resources of the circuit for the block and the last precision."""
+        return resources.items(machine_of(job), job.chip.family)
 
     def clock_limit(self, job: Job[Problem, RelaxParameters]) -> Figure:
         """The fastest clock for a block of this size on the part, Hz."""

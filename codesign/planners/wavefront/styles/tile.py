@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 from codesign.ground.figures import Status
 from codesign.ground.models import Part
@@ -177,7 +178,8 @@ LAWS = CountedLaws("wavefront", "tiled", layout=TileLayout.of_row)
 """The LUT of each piece but the tracker, which is the tracker of the array of the whole map."""
 
 
-def lut4(layout: TileLayout, family: tuple[str, bool]) -> dict[str, Line]:
+@lru_cache(maxsize=2**14)
+def lut4(layout: TileLayout, family: tuple[str, bool]) -> Mapping[str, Line]:
     """The LUT of each piece in a family of rows. ``family`` says too if it is the part's own."""
     lines = {**LAWS.lines(layout, family), **resources.LAWS.lines(layout.whole, family, TRACKER)}
     return {piece: lines[piece][0] for piece in PIECES}

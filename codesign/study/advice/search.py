@@ -1,0 +1,411 @@
+"""The search: every design of every board is tried, or excluded with a reason, within a budget of computing time.
+
+A style gives its designs in families (``Architecture.families``). A family is excluded
+
+- where its least design is short of a resource or a bound of the part: so are all others of it;
+- where a bound of its cycles, over the fastest clock that it reaches by its law, and the messages that every design
+  sends, take longer than a plan may take.
+
+Of what is left each design is tried, least bits first, and parts of a family have sharper bounds. A chain ends at the
+first design that serves, and at the first that takes longer than a plan may take: the designs after it take at least as
+long.
+
+First, each arrangement of each board has a few of its most promising families looked at. Then the boards that cost less
+than the cheapest one that suffices are searched to the end, the cheapest first. What the budget leaves is counted.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, field
+from itertools import zip_longest
+from typing import Any, Literal, get_args
+
+from pydantic import Field
+
+from codesign.ground.errors import RunError
+from codesign.planners.styles import Family
+from codesign.study.advice.candidates import SIMPLE, Arrangement, Board, Candidate, arrangements_of, at_clock
+from codesign.study.advice.certainty import shortfalls_of
+from codesign.study.advice.needs import Needs
+from codesign.study.advice.trials import Laboratory, Trial
+from codesign.study.store import Batch, Entry, EntryState, Store
+from codesign.system.results.model import ResultModel
+
+BUDGET_S = 45.0
+"""Seconds of computing that a search may take by default. A design that was begun is completed."""
+
+FEW = 3
+"""Families of an arrangement that are looked at on every board, whatever it costs."""
+
+_GROUP = 64
+"""Trials that the cache is given at once."""
+
+Progress = Callable[[int, int], None]
+"""Takes how many chains are done, and of how many."""
+
+Tried = tuple[Candidate, Trial]
+
+State = Literal["unfit", "bound", "counted", "tried", "left"]
+
+
+COUNTS: tuple[State, ...] = get_args(State)
+
+
+class Settled(ResultModel):
+    """A family of designs and what became of it: a line of the certificate.
+
+    ``unfit``: its least design takes more of a resource than there is. ``bound``, ``counted``: its cycles, by a bound
+    or by a computation of the visits, take longer than a plan may take. ``tried``: its designs were simulated.
+    ``left``: the budget did not reach it.
+    """
+
+    state: State = Field(description="unfit, bound, counted, tried or left")
+    planner: str = Field(description="name of the planner")
+    style: str = Field(description="architecture style of the planning task")
+    apart: dict[str, str] = Field(description="the tasks that other components do")
+    memory: str | None = Field(description="the external memory of the planning task")
+    least: dict[str, Any] = Field(description="parameters of its least design")
+    ranges: dict[str, tuple[int, int]] = Field(description="the designs: least and greatest value, by name")
+    designs: int = Field(description="designs of it, those of its parts left out")
+    resource: str = Field(default="", description="of an unfit one: what it is short of")
+    demand: float | None = Field(default=None, description="of an unfit one: how much its least design takes of that")
+    budget: float | None = Field(default=None, description="of an unfit one: how much there is of that")
+    units: dict[str, int] = Field(
+        default={},
+        description="no design of it takes fewer: cycles of an FPGA under the empty name, or units by kernel",
+    )
+    clock_hz: float | None = Field(default=None, description="no design of it has a faster clock, Hz, by its law")
+    time_s: float | None = Field(default=None, description="no design of it takes less time, messages included, s")
+    sure: bool = Field(default=False, description="whether it is excluded at every value inside the intervals")
+
+
+class Extent(ResultModel):
+    """The designs of a board, by what became of them."""
+
+    designs: int = Field(description="designs of the families that were met")
+    unfit: int = Field(description="excluded, as the least design of their family does not fit")
+    bound: int = Field(description="excluded by a lower bound of their cycles")
+    counted: int = Field(description="excluded by a computation of their cycles")
+    tried: int = Field(description="simulated, or after one in a chain that was")
+    left: int = Field(description="not looked at, as the budget was spent, or a dearer board was not asked further")
+    complete: bool = Field(description="whether none is left")
+
+
+@dataclass
+class Findings:
+    """The findings of a search.
+
+    ``tried``: the designs of each board by its name. ``settled``: its families. ``ended``: the boards with no family
+    left. ``simulated``, ``kept``: the number of trials that were computed, and of those that came from the cache.
+    ``spent``: whether the budget ended the search.
+    """
+
+    tried: dict[str, list[Tried]]
+    settled: dict[str, list[Settled]]
+    ended: set[str] = field(default_factory=set)
+    simulated: int = 0
+    kept: int = 0
+    spent: bool = False
+
+    def surely(self, board: str) -> bool:
+        """True if each family of a board that was excluded is so at every value inside the intervals."""
+        return all(each.sure or each.state == "tried" for each in self.settled[board])
+
+    def extent(self, board: str) -> Extent:
+        """The designs of a board by what became of them."""
+        counts = dict.fromkeys(COUNTS, 0)
+        for each in self.settled[board]:
+            counts[each.state] += each.designs
+        return Extent(designs=sum(counts.values()), complete=board in self.ended, **counts)
+
+
+def search(
+    laboratory: Laboratory,
+    boards: Sequence[Board],
+    store: Store,
+    *,
+    budget_s: float = BUDGET_S,
+    progress: Progress = lambda _done, _total: None,
+) -> Findings:
+    """Search the designs of all boards.
+
+    ``budget_s``: seconds of this process that may be spent before a further design is begun.
+    """
+    return _Search(laboratory, boards, store, time.process_time() + budget_s, progress).findings()
+
+
+@dataclass(eq=False)
+class _Open:
+    """An arrangement with the families that are still to be looked at."""
+
+    arrangement: Arrangement
+    families: Iterator[Family]
+    messages: tuple[float, ...] = ()
+
+    def push(self, parts: Iterable[Family]) -> None:
+        """Parts come before the families that are left."""
+        rest = self.families
+        self.families = (family for each in (parts, rest) for family in each)
+
+    def next(self, failures: list[str]) -> Family | None:
+        """The next family; None where none is left, or the code of the planner fails, which is told."""
+        try:
+            return next(self.families, None)
+        except RunError as failed:
+            failures.append(f"{self.arrangement.board.name}: {failed.what}")
+            self.families = iter(())
+            return None
+
+
+class _Search:
+    """See ``search``. ``end``: the processor time at which the budget is spent."""
+
+    def __init__(
+        self, laboratory: Laboratory, boards: Sequence[Board], store: Store, end: float, progress: Progress
+    ) -> None:
+        self.laboratory, self.boards, self.end, self.progress = laboratory, boards, end, progress
+        self.needs = laboratory.question.needs
+        self.found = Findings({board.name: [] for board in boards}, {board.name: [] for board in boards})
+        self.waiting = _Waiting(store)
+        self.starts = len(laboratory.question.problem.starts)
+        self.sufficing: dict[str, float | None] = {}
+        self.nearest: dict[str, tuple[float, _Open, Family]] = {}
+
+    def findings(self) -> Findings:
+        """Look at a few families everywhere, then search the cheaper boards to the end."""
+        problem = self.laboratory.question.problem
+        opened = {
+            board.name: [_Open(each, each.families()) for each in arrangements_of(board, problem, self.needs)]
+            for board in self.boards
+        }
+        # The boards take turns, so that a small budget reaches each of them; the simplest arrangement is first.
+        for turns in zip_longest(*(self._few(opened[board.name]) for board in self.boards)):
+            turn = [each for each in turns if each is not None and not self._suffices(each[0].arrangement.board)]
+            self._settle(turn)
+        for board in sorted(self.boards, key=lambda each: (each.price_usd is None, each.price_usd or 0.0)):
+            for each in opened[board.name]:
+                self._drain(each, board)
+            if not any(self._leave(each) for each in opened[board.name]):
+                self.found.ended.add(board.name)
+            self._fill(board)
+        self.waiting.write()
+        return self.found
+
+    def _few(self, opened: list[_Open]) -> Iterator[tuple[_Open, Family]]:
+        """A few families of each arrangement of a board, software first."""
+        for each in sorted(opened, key=lambda each: SIMPLE.index(each.arrangement.placement)):
+            for _ in range(FEW):
+                family = each.next(self.laboratory.failures)
+                if family is None:
+                    break
+                yield each, family
+
+    def _fill(self, board: Board) -> None:
+        """Try the best design of a board from all starts, until the best is one that was.
+
+        Of the families that were left out by their cycles, the quickest is tried too: a board is shown by what it can.
+        """
+        tried = self.found.tried[board.name]
+        if not self._suffices(board) and board.name in self.nearest:
+            _, opened, family = self.nearest[board.name]
+            self._trial(opened, opened.arrangement.candidate(family.chain[-1]), self.laboratory)
+        while tried:
+            best = min(tried, key=lambda each: order(each, board, self.needs))
+            candidate, trial = best
+            if trial.time_s is None or trial.starts == self.starts:
+                return
+            tried.remove(best)
+            self._tried(*self.laboratory.trial(candidate))
+            self.found.simulated += 1
+
+    @property
+    def _spent(self) -> bool:
+        if time.process_time() > self.end:
+            self.found.spent = True
+        return self.found.spent
+
+    def _suffices(self, board: Board) -> bool:
+        return board.name in self.sufficing
+
+    def _is_settled(self, board: Board) -> bool:
+        """True if nothing more about a board can change which is the cheapest that suffices."""
+        prices = [price for price in self.sufficing.values() if price is not None]
+        dearer = bool(prices) and (board.price_usd is None or board.price_usd >= min(prices))
+        return dearer or self._suffices(board)
+
+    def _tried(self, candidate: Candidate, trial: Trial) -> None:
+        """Keep a trial, and its board where it suffices."""
+        board = candidate.board
+        self.found.tried[board.name].append((candidate, trial))
+        if trial.starts == self.starts and not shortfalls_of(trial, board, self.needs):
+            self.sufficing[board.name] = board.price_usd
+
+    def _drain(self, opened: _Open, board: Board) -> None:
+        """Look at all families of an arrangement, until one suffices or the budget is spent."""
+        while not self._spent and not self._is_settled(board):
+            family = opened.next(self.laboratory.failures)
+            if family is None:
+                return
+            self._settle([(opened, family)])
+
+    def _leave(self, opened: _Open) -> bool:
+        """Count the families that are left; true if there are some."""
+        some = False
+        while (family := opened.next(self.laboratory.failures)) is not None:
+            some = True
+            self._note(opened, family, "left")
+        return some
+
+    def _note(self, opened: _Open, family: Family, state: State, **more: Any) -> None:
+        each = opened.arrangement
+        self.found.settled[each.board.name].append(
+            Settled(
+                state=state,
+                planner=each.planner.name,
+                style=each.style.style,
+                apart=dict(each.placed.apart),
+                memory=each.placed.memory,
+                least=dict(family.least or family.chain[0]),
+                ranges=dict(family.ranges),
+                designs=len(family.chain) if state == "tried" and family.parts is not None else family.count,
+                **more,
+            )
+        )
+
+    def _settle(self, families: Sequence[tuple[_Open, Family]]) -> None:
+        """Exclude each family, or try its chain and put its parts in the place of the whole."""
+        chains = []
+        for opened, family in families:
+            if self._spent:
+                self._note(opened, family, "left")
+            elif not self._excluded(opened, family):
+                if family.chain:
+                    chains.append((opened, family))
+                elif family.parts is not None:
+                    opened.push(family.parts())
+        self._try(chains)
+
+    def _excluded(self, opened: _Open, family: Family) -> bool:
+        """True if no design of a family suffices by its least demand, or by a bound of its time."""
+        each, least = opened.arrangement, family.least or family.chain[0]
+        held = each.held(least)
+        short = [] if held is None else [reason for reason in held.reasons if reason.kind == "resource"]
+        if held is not None and short:
+            worst = max(short, key=lambda reason: reason.demand / max(reason.limit, 1e-12))
+            use = next(use for use in held.resources if use.resource == worst.name)
+            sure = sum(item.figure.interval[0] for item in use.items) > worst.limit
+            numbers = {"resource": worst.name, "demand": float(worst.demand), "budget": float(worst.limit)}
+            self._note(opened, family, "unfit", sure=sure, **numbers)
+            return True
+        limit = None if held is None or held.clock is None else held.clock.limit
+        if limit is None and each.placement != "host":
+            return False
+        messages, least_messages = opened.messages or (0.0, 0.0)
+        left = self.needs.period_s - messages
+        state: State = "bound"
+        units = family.units
+        time, least_time = each.time_of(units, limit)
+        if time <= left and family.sharper is not None:
+            state, units = "counted", family.sharper(0 if limit is None else math.floor(left * limit.value))
+            time, least_time = each.time_of(units, limit)
+        if time <= left:
+            return False
+        numbers = {"units": dict(units), "clock_hz": None if limit is None else limit.value, "time_s": time + messages}
+        name = each.board.name
+        if family.chain and (name not in self.nearest or time < self.nearest[name][0]):
+            self.nearest[name] = time, opened, family
+        self._note(opened, family, state, sure=least_time + least_messages > self.needs.period_s, **numbers)
+        return True
+
+    def _try(self, chains: Sequence[tuple[_Open, Family]]) -> None:
+        """Try chains level by level, designs of few bits first."""
+        level = 0
+        open_chains = list(chains)
+        while open_chains:
+            designs = [(*each, each[0].arrangement.candidate(each[1].chain[level])) for each in open_chains]
+            designs.sort(key=lambda each: each[2].bits)
+            open_chains = []
+            for index, (opened, family, candidate) in enumerate(designs, 1):
+                trial = self._trial(opened, candidate, self.laboratory.farthest)
+                if trial is not None and not self._is_slow(trial) and self.laboratory.farthest is not self.laboratory:
+                    trial = self._trial(opened, candidate, self.laboratory)
+                goes_on = trial is not None and level + 1 < len(family.chain) and self._goes_on(trial)
+                if trial is None:
+                    self._note(opened, family, "left")
+                elif goes_on:
+                    open_chains.append((opened, family))
+                else:
+                    self._note(opened, family, "tried")
+                    if family.parts is not None:
+                        opened.push(family.parts())
+                done = sum(map(len, self.found.settled.values()))
+                self.progress(done, done + len(designs) - index + len(open_chains))
+            level += 1
+
+    def _trial(self, opened: _Open, candidate: Candidate, laboratory: Laboratory) -> Trial | None:
+        """The trial of a design, kept or computed; None where the budget is spent."""
+        key = laboratory.key(candidate)
+        trial = self.waiting.trial(key)
+        if trial is not None:
+            self.found.kept += 1
+            if trial.clock_hz is not None:
+                candidate = at_clock(candidate, trial.clock_hz)
+        elif self._spent:
+            return None
+        else:
+            failed = len(laboratory.failures)
+            candidate, trial = laboratory.trial(candidate)
+            self.found.simulated += 1
+            if len(laboratory.failures) == failed:
+                self.waiting.keep(key, trial)
+        if trial.messages_s is not None:
+            opened.messages = tuple(map(min, opened.messages or trial.messages_s, trial.messages_s))
+        self._tried(candidate, trial)
+        return trial
+
+    def _is_slow(self, trial: Trial) -> bool:
+        """True if a design cannot serve, or is too slow: from the farthest start alone is enough to know."""
+        return trial.time_s is None or trial.time_s > self.needs.period_s
+
+    def _goes_on(self, trial: Trial) -> bool:
+        """True if the next design of a chain may suffice where this one does not."""
+        if trial.time_s is not None and self._is_slow(trial):
+            return False
+        return bool(trial.shortfalls) and all(shortfall.need == "arrive" for shortfall in trial.shortfalls)
+
+
+def order(tried: Tried, board: Board, needs: Needs) -> tuple[int, float, float]:
+    """The best design first: it suffices and is simple; else it runs and serves, and is nearest to the needs."""
+    candidate, trial = tried
+    short = shortfalls_of(trial, board, needs)
+    time = math.inf if trial.time_s is None else trial.time_s
+    worst = max((shortfall.ratio for shortfall in short), default=0.0)
+    kinds = {shortfall.need for shortfall in short}
+    if not short:
+        return 0, SIMPLE.index(candidate.placement), time
+    stages = ("refused", "fit", "arrive")
+    return 4 - next((index for index, kind in enumerate(stages) if kind in kinds), 3), worst, time
+
+
+class _Waiting:
+    """The cache, written in groups."""
+
+    def __init__(self, store: Store) -> None:
+        self._store = store
+        self._entries: dict[str, Entry] = {}
+
+    def trial(self, key: str) -> Trial | None:
+        entry = self._entries.get(key) or self._store.find([key]).get(key)
+        return None if entry is None else Trial.model_validate_json(entry.text)
+
+    def keep(self, key: str, trial: Trial) -> None:
+        self._entries[key] = Entry(key, EntryState.DONE, trial.model_dump_json())
+        if len(self._entries) >= _GROUP:
+            self.write()
+
+    def write(self) -> None:
+        self._store.put(Batch(tuple(self._entries.values())))
+        self._entries = {}
