@@ -144,6 +144,7 @@ class _Open:
     arrangement: Arrangement
     families: Iterator[Family]
     messages: tuple[float, ...] = ()
+    nearest: tuple[tuple[bool, float], Family] | None = None
 
     def push(self, parts: Iterable[Family]) -> None:
         """Parts come before the families that are left."""
@@ -172,7 +173,6 @@ class _Search:
         self.waiting = _Waiting(store)
         self.starts = len(laboratory.question.problem.starts)
         self.sufficing: dict[str, float | None] = {}
-        self.nearest: dict[str, tuple[float, _Open, Family]] = {}
 
     def findings(self) -> Findings:
         """Look at a few families everywhere, then search the cheaper boards to the end."""
@@ -190,7 +190,7 @@ class _Search:
                 self._drain(each, board)
             if not any(self._leave(each) for each in opened[board.name]):
                 self.found.ended.add(board.name)
-            self._fill(board)
+            self._fill(board, opened[board.name])
         self.waiting.write()
         return self.found
 
@@ -203,15 +203,16 @@ class _Search:
                     break
                 yield each, family
 
-    def _fill(self, board: Board) -> None:
+    def _fill(self, board: Board, opened: Sequence[_Open]) -> None:
         """Try the best design of a board from all starts, until the best is one that was.
 
-        Of the families that were left out by their cycles, the quickest is tried too: a board is shown by what it can.
+        Of the families of an arrangement that were left out by their cycles, the nearest is tried too: a board is shown
+        by what it can.
         """
         tried = self.found.tried[board.name]
-        if not self._suffices(board) and board.name in self.nearest:
-            _, opened, family = self.nearest[board.name]
-            self._trial(opened, opened.arrangement.candidate(family.chain[-1]), self.laboratory)
+        for each in [] if self._suffices(board) else opened:
+            if each.nearest is not None:
+                self._trial(each, each.arrangement.candidate(each.nearest[1].chain[0]), self.laboratory.farthest)
         while tried:
             best = min(tried, key=lambda each: order(each, board, self.needs))
             candidate, trial = best
@@ -314,9 +315,10 @@ class _Search:
         if time <= left:
             return False
         numbers = {"units": dict(units), "clock_hz": None if limit is None else limit.value, "time_s": time + messages}
-        name = each.board.name
-        if family.chain and (name not in self.nearest or time < self.nearest[name][0]):
-            self.nearest[name] = time, opened, family
+        # A count is given up at the limit, so of those the most promising, which comes first, is the nearest.
+        rank = (state != "counted", time if state == "bound" else 0.0)
+        if family.chain and (opened.nearest is None or rank < opened.nearest[0]):
+            opened.nearest = rank, family
         self._note(opened, family, state, sure=least_time + least_messages > self.needs.period_s, **numbers)
         return True
 
