@@ -144,7 +144,7 @@ class _Open:
     arrangement: Arrangement
     families: Iterator[Family]
     messages: tuple[float, ...] = ()
-    nearest: tuple[tuple[bool, float], Family] | None = None
+    nearest: Family | None = None
 
     def push(self, parts: Iterable[Family]) -> None:
         """Parts come before the families that are left."""
@@ -187,10 +187,14 @@ class _Search:
             self._settle(turn)
         for board in sorted(self.boards, key=lambda each: (each.price_usd is None, each.price_usd or 0.0)):
             for each in opened[board.name]:
+                # A board is shown by what it can: by designs that its cycles left out too.
+                if each.nearest is not None and not self._is_settled(board):
+                    self._trial(each, each.arrangement.candidate(each.nearest.chain[0]), self.laboratory.farthest)
+            for each in opened[board.name]:
                 self._drain(each, board)
             if not any(self._leave(each) for each in opened[board.name]):
                 self.found.ended.add(board.name)
-            self._fill(board, opened[board.name])
+            self._fill(board)
         self.waiting.write()
         return self.found
 
@@ -203,16 +207,9 @@ class _Search:
                     break
                 yield each, family
 
-    def _fill(self, board: Board, opened: Sequence[_Open]) -> None:
-        """Try the best design of a board from all starts, until the best is one that was.
-
-        Of the families of an arrangement that were left out by their cycles, the nearest is tried too: a board is shown
-        by what it can.
-        """
+    def _fill(self, board: Board) -> None:
+        """Try the best design of a board from all starts, until the best is one that was."""
         tried = self.found.tried[board.name]
-        for each in [] if self._suffices(board) else opened:
-            if each.nearest is not None:
-                self._trial(each, each.arrangement.candidate(each.nearest[1].chain[0]), self.laboratory.farthest)
         while tried:
             best = min(tried, key=lambda each: order(each, board, self.needs))
             candidate, trial = best
@@ -316,9 +313,8 @@ class _Search:
             return False
         numbers = {"units": dict(units), "clock_hz": None if limit is None else limit.value, "time_s": time + messages}
         # A count is given up at the limit, so of those the most promising, which comes first, is the nearest.
-        rank = (state != "counted", time if state == "bound" else 0.0)
-        if family.chain and (opened.nearest is None or rank < opened.nearest[0]):
-            opened.nearest = rank, family
+        if state == "counted" and family.chain and opened.nearest is None:
+            opened.nearest = family
         self._note(opened, family, state, sure=least_time + least_messages > self.needs.period_s, **numbers)
         return True
 
