@@ -201,7 +201,7 @@ def advise(
         recommended=None if winner is None else winner.board,
         boards=tuple(advice),
         driven=driven,
-        not_searched=tuple(f"{each.searched.left:,} designs on {each.board}" for each in about if each.searched.left),
+        not_searched=tuple(f"{each.searched.left:,} or more on {each.board}" for each in about if each.searched.left),
         remarks=tuple(text for text in texts if text),
         simulated=findings.simulated,
         kept=findings.kept,

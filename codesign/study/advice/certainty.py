@@ -68,6 +68,28 @@ def power_interval(trial: Trial, board: Board, needs: Needs) -> tuple[float, flo
     return at_input[1] + adds[0], at_input[2] + adds[1]
 
 
+def excluded(board: Board, needs: Needs) -> tuple[Shortfall, bool] | None:
+    """The need that no design on a board meets, whatever it is, and whether that is sure; None: there is none.
+
+    A board draws at least what it draws while it waits. Power at the input that nobody measured is met by no design.
+    """
+    if needs.price_usd is not None and (board.price_usd is None or board.price_usd > needs.price_usd):
+        short = Shortfall(need="price", name="price", demand=board.price_usd, limit=needs.price_usd, unit="USD")
+        ends = board.price_interval_usd
+        return short, ends is not None and ends[0] > needs.price_usd
+    if needs.power_w is None:
+        return None
+    idle, parts = board.input_idle_w, board.idle_interval_w[0]
+    if idle is None:
+        name = "power at its input (board.power)"
+        return Shortfall(need="power", name=name, demand=None, limit=needs.power_w, unit="W"), parts > needs.power_w
+    if idle[0] <= needs.power_w:
+        return None
+    return Shortfall(need="power", name="mean power", demand=idle[0], limit=needs.power_w, unit="W"), (
+        idle[1] > needs.power_w
+    )
+
+
 def shortfalls_of(trial: Trial, board: Board, needs: Needs) -> tuple[Shortfall, ...]:
     """Every need that a design does not meet."""
     short = list(trial.shortfalls)

@@ -52,6 +52,9 @@ class OfBoard(ResultModel):
     board: str = Field(description="name of the platform")
     price_usd: float | None = Field(description="its price, USD")
     searched: Extent = Field(description="its designs by what became of them")
+    excluded: Shortfall | None = Field(
+        description="the need that no design on it meets; None: it depends on the design"
+    )
     settled: tuple[Settled, ...] = Field(description="its families of designs")
     tried: tuple[Tried, ...] = Field(description="its designs that were simulated")
 
@@ -106,6 +109,7 @@ def certificate_of(advice: Advice, question: Question, findings: Findings, about
                 board=name,
                 price_usd=boards[name].price_usd,
                 searched=boards[name].searched,
+                excluded=findings.excluded.get(name, (None,))[0],
                 settled=tuple(findings.settled[name]),
                 tried=tuple(
                     Tried(
@@ -183,6 +187,14 @@ def _costs_more(board: OfBoard, certificate: Certificate) -> bool:
 
 
 def _faults_of(board: OfBoard, certificate: Certificate, period: float) -> Iterator[str]:
+    short = board.excluded
+    if short is None:
+        yield from _faults_of_designs(board, certificate, period)
+    elif short.demand is not None and short.demand <= short.limit:
+        yield f"{board.board} meets the need that is said to exclude it: {short.need}"
+
+
+def _faults_of_designs(board: OfBoard, certificate: Certificate, period: float) -> Iterator[str]:
     counts = map_reduce(board.settled, lambda each: each.state, lambda each: each.designs, sum)
     if any(counts.get(state, 0) != getattr(board.searched, state) for state in counts):
         yield f"{board.board}: its counts are not of its families"

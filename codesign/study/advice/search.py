@@ -28,9 +28,9 @@ from pydantic import Field
 from codesign.ground.errors import RunError
 from codesign.planners.styles import Family
 from codesign.study.advice.candidates import SIMPLE, Arrangement, Board, Candidate, arrangements_of, at_clock
-from codesign.study.advice.certainty import shortfalls_of
+from codesign.study.advice.certainty import excluded, shortfalls_of
 from codesign.study.advice.needs import Needs
-from codesign.study.advice.trials import Laboratory, Trial
+from codesign.study.advice.trials import Laboratory, Shortfall, Trial
 from codesign.study.store import Batch, Entry, EntryState, Store
 from codesign.system.results.model import ResultModel
 
@@ -99,19 +99,23 @@ class Findings:
     """The findings of a search.
 
     ``tried``: the designs of each board by its name. ``settled``: its families. ``ended``: the boards with no family
-    left. ``simulated``, ``kept``: the number of trials that were computed, and of those that came from the cache.
-    ``spent``: whether the budget ended the search.
+    left. ``excluded``: the boards that no design helps, by the need, and whether that is sure. ``simulated``,
+    ``kept``: the number of trials that were computed, and of those that came from the cache. ``spent``: whether the
+    budget ended the search.
     """
 
     tried: dict[str, list[Tried]]
     settled: dict[str, list[Settled]]
     ended: set[str] = field(default_factory=set)
+    excluded: dict[str, tuple[Shortfall, bool]] = field(default_factory=dict)
     simulated: int = 0
     kept: int = 0
     spent: bool = False
 
     def surely(self, board: str) -> bool:
         """True if each family of a board that was excluded is so at every value inside the intervals."""
+        if board in self.excluded:
+            return self.excluded[board][1]
         return all(each.sure or each.state == "tried" for each in self.settled[board])
 
     def extent(self, board: str) -> Extent:
@@ -181,6 +185,8 @@ class _Search:
             board.name: [_Open(each, each.families()) for each in arrangements_of(board, problem, self.needs)]
             for board in self.boards
         }
+        out = {board.name: excluded(board, self.needs) for board in self.boards}
+        self.found.excluded = {name: why for name, why in out.items() if why is not None}
         # The boards take turns, so that a small budget reaches each of them; the simplest arrangement is first.
         for turns in zip_longest(*(self._few(opened[board.name]) for board in self.boards)):
             turn = [each for each in turns if each is not None and not self._suffices(each[0].arrangement.board)]
@@ -192,7 +198,7 @@ class _Search:
                     self._trial(each, each.arrangement.candidate(each.nearest.chain[0]), self.laboratory.farthest)
             for each in opened[board.name]:
                 self._drain(each, board)
-            if not any(self._leave(each) for each in opened[board.name]):
+            if board.name in self.found.excluded or not any(self._leave(each) for each in opened[board.name]):
                 self.found.ended.add(board.name)
             self._fill(board)
         self.waiting.write()
@@ -232,7 +238,7 @@ class _Search:
         """True if nothing more about a board can change which is the cheapest that suffices."""
         prices = [price for price in self.sufficing.values() if price is not None]
         dearer = bool(prices) and (board.price_usd is None or board.price_usd >= min(prices))
-        return dearer or self._suffices(board)
+        return dearer or self._suffices(board) or board.name in self.found.excluded
 
     def _tried(self, candidate: Candidate, trial: Trial) -> None:
         """Keep a trial, and its board where it suffices."""

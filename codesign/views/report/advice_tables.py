@@ -51,7 +51,7 @@ def advice_table(advice: Advice) -> Table:
         "Power: mean power at the plug at the rate that is asked for, idle between plans; ≥: of its components alone,"
         " as nobody measured the whole board (board.power).",
         *_folded(advice.boards),
-        *(f"Not looked at, as the budget was spent: {what}." for what in advice.not_searched),
+        *_left_out(advice.not_searched),
         *advice.remarks,
     ]
     shown = [board for board in advice.boards if board.under is None or board.board == advice.recommended]
@@ -67,6 +67,17 @@ _SPEED = (
 
 def _speed(driven: Driven | None) -> Cell:
     return Cell(ABSENT) if driven is None else Cell(f"{driven.speed_mps:.3g} m/s, {driven.binds}", driven.speed_mps)
+
+
+_MOST_LEFT = 3
+"""Boards with designs that were not looked at that the note names."""
+
+
+def _left_out(left: Sequence[str]) -> list[str]:
+    """The designs that were not looked at."""
+    more = len(left) - _MOST_LEFT
+    names = ", ".join(left[:_MOST_LEFT]) + (f", and those of {counted(more, 'board')} more" if more > 0 else "")
+    return [f"Designs not looked at, as the budget was spent: {names}."] if left else []
 
 
 def _folded(boards: Sequence[BoardAdvice]) -> list[str]:
