@@ -27,12 +27,14 @@ $(READY): $(INSTALLED)
 
 demo: $(INSTALLED)
 	@mkdir -p $(OUT)
-	$(BIN)/hwsw explore virtex4-pci labyrinth --set workload.problem.arrive=0 --store $(OUT)/labyrinth.sqlite --html $(OUT)/labyrinth.html --csv $(OUT)/labyrinth.csv
+	$(BIN)/hwsw advise floor-plan --goal 150,60 --rate 2kHz --boards raspberry-pi-5,jetson-orin-nano,pynq-z2,kv260 --html $(OUT)/advice.html --write $(OUT)/advice
 	$(BIN)/hwsw run virtex4-pci labyrinth --trace $(OUT)/labyrinth.mcap --html $(OUT)/labyrinth-run.html
 	$(BIN)/hwsw trace show $(OUT)/labyrinth.mcap --limit 12
+	$(BIN)/hwsw explore virtex4-pci labyrinth --store $(OUT)/labyrinth.sqlite --html $(OUT)/labyrinth.html --csv $(OUT)/labyrinth.csv
 	@echo
-	@echo "The exploration:  $(OUT)/labyrinth.html  (open it in a browser; every point: $(OUT)/labyrinth.csv)"
+	@echo "Which board:      $(OUT)/advice.html  (open it in a browser; the designs: $(OUT)/advice)"
 	@echo "One design point: $(OUT)/labyrinth-run.html"
+	@echo "The exploration:  $(OUT)/labyrinth.html  (every point: $(OUT)/labyrinth.csv)"
 	@echo "Its trace:        $(OUT)/labyrinth.mcap  (hwsw trace show, or Foxglove)"
 
 test: $(READY)

@@ -11,6 +11,8 @@ import pytest
 from click.testing import Result
 from places import ROOT
 
+from docs.make_gallery import gallery
+
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 FILES = re.findall(r"```yaml\n# (\S+)\n(.*?)```", README, re.DOTALL)
 COMMANDS = [
@@ -19,7 +21,11 @@ COMMANDS = [
     for line in block.splitlines()
     if line.startswith("hwsw")
 ]
-ANSWERS = re.findall(r"^\$ (hwsw .+)\n(.+)$", README, re.MULTILINE)
+QUESTION, *ANSWERS = re.findall(r"^\$ (hwsw .+)\n((?:.+\n)+?)(?=\$|```)", README, re.MULTILINE)
+FIRST_SCREEN = README.partition("## Install")[0]
+DEMO = re.findall(r"^\t\$\(BIN\)/(hwsw .+)$", (ROOT / "Makefile").read_text(encoding="utf-8"), re.MULTILINE)
+TRADE = ("Pareto front", "design space", "trade-off", "latency", "worst case", "uncertainty", "metric")
+"""Words of the field, by which somebody searches for a tool like this one."""
 
 
 def test_the_readme_has_files_and_commands() -> None:
@@ -42,7 +48,45 @@ def test_files_and_commands_work_in_order(hwsw: Callable[..., Result], tmp_path:
 def test_the_first_commands_answer_as_it_shows(hwsw: Callable[..., Result]) -> None:
     assert [command.split()[1] for command, _ in ANSWERS] == ["run", "explain"]
     for command, answer in ANSWERS:
-        assert hwsw(*command.split()[1:]).stdout == f"{answer}\n"
+        assert hwsw(*command.split()[1:]).stdout == answer
+
+
+def test_it_begins_with_a_question_that_is_answered(hwsw: Callable[..., Result]) -> None:
+    command, answer = QUESTION
+    assert README.index(command) < 300
+    result = hwsw(*shlex.split(command)[1:])
+    assert result.exit_code == 0
+    assert answer.split() == " ".join(result.stdout.splitlines()[:2]).split()
+    assert "on its fpga" in result.stdout.splitlines()[1].partition(";")[0]
+    assert len(FIRST_SCREEN.splitlines()) <= 50
+
+
+def test_the_first_screen_says_what_is_not_covered() -> None:
+    _, said, what = FIRST_SCREEN.partition("**What it does not cover.**")
+    assert said
+    for word in ("arms", "three dimensions", "gpu", "graded costs", "not held against drives"):
+        assert word in what.lower().replace("\n", " "), word
+
+
+@pytest.mark.parametrize("word", TRADE)
+def test_who_searches_for_a_word_of_the_field_finds_it(word: str) -> None:
+    """On the first screen, on the list of pages, and on a page of its subject."""
+    pages = {path.name: path.read_text(encoding="utf-8").lower() for path in (ROOT / "docs").glob("*.md")}
+    pages = {name: " ".join(text.split()) for name, text in pages.items()}
+    assert word.lower() in " ".join(FIRST_SCREEN.lower().split())
+    assert f"- **{word.lower()}**" in pages["glossary.md"]
+    assert word.lower() in pages["index.md"]
+    assert any(word.lower() in pages[name] for name in ("exploration.md", "advise.md", "confidence.md"))
+
+
+def test_the_demo_begins_with_the_question_and_shows_what_works(hwsw: Callable[..., Result]) -> None:
+    asked = shlex.split(QUESTION[0])[:-2]
+    assert shlex.split(DEMO[0])[: len(asked)] == asked
+    assert "arrive=0" not in "".join(DEMO)
+    second = shlex.split(DEMO[1].partition(" --trace")[0])
+    answered = hwsw(*second[1:])
+    assert answered.exit_code == 0
+    assert "is feasible" in answered.stdout
 
 
 def test_the_table_is_that_of_the_comparison(hwsw: Callable[..., Result]) -> None:
@@ -66,9 +110,13 @@ def printed_figures(text: str) -> list[list[str]]:
     return rows
 
 
-def test_it_takes_one_screen_and_a_half_and_has_a_picture() -> None:
-    assert README.count("\n") <= 90
-    assert "](docs/pictures/front.png)" in README
+def test_it_takes_two_screens_and_begins_with_a_picture() -> None:
+    assert README.count("\n") <= 105
+    (picture,) = re.findall(r"\]\(docs/(pictures/\S+\.png)\)", FIRST_SCREEN)
+    page = (ROOT / "docs" / "gallery.md").read_text(encoding="utf-8")
+    (shown,) = (each for each in gallery(page) if each.file == picture)
+    assert shown.own
+    assert shown.commands == (QUESTION[0],)
 
 
 @pytest.mark.parametrize("target", re.findall(r"\]\(((?!http)[^)]+)\)", README))
