@@ -56,7 +56,8 @@ def power_interval(trial: Trial, board: Board, needs: Needs) -> tuple[float, flo
     to the slowest one. Of components alone the upper bound is infinite, as they are a part of a board. None if
     energy or time has no interval.
     """
-    ends = trial.time_low_s, trial.time_high_s, trial.energy_low_j, trial.energy_high_j
+    # The energy of a plan is that of the mean time.
+    ends = trial.mean_low_s, trial.mean_high_s, trial.energy_low_j, trial.energy_high_j
     if None in ends:
         return None
     quick, slow, least, most = (end or 0.0 for end in ends)

@@ -107,7 +107,9 @@ class Trial(ResultModel):
     may_fit: str = Field(
         default="", description="of a design that does not fit: the limit that it keeps at some values inside intervals"
     )
-    mean_time_s: float | None = Field(default=None, description="the same, mean, s")
+    mean_time_s: float | None = Field(default=None, description="the same, the mean over the starts, s")
+    mean_low_s: float | None = Field(default=None, description="the mean, the least value inside the intervals, s")
+    mean_high_s: float | None = Field(default=None, description="the mean, the greatest value, s")
     energy_j: float | None = Field(default=None, description="energy of a plan, J")
     energy_low_j: float | None = Field(default=None, description="the same, the least value, J")
     energy_high_j: float | None = Field(default=None, description="the same, the greatest value, J")
@@ -255,7 +257,7 @@ def trial_of(result: Result) -> Trial:
     if result.feasible and arrived < starts:
         shortfalls.append(Shortfall(need="arrive", name="starts", demand=arrived, limit=starts))
     fit, nothing = fit_of(result), (None, None)
-    time, energy = result.interval(WORST_TIME) or nothing, result.interval(ENERGY) or nothing
+    time, mean, energy = (result.interval(figure) or nothing for figure in (WORST_TIME, MEAN_TIME, ENERGY))
     return Trial(
         clock_hz=None if result.clock is None else result.clock.hz,
         time_s=result.figure(WORST_TIME),
@@ -264,6 +266,8 @@ def trial_of(result: Result) -> Trial:
         surely_fits=fit.fits == "yes",
         may_fit=ends_text(fit) if fit.fits == "uncertain" and shortfalls else "",
         mean_time_s=result.figure(MEAN_TIME),
+        mean_low_s=mean[0],
+        mean_high_s=mean[1],
         energy_j=result.figure(ENERGY),
         energy_low_j=energy[0],
         energy_high_j=energy[1],
