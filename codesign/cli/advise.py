@@ -44,10 +44,9 @@ def advise(asked: Advise) -> None:
     if asked.write is not None:
         for board in boards:
             check_replaceable("--write", advice.design_file(asked.write, board))
-    if asked.certificate is not None:
-        check_replaceable("--certify", asked.certificate, "advise --certify")
     budget_s = advice.BUDGET_S if asked.budget is None else asked.budget
-    check_outputs({"--html": asked.page}, (asked.map_file,))
+    outputs = {"--html": asked.page, "--certify": asked.certificate}
+    check_outputs(outputs, (asked.map_file, asked.prices), kind="advise")
     keeper = PathKeeper()
     pace, begun = Pace(1), time.process_time()
 

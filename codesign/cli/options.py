@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import platform
 import shlex
 import sys
@@ -44,6 +45,17 @@ class Quantity(click.ParamType[int]):
             raise InputError(fault.what, written, fault.hint) from fault
         if number < self._least:
             raise InputError(f"{value!r} is too small", written, "leave the option out for its default")
+        return number
+
+
+class Number(click.FloatRange):
+    """A finite number within bounds: NaN is neither below nor above one."""
+
+    def convert(self, value: Any, param: click.Parameter | None, context: click.Context | None) -> Any:
+        """The number."""
+        number = super().convert(value, param, context)
+        if not math.isfinite(number):
+            self.fail(f"{value} is no finite number.", param, context)
         return number
 
 
@@ -165,7 +177,7 @@ MEMORY: Any = option(
 REACH: Any = option(
     "Share of the free cells that has to have a path to a goal; 0 takes a goal in a pocket.  [default: 0.1]",
     "--reach SHARE",
-    type=click.FloatRange(0, 1),
+    type=Number(0, 1),
 )
 """Of ``problem.reach``."""
 

@@ -65,13 +65,13 @@ KINDS = {
 def check_replaceable(option: str, path: Path, kind: str = "") -> None:
     """Refuse an output that would take the place of a file of another kind, unless ``--force`` was given.
 
-    ``kind``: a key of ``KINDS``; by default ``option``.
+    ``kind``: a key of ``KINDS``, or the word of the command that one begins with; by default ``option``.
 
     Raises:
         InputError: there is such a file.
     """
     context = click.get_current_context(silent=True)
-    wanted = KINDS[kind or option]
+    wanted = next(KINDS[key] for key in (f"{kind} {option}", kind, option) if key in KINDS)
     if (context is not None and FORCE in context.meta) or _is_of(path, wanted):
         return
     what = f"would replace a file that is not {wanted.words}"

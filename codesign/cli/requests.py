@@ -20,6 +20,7 @@ from codesign.cli.options import (
     REACH,
     SETTINGS,
     MapFile,
+    Number,
     Quantity,
     axis,
     place,
@@ -114,12 +115,12 @@ class Advise(Request):
     )
     clearance: str | None = option("Distance to keep from obstacles, such as 0.3m.", "--clearance LENGTH")
     detour: float | None = option(
-        "Most that a path may be as long as the shortest, such as 1.1.", "--detour TIMES", type=click.FloatRange(min=1)
+        "Most that a path may be as long as the shortest, such as 1.1.", "--detour TIMES", type=Number(min=1)
     )
     share: float | None = option(
         "Share of a part's logic that a design may use.  [default: 0.8]",
         "--share",
-        type=click.FloatRange(min=0, max=1, min_open=True),
+        type=Number(min=0, max=1, min_open=True),
     )
     on: Literal["fabric", "host", "split"] | None = option("Only designs of this placement.")
     planner: str | None = option("Only designs of this planner.")
@@ -133,9 +134,7 @@ class Advise(Request):
     unknown: Literal["blocked", "free"] | None = option("What unknown cells count as.")
     resolution: str | None = option("Size of a cell, for a map that does not say it.", "--resolution LENGTH")
     budget: float | None = option(
-        "Computing time after which no further design is begun.  [default: 45]",
-        "--budget SECONDS",
-        type=click.FloatRange(min=0),
+        "Computing time after which no further design is begun.  [default: 45]", "--budget SECONDS", type=Number(min=0)
     )
     page: Path | None = option("Write a self-contained HTML page of the answer.", "--html")
     write: Path | None = option(
@@ -304,7 +303,7 @@ class Drawn(Request):
     width: float | None = option(
         "The width in mm, such as 88 for a column; letters keep their size.  [default: 150 to 230]",
         "--width MM",
-        type=click.FloatRange(20, 1000),
+        type=Number(20, 1000),
     )
     force: bool = FORCE
 
@@ -469,7 +468,7 @@ class FromBags(Request):
     """Make workloads of recordings."""
 
 
-_METRE = click.FloatRange(0, 1000)
+_METRE = Number(0, 1000)
 
 
 def _topic(topic: str) -> Any:

@@ -130,7 +130,7 @@ def judged(boards: Sequence[Board], findings: Findings, needs: Needs) -> tuple[l
         chosen = min(tried, key=lambda each: order(each, board, needs), default=None)
         if chosen is not None:
             best[board.name] = chosen[0]
-        why = "no planner has a style for its components"
+        why = f"it has no design {needs.only}" if needs.only else "no planner has a style for its components"
         if findings.extent(board.name).designs:
             why = "none of its designs was searched within the budget"
         advice.append(_of_board(board, chosen, tried, needs, why, findings.extent(board.name)))

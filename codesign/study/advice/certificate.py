@@ -17,14 +17,15 @@ from typing import Any, Literal
 
 import numpy as np
 from more_itertools import map_reduce
-from pydantic import Field, ValidationError
+from pydantic import Field
 
 from codesign.ground.errors import RunError
-from codesign.ground.files import write_atomically
+from codesign.ground.files import is_special, write_atomically
+from codesign.maps.grid import MAX_CELLS
 from codesign.study.advice.answer import Advice
 from codesign.study.advice.certainty import shortfalls_of
 from codesign.study.advice.needs import Needs, Question
-from codesign.study.advice.search import Extent, Findings, Settled
+from codesign.study.advice.search import COUNTS, Extent, Findings, Settled
 from codesign.study.advice.trials import Shortfall
 from codesign.study.identity import code_digest
 from codesign.study.space import canonical
@@ -68,8 +69,8 @@ class Certificate(ResultModel):
     problem: str = Field(description="SHA-256 over map, goals and starts")
     code: str = Field(description="SHA-256 over the code and the figures that the numbers rest on")
     needs: Needs = Field(description="what was asked for")
-    rows: int = Field(description="rows of the map that is planned on")
-    columns: int = Field(description="columns of it")
+    rows: int = Field(description="rows of the map that is planned on", ge=1)
+    columns: int = Field(description="columns of it", ge=1)
     recommended: str | None = Field(description="the board that is recommended; None where none suffices")
     price_usd: float | None = Field(description="its price, USD")
     winner: Tried | None = Field(description="its design")
@@ -149,22 +150,31 @@ def read_certificate(path: Path) -> Certificate:
     """
     hint = "hwsw advise --certify FILE writes one"
     try:
+        if is_special(path):
+            raise RunError("is no regular file", str(path), hint)
         if path.stat().st_size > MOST_BYTES:
             raise RunError(f"larger than {MOST_BYTES // 2**20} MiB", str(path), hint)
         certificate = Certificate.model_validate_json(path.read_bytes())
+        content = certificate.content
     except OSError as fault:
         raise RunError(f"cannot be read: {fault.strerror}", str(path), hint) from None
-    except (ValidationError, json.JSONDecodeError, RecursionError):
+    # A ValueError of the digest: NaN and infinity have none.
+    except (ValueError, RecursionError):
         raise RunError("no certificate of an answer about boards", str(path), hint) from None
-    if certificate.digest != certificate.content:
+    if certificate.digest != content:
         raise RunError("its digest is not of its content: the file was changed", str(path), "ask for it again")
     return certificate
 
 
 def faults_of(certificate: Certificate) -> Iterator[str]:
     """Every step of a certificate that does not follow from its own numbers; none: it is accepted."""
-    period = certificate.needs.period_s
-    winner = certificate.winner
+    if not 0 < certificate.needs.rate_hz < math.inf:
+        yield "it asks for no rate"
+        return
+    if certificate.rows * certificate.columns > MAX_CELLS:
+        yield f"its map has more than {MAX_CELLS:,} cells"
+        return
+    period, winner = certificate.needs.period_s, certificate.winner
     if (winner is None) != (certificate.recommended is None):
         yield "it has a recommended board without a design, or the other way round"
     if winner is not None and (winner.time_s is None or winner.time_s > period or winner.shortfalls):
@@ -196,10 +206,10 @@ def _faults_of(board: OfBoard, certificate: Certificate, period: float) -> Itera
 
 def _faults_of_designs(board: OfBoard, certificate: Certificate, period: float) -> Iterator[str]:
     counts = map_reduce(board.settled, lambda each: each.state, lambda each: each.designs, sum)
-    if any(counts.get(state, 0) != getattr(board.searched, state) for state in counts):
+    if any(counts.get(state, 0) != getattr(board.searched, state) for state in COUNTS):
         yield f"{board.board}: its counts are not of its families"
     claimed = certificate.state != "not proved"
-    if claimed and (not board.searched.complete or counts.get("left", 0)):
+    if claimed and (not board.searched.complete or "left" in counts):
         yield f"{board.board}: designs are left, so nothing is proved of it"
     for each in board.settled:
         what = f"{board.board}: {each.planner} ({each.style}) {json.dumps(each.least, default=str)}"
@@ -208,7 +218,7 @@ def _faults_of_designs(board: OfBoard, certificate: Certificate, period: float) 
         if each.state in ("bound", "counted"):
             if each.time_s is None or each.time_s <= period:
                 yield f"{what} is not excluded by its bound"
-            elif each.clock_hz and each.units.get("", 0) / each.clock_hz > each.time_s * (1 + _ROUNDING):
+            elif each.clock_hz and each.units.get("", 0) > each.time_s * each.clock_hz * (1 + _ROUNDING):
                 yield f"{what}: its cycles over its clock are more than its time"
         if certificate.state == "proved" and each.state not in ("tried", "left") and not each.sure:
             yield f"{what} is excluded at the figures' own values only"

@@ -148,7 +148,7 @@ def _above_zero(text: str | None, dimension: Dimension, option: str) -> Any:
     value = None if text is None else option_quantity(text, dimension, option)
     if value is not None and value < LEAST:
         what = "is zero" if value == 0 else "is too small"
-        raise InputError(f"{text!r} {what}", option, f"write a {dimension} above {LEAST:g} in the SI unit")
+        raise InputError(f"{text!r} {what}", option, f"the least {dimension} is {LEAST:g} in the SI unit")
     return value
 
 

@@ -69,6 +69,11 @@ class Needs(ResultModel):
         return 1.0 / self.rate_hz
 
     @property
+    def only(self) -> str:
+        """The placement, planner and style that designs are limited to, in words; "" where they are not."""
+        return " ".join(filter(None, (f"on {self.on}" if self.on else "", self.planner, self.style)))
+
+    @property
     def remark(self) -> str:
         """A remark on the power where the sensor begins fewer plans than the rate says; "" where it does not."""
         sensor = None if self.motion is None or self.rate_is_asked else self.motion.sensor_hz
@@ -137,8 +142,7 @@ class Question:
         limits += [] if needs.price_usd is None else [f"at most {needs.price_usd:g} USD"]
         limits += [f"obstacles grown by {needs.clearance_m:g} m"] if needs.clearance_m else []
         limits += [] if needs.detour is None else [f"paths at most {needs.detour:g} times the shortest"]
-        only = (f"on {needs.on}" if needs.on else "", needs.planner, needs.style)
-        limits += [f"only designs {' '.join(filter(None, only))}"] if any(only) else []
+        limits += [f"only designs {needs.only}"] if needs.only else []
         period = format_time(round(needs.period_s * PICOSECONDS_PER_SECOND))
         when = f"{what} within {period} ({format_quantity(needs.rate_hz, Dimension.RATE)})"
         parts = [f"{when} on {self.map_file.name}, {size}, to {goals}", *reached, starts, *limits]
@@ -201,10 +205,11 @@ def limited(
     Raises:
         InputError: no such planner or style; ``where`` is the option.
     """
-    styles = [each for of, each in catalog.architectures() if planner in (None, of)]
+    styles = list(dict.fromkeys(each for of, each in catalog.architectures() if planner in (None, of)))
     for word, option, accepted in ((planner, "--planner", list(catalog.planners())), (style, "--style", styles)):
         if word is not None and word not in accepted:
-            raise InputError(f"no {option[2:]} {word!r}", option, choose_hint(word, accepted))
+            of = f" of {planner}" if option == "--style" and planner is not None else ""
+            raise InputError(f"no {option[2:]}{of} {word!r}", option, choose_hint(word, accepted))
     limits = {
         "detour": detour,
         "on": on,

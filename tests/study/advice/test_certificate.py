@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import math
+import os
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -81,9 +83,39 @@ def _a_tile_less(document: Any) -> None:
         each["ranges"] = {"tile rows": [1, 1], "tile columns": [1, 99]}
 
 
+def _no_rate(document: Any) -> None:
+    document["needs"]["rate_hz"] = 0.0
+
+
+def _a_vast_map(document: Any) -> None:
+    document["rows"] = document["columns"] = 10**12
+
+
+def _cycles_of_many_digits(document: Any) -> None:
+    each = _first(document, {"bound", "counted", "tried", "unfit"})
+    each |= {"state": "bound", "time_s": 1.0, "clock_hz": 1e6, "units": {"": 10**400}}
+
+
+def _a_family_of_none_left(document: Any) -> None:
+    each = _first(document, {"bound", "counted", "tried", "unfit"})
+    document["boards"][0]["settled"].append(each | {"state": "left", "designs": 0})
+
+
+def _designs_of_no_family(document: Any) -> None:
+    document["boards"][0]["searched"]["counted"] += 7
+    for each in list(document["boards"][0]["settled"]):
+        if each["state"] == "counted":
+            document["boards"][0]["settled"].remove(each)
+
+
 @pytest.mark.parametrize(
     "change",
     [
+        _no_rate,
+        _a_vast_map,
+        _cycles_of_many_digits,
+        _a_family_of_none_left,
+        _designs_of_no_family,
         _a_board_less,
         _a_dearer_board,
         _a_slow_winner,
@@ -124,3 +156,27 @@ def test_a_file_of_another_kind_is_not_replaced(hwsw: Run, corridor: Path, tmp_p
     words = ("--goal", "0,0", "--rate", "1 Hz", "--boards", board(tmp_path, "quick", 1), "--certify", path)
     result = hwsw("advise", corridor, *words)
     assert (result.exit_code, path.read_text(encoding="utf-8")) == (2, "a letter")
+
+
+@pytest.mark.parametrize("number", [math.nan, math.inf])
+def test_a_certificate_with_a_number_that_is_none(hwsw: Run, certificate: Path, number: float) -> None:
+    document = json.loads(certificate.read_text(encoding="utf-8"))
+    document["winner"]["time_s"] = number
+    certificate.write_text(json.dumps(document), encoding="utf-8")
+    result = hwsw("verify-advice", certificate)
+    assert (result.exit_code, "no certificate of an answer" in result.output) == (1, True), result.output
+
+
+def test_a_certificate_that_was_cut_at_any_place(hwsw: Run, certificate: Path) -> None:
+    content = certificate.read_bytes()
+    for share in (0.0, 0.1, 0.5, 0.9, 0.999):
+        certificate.write_bytes(content[: int(len(content) * share)])
+        result = hwsw("verify-advice", certificate)
+        assert (result.exit_code, "no certificate of an answer" in result.output) == (1, True), result.output
+
+
+def test_a_file_that_never_ends_is_not_read(hwsw: Run, tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "pipe")
+    for path in (tmp_path / "pipe", tmp_path, Path("/dev/zero")):
+        result = hwsw("verify-advice", path)
+        assert (result.exit_code in (1, 2), "hint: " in result.output or "Error: " in result.output) == (True, True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from advice_boards import FABRIC, Run, asked
+from advice_boards import FABRIC, Run, asked, board
 
 from codesign.system import catalog
 
@@ -30,6 +30,11 @@ from codesign.system import catalog
         (("--boards", "raspberri"), "there is no shipped platform 'raspberri'"),
         (("--boards", "zynq,zynq"), "board zynq is named twice"),
         (("--boards", ","), "no board is named"),
+        (("--planner", "wavefrnt"), "did you mean wavefront? accepted: breadth_first, grid_search, "),
+        (("--style", "tild"), "no style 'tild'"),
+        (("--certify", "none/here.cert"), "here.cert: folder "),
+        (("--html", "none/here.html"), "here.html: folder "),
+        (("--certify", "map.txt"), "map.txt, which is read"),
     ],
 )
 def test_bad_input_is_a_fault_with_a_remedy(hwsw: Run, tmp_path: Path, options: tuple[str, str], fault: str) -> None:
@@ -39,6 +44,51 @@ def test_bad_input_is_a_fault_with_a_remedy(hwsw: Run, tmp_path: Path, options: 
     assert result.exit_code == 2, result.output
     assert fault in result.output
     assert "hint: " in result.output
+
+
+@pytest.mark.parametrize("option", ["--share", "--detour", "--budget", "--reach"])
+@pytest.mark.parametrize("number", ["nan", "inf", "-inf", "-1", "much"])
+def test_a_number_that_is_none_or_out_of_bounds_is_refused(hwsw: Run, corridor: Path, option: str, number: str) -> None:
+    result = hwsw("advise", corridor, "--goal", "0,0", "--rate", "10 Hz", "--boards", "zynq", f"{option}={number}")
+    assert result.exit_code == 2, result.output
+    assert f"Invalid value for '{option}" in result.output
+
+
+@pytest.mark.parametrize("number", ["0", "1.01"])
+def test_a_share_of_nothing_or_of_more_than_the_part_is_refused(hwsw: Run, corridor: Path, number: str) -> None:
+    words = ("advise", corridor, "--goal", "0,0", "--rate", "10 Hz", "--boards", "zynq", "--share", number)
+    result = hwsw(*words)
+    assert (result.exit_code, "is not in the range 0<x<=1" in result.output) == (2, True)
+
+
+def test_a_style_of_another_planner_is_refused_with_the_styles_of_this_one(hwsw: Run, corridor: Path) -> None:
+    words = ("advise", corridor, "--goal", "0,0", "--rate", "10 Hz", "--boards", "zynq", "--planner", "wavefront")
+    result = hwsw(*words, "--style", "state_machine")
+    assert result.exit_code == 2, result.output
+    assert "--style: no style of wavefront 'state_machine'" in result.output
+    result = hwsw("advise", corridor, "--goal", "0,0", "--rate", "10 Hz", "--style", "tild")
+    accepted = result.output.split("accepted: ")[1].split(", ")
+    assert len(accepted) == len(set(accepted))
+
+
+def test_a_board_without_a_design_of_what_is_asked_says_so(hwsw: Run, corridor: Path, tmp_path: Path) -> None:
+    quick = board(tmp_path, "quick", 1)
+    for words, what in (
+        (("--on", "fabric"), "it has no design on fabric"),
+        (("--on", "split", "--planner", "wavefront"), "it has no design on split wavefront"),
+    ):
+        code, answer = asked(hwsw, corridor, [quick], "10 Hz", *words)
+        assert (code, answer["recommended"]) == (3, None)
+        assert f"excludes quick ({what})" in answer["verdict"]
+        assert answer["boards"][0]["shortfalls"][0]["name"] == what
+
+
+def test_output_files_are_no_others(hwsw: Run, corridor: Path) -> None:
+    result = hwsw(
+        *("advise", corridor, "--goal", "0,0", "--rate", "10 Hz", "--boards", "zynq"),
+        *("--html", "answer", "--certify", "answer"),
+    )
+    assert (result.exit_code, "give every output a file of its own" in result.output) == (2, True), result.output
 
 
 def test_a_map_without_a_free_cell_is_a_fault(hwsw: Run, tmp_path: Path) -> None:
