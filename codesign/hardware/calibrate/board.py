@@ -127,17 +127,15 @@ def _content(plans: list[TimedPlan]) -> dict[str, Any]:
         assert timed.program is not None, "asked of plans for a board"
         packed = zlib.compress(np.packbits(problem.free).tobytes(), 9)
         maps[plan.map] = (*problem.free.shape, base64.b64encode(packed).decode())
-        program = programs.setdefault(
-            plan.program,
-            {
+        if plan.program not in programs:
+            programs[plan.program] = {
                 "suffix": timed.program.suffix,
                 "source": timed.program.read_text(encoding="utf-8"),
                 "parameters": dict(timed.parameters),
                 "plans": {},
-            },
-        )
+            }
         answer = plan.units[plan.kernel]
-        program["plans"][key] = (plan.map, [*problem.goals[0]], [*problem.starts[0]], answer)
+        programs[plan.program]["plans"][key] = (plan.map, [*problem.goals[0]], [*problem.starts[0]], answer)
     return {"maps": maps, "programs": programs}
 
 

@@ -112,13 +112,15 @@ def main() -> None:
                     lambda run=run, tiny=tiny: run(tiny, (0, 0), (0, 1)),
                 )
         runs = {key: run for key, run in runs.items() if key[0] not in left_out}
+        times.update({name: {} for name, _ in runs})
+        for name, key in runs:
+            times[name][key] = {"wall": [], "processor": [], "call": []}
         end, turn = time.perf_counter() + PAYLOAD["seconds"], 0
         while runs and (turn < LEAST_ROUNDS or time.perf_counter() < end):
             turn += 1
             sys.stderr.write(f"\rround {turn}")
             for (name, key), both in runs.items():
-                of = times.setdefault(name, {}).setdefault(key, {"wall": [], "processor": [], "call": []})
-                run, call = both
+                of, (run, call) = times[name][key], both
                 run()
                 wall, processor = timed(run)
                 of["wall"].append(wall)
