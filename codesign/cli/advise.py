@@ -25,7 +25,13 @@ def advise(asked: Advise) -> None:
     motion = advice.parse_motion(asked.speed, asked.sight, asked.brake, asked.sensor, asked.delay)
     needs = advice.parse_needs(asked.rate, asked.power, asked.price, asked.clearance, motion)
     needs = advice.limited(
-        needs, detour=asked.detour, share=asked.share, on=asked.on, planner=asked.planner, style=asked.style
+        needs,
+        detour=asked.detour,
+        needs_of_figures=asked.needs,
+        share=asked.share,
+        on=asked.on,
+        planner=asked.planner,
+        style=asked.style,
     )
     named = None if asked.boards is None else [name.strip() for name in asked.boards.split(",") if name.strip()]
     boards = advice.boards_of(named, asked.prices)

@@ -117,6 +117,7 @@ class Advise(Request):
     detour: float | None = option(
         "Most that a path may be as long as the shortest, such as 1.1.", "--detour TIMES", type=Number(min=1)
     )
+    needs: tuple[str, ...] = NEEDS
     share: float | None = option(
         "Share of a part's logic that a design may use.  [default: 0.8]",
         "--share",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from typing import Any, Literal
 
 from pydantic import Field
@@ -16,12 +17,13 @@ from codesign.ground.units import (
     format_quantity,
     format_time,
 )
+from codesign.inputs.constraint import LOWER, STRICT
 from codesign.study.advice.candidates import Board
 from codesign.study.advice.needs import Needs
 from codesign.study.advice.trials import WORST_TIME, Need, Shortfall, Trial, fit_of, trial_of
 from codesign.system.results.model import ResultModel
 from codesign.system.results.result import Result
-from codesign.system.verdicts import Fit, Verdict, need_verdict
+from codesign.system.verdicts import Fit, Verdict, constraint_verdict, need_verdict
 from codesign.system.verdicts.fits import ends_text
 
 # A design against the needs: what it falls short of, whether that is sure, and the power of its board.
@@ -106,10 +108,25 @@ def shortfalls_of(trial: Trial, board: Board, needs: Needs) -> tuple[Shortfall, 
             short.append(Shortfall(need="power", name=name, demand=demand, limit=needs.power_w, unit="W"))
     if needs.detour is not None and (trial.detour is None or trial.detour > needs.detour) and trial.time_s is not None:
         short.append(Shortfall(need="detour", name="length of its paths", demand=trial.detour, limit=needs.detour))
+    if trial.time_s is not None:
+        short += _beyond(trial, needs)
     if needs.price_usd is not None and (board.price_usd is None or board.price_usd > needs.price_usd):
         price = board.price_usd
         short.append(Shortfall(need="price", name="price", demand=price, limit=needs.price_usd, unit="USD"))
     return tuple(short)
+
+
+def _beyond(trial: Trial, needs: Needs) -> Iterator[Shortfall]:
+    """The limits on other figures that a design passes, or has no such figure for."""
+    for each in needs.limits:
+        value = trial.figures.get(each.figure.name)
+        for bound, limit in each.bounds.items():
+            kept = value is not None and (value > limit if bound in LOWER else value < limit)
+            if not kept and (value != limit or bound in STRICT):
+                unit = {"1": "", "cells": "cells"}.get(each.figure.unit, each.figure.unit)
+                yield Shortfall(
+                    need="figure", name=each.figure.label, demand=value, limit=limit, unit=unit, lower=bound in LOWER
+                )
 
 
 def may_suffice(trial: Trial, board: Board, needs: Needs) -> str:
@@ -122,7 +139,7 @@ def _may(short: Shortfall, trial: Trial, board: Board, needs: Needs) -> str:
     """The reason for which a need may be met inside the intervals; "" if it is not."""
     if short.need == "fit":
         return f"whether it fits depends on {trial.may_fit}" if trial.may_fit else ""
-    if short.need in {"arrive", "detour", "refused"}:
+    if short.need in {"arrive", "detour", "figure", "refused"}:
         return ""
     if short.demand is None:
         return f"its {short.name} is not known"
@@ -205,6 +222,15 @@ def certainty_of(result: Result, board: Board, needs: Needs) -> Certainty:
     clock = least_clock(result, needs.period_s)
     judged = [_fit(fit)]
     judged += [Judged(need="arrive", state="fails", text=_arrive_text(trial))] if trial.arrived < trial.starts else []
+    for limit in needs.limits:
+        held = constraint_verdict(result, limit)
+        state: Standing = {"proved": "holds", "refuted": "fails"}.get(held.state, "depends")  # type: ignore[assignment]
+        text = (
+            ""
+            if state == "holds"
+            else f"{limit.figure.label} {'passes its limit' if state == 'fails' else 'may pass its limit'}"
+        )
+        judged.append(Judged(need="figure", state=state, name=limit.figure.name, text=text))
     if needs.detour is not None and trial.detour is not None:
         longer = trial.detour > needs.detour
         text = f"a path is {trial.detour:.4g} times the shortest" if longer else ""

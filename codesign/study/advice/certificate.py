@@ -235,7 +235,9 @@ def _is_short(short: Shortfall, design: Tried, period: float) -> bool:
         return design.time_s is not None and design.time_s > period
     if short.demand is None:
         return True
-    return short.demand < short.limit if short.need == "arrive" else short.demand > short.limit
+    if short.need == "figure":
+        return short.demand <= short.limit if short.lower else short.demand >= short.limit
+    return short.demand < short.limit if short.lower else short.demand > short.limit
 
 
 TILE = "tile rows", "tile columns"

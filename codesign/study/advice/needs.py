@@ -11,6 +11,7 @@ from pydantic import Field
 
 from codesign.ground.errors import InputError, SpecError, choose_hint
 from codesign.ground.units import PICOSECONDS_PER_SECOND, Dimension, counted, format_power, format_quantity, format_time
+from codesign.inputs.constraint import Constraint, needs_of
 from codesign.inputs.places import cell_text, parse_place, place_value, point_text
 from codesign.maps import Crop, OccupancyGrid
 from codesign.planners.interface import Problem
@@ -59,6 +60,7 @@ class Needs(ResultModel):
         default=None, description="most that a path may be as long as the shortest 8-connected one, of every start"
     )
     share: float = Field(default=SHARE, description="the share of a part's logic that a design may use")
+    limits: tuple[Constraint, ...] = Field(default=(), description="limits on other figures, as of hwsw run --need")
     on: Where | None = Field(default=None, description="only designs of this placement")
     planner: str | None = Field(default=None, description="only designs of this planner")
     style: str | None = Field(default=None, description="only designs of this architecture style")
@@ -142,11 +144,17 @@ class Question:
         limits += [] if needs.price_usd is None else [f"at most {needs.price_usd:g} USD"]
         limits += [f"obstacles grown by {needs.clearance_m:g} m"] if needs.clearance_m else []
         limits += [] if needs.detour is None else [f"paths at most {needs.detour:g} times the shortest"]
+        limits += [f"{each.figure.label} {text}" for each in needs.limits for text in _bounds(each)]
         limits += [f"only designs {needs.only}"] if needs.only else []
         period = format_time(round(needs.period_s * PICOSECONDS_PER_SECOND))
         when = f"{what} within {period} ({format_quantity(needs.rate_hz, Dimension.RATE)})"
         parts = [f"{when} on {self.map_file.name}, {size}, to {goals}", *reached, starts, *limits]
         return f"Asked: {'; '.join(parts)}"
+
+
+def _bounds(limit: Constraint) -> list[str]:
+    """The bounds of a limit in words: ``at least 2``."""
+    return [f"{bound.replace('_', ' ')} {value:g}" for bound, value in limit.bounds.items()]
 
 
 _MOST_GOALS = 3
@@ -195,6 +203,7 @@ def limited(
     needs: Needs,
     *,
     detour: float | None = None,
+    needs_of_figures: Sequence[str] = (),
     share: float | None = None,
     on: Where | None = None,
     planner: str | None = None,
@@ -203,7 +212,7 @@ def limited(
     """The needs with limits on the paths and on the designs that are searched.
 
     Raises:
-        InputError: no such planner or style; ``where`` is the option.
+        InputError: no such planner or style; ``where`` is the option. SpecError: a text that is no limit.
     """
     styles = list(dict.fromkeys(each for of, each in catalog.architectures() if planner in (None, of)))
     for word, option, accepted in ((planner, "--planner", list(catalog.planners())), (style, "--style", styles)):
@@ -212,6 +221,7 @@ def limited(
             raise InputError(f"no {option[2:]}{of} {word!r}", option, choose_hint(word, accepted))
     limits = {
         "detour": detour,
+        "limits": needs_of(needs_of_figures),
         "on": on,
         "planner": planner,
         "style": style,

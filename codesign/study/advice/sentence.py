@@ -101,6 +101,7 @@ def shortfall_text(short: Shortfall, needs: Needs) -> str:
     demand, limit = amount(short.demand, short.unit), amount(short.limit, short.unit)
     over = amount(short.demand - short.limit, short.unit)
     texts = {
+        "figure": f"its {short.name} is {demand}, against {limit}",
         "detour": f"a path is {demand} times the shortest, {limit} is allowed",
         "arrive": f"{demand} of {limit} starts arrive",
         "rate": f"a plan takes {demand}, {short.ratio:.3g} times the {limit} that {rate_text(needs)} leaves",
@@ -187,6 +188,7 @@ _NEEDS = {
     "rate": "the rate",
     "power": "the power",
     "price": "the price",
+    "figure": "a limit",
     "detour": "the length of the paths",
     "arrive": "that all starts arrive",
     "fit": "the size of the part or the memory",

@@ -47,7 +47,7 @@ MEAN_TIME = FIGURES["plan_time_mean_s"]
 ENERGY = FIGURES["energy_j"]
 
 
-Need = Literal["rate", "power", "price", "arrive", "detour", "fit", "refused"]
+Need = Literal["rate", "power", "price", "arrive", "detour", "figure", "fit", "refused"]
 
 _NEED_OF: dict[str, Need] = {"quality": "arrive"}
 """The needs of reasons that are no matter of the size of the design."""
@@ -63,6 +63,7 @@ class Shortfall(ResultModel):
     name: str = Field(description="which of that kind, or why it is refused")
     demand: float | None = Field(default=None, description="what it comes to, in unit; None: not known")
     limit: float = Field(default=0.0, description="what it may be, in unit")
+    lower: bool = Field(default=False, description="whether it has to be at least that; else it may be at most that")
     unit: str = Field(default="", description="unit of the two; empty for counts")
 
     @property
@@ -75,7 +76,7 @@ class Shortfall(ResultModel):
         """The demand over the limit; infinite if there is no limit to speak of."""
         if self.demand is None:
             return math.inf
-        large, small = (self.limit, self.demand) if self.need == "arrive" else (self.demand, self.limit)
+        large, small = (self.limit, self.demand) if self.lower else (self.demand, self.limit)
         return large / small if small else math.inf
 
 
@@ -121,6 +122,7 @@ class Trial(ResultModel):
     detour: float | None = Field(
         default=None, description="its longest path over the shortest, the worst over the starts"
     )
+    figures: dict[str, float] = Field(default={}, description="every declared figure that it has, by name")
     fullest: Use | None = Field(default=None, description="the resource of the part that is used most")
     shortfalls: tuple[Shortfall, ...] = Field(default=(), description="why it cannot serve")
 
@@ -240,6 +242,7 @@ def trial_of(result: Result) -> Trial:
     starts, arrived = (quality.starts, quality.starts_arrived) if isinstance(quality, Quality) else (0, 0)
     shortfalls = [
         Shortfall(
+            lower=reason.kind in _NEED_OF,
             need=_NEED_OF.get(reason.kind, "fit"),
             name=label(reason.name),
             demand=float(reason.demand),
@@ -255,7 +258,7 @@ def trial_of(result: Result) -> Trial:
         if use.gap and use.resource not in known
     ]
     if result.feasible and arrived < starts:
-        shortfalls.append(Shortfall(need="arrive", name="starts", demand=arrived, limit=starts))
+        shortfalls.append(Shortfall(need="arrive", name="starts", demand=arrived, limit=starts, lower=True))
     fit, nothing = fit_of(result), (None, None)
     time, mean, energy = (result.interval(figure) or nothing for figure in (WORST_TIME, MEAN_TIME, ENERGY))
     return Trial(
@@ -275,6 +278,7 @@ def trial_of(result: Result) -> Trial:
         starts=starts,
         arrived=arrived,
         detour=quality.path_length_ratio_worst if isinstance(quality, Quality) else None,
+        figures={name: value for name in FIGURES if (value := result.figure(name)) is not None},
         fullest=max(uses, key=lambda use: use.share, default=None),
         shortfalls=tuple(shortfalls),
     )
