@@ -14,7 +14,7 @@ from codesign.cli.requests import Measured
 from codesign.ground.errors import EXIT_NO, printable
 from codesign.ground.files import write_atomically
 from codesign.hardware.calibrate.measured import compare_measured
-from codesign.views.report.wording import quantity_text
+from codesign.views.report.wording import Ends, interval_text, quantity_text, with_ends
 
 if TYPE_CHECKING:
     from codesign.ground.figures import Figure
@@ -40,10 +40,11 @@ def _text(compared: Compared) -> str:
     if compared.off != 1.0:
         end = "the greatest" if compared.off > 1 else "the least"
         place = f"outside, {compared.off:.3g} times {end}: another program, machine or design than the model's?"
+    model = with_ends(quantity_text(compared.value, "s"), _span(*compared.interval), Ends.INTERVAL)
     lines = [
         f"{of.platform}, {of.workload}: a plan took {quantity_text(times.median, 'ps')} (median of {of.runs:,}),"
         f" {quantity_text(times.p99, 'ps')} at the 99th percentile, on {of.date}.",
-        f"The model says {quantity_text(compared.value, 's')} ({_span(*compared.interval)}): {place}.",
+        f"The model says {model}: {place}.",
         *(
             f"{name}: {_figure(figure)}, measured; before {_figure(compared.before[name])}"
             for name, figure in compared.figures.items()
@@ -55,8 +56,8 @@ def _text(compared: Compared) -> str:
 
 def _figure(figure: Figure) -> str:
     low, high = figure.interval
-    ends = "" if low == high else f" ({quantity_text(low, figure.unit)} to {quantity_text(high, figure.unit)})"
-    return quantity_text(figure.value, figure.unit) + ends
+    value = quantity_text(figure.value, figure.unit)
+    return value if low == high else with_ends(value, interval_text(low, high, figure.unit), Ends.INTERVAL)
 
 
 def _span(low: float, high: float) -> str:

@@ -232,7 +232,7 @@ FIGURES: dict[str, ResultFigure] = {
             _count(name, "resources", f"{text or name} that the design takes of its part", text)
             for name, text in _RESOURCES.items()
         ),
-        ResultFigure("power", "", "static and dynamic power of the FPGA while it plans", unit="W"),
+        ResultFigure("power", "", "static and dynamic power of the FPGA while it plans", "FPGA power", unit="W"),
         ResultFigure(
             "energy_j", "energy", "energy a plan, mean over the starts; of a drive or a fleet, of the whole run"
         ),

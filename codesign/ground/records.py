@@ -341,7 +341,7 @@ class VisitsRecord(Record):
         if self.block.size:
             each, blocks = self.iterations, counted(len(np.unique(self.block)), "block")
             total = counted(int(each.sum(dtype=np.int64)), "iteration")
-            details += f" of {blocks}, {total} ({each.min()} to {each.max()} each)"
+            details += f" of {blocks}, {total}, {each.min()} to {each.max()} each"
         return f"visits of stage {self.stage}", details
 
     def told(self) -> dict[str, Detail]:

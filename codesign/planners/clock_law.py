@@ -405,7 +405,7 @@ def _transfer(
     grade = f"{registers.pipeline} in this speed grade" if not sizes else ""
     sizes = sizes or [each.registers.size for each in alike]
     over = max(1.0, registers.size / max(sizes), min(sizes) / registers.size)
-    beyond = f"a size of {registers.size:,.0f} ({min(sizes):,.0f} to {max(sizes):,.0f} were)" if over > 1 else ""
+    beyond = f"a size of {registers.size:,.0f} where {min(sizes):,.0f} to {max(sizes):,.0f} were" if over > 1 else ""
     placed = {(each.registers.options, each.registers.doublings) for each in alike}
     other = (registers.options, registers.doublings) not in placed
     words = [*sorted(registers.options), *([f"{2**registers.doublings:.0f} bits a cycle"] * (registers.doublings > 0))]

@@ -93,7 +93,8 @@ def activity_by(rows: Sequence[ActivityRow]) -> Figure | None:
     worst = max(abs(rate / other - 1) for rate, other in zip(rates, others, strict=True))
     margin = max(LEAST_MARGIN, 1.25 * worst)
     source = (
-        f"{mean:.3f} toggles a net and cycle, counted on {len(rows)} designs ({min(rates):.3f} to {max(rates):.3f});"
+        f"{mean:.3f} toggles a net and cycle, counted on {len(rows)} designs,"
+        f" {min(rates):.3f} to {max(rates):.3f} over them;"
         f" {TYPICAL} in a typical design"
     )
     value = mean / TYPICAL

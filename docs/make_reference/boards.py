@@ -44,7 +44,7 @@ def _tables() -> list[str]:
         "host",
         "clock",
         "a unit takes, against epyc-9004",
-        "power busy / idle",
+        "power of the processor, busy / idle",
         "by itself, as platform",
         "price",
         "idle at the plug",

@@ -39,7 +39,7 @@ def advice_table(advice: Advice) -> Table:
         *right("rate", unit="Hz"),
         *(right("speed", unit="m/s") if advice.driven else ()),
         *right("margin"),
-        *right("power", unit="W"),
+        *right("power at plug", unit="W"),
         *left("design", "parameters", "binds, or fails by", "fastest"),
     )
     pocket = "" if advice.reach in (None, 1) else f"; {reach_text([advice.reach])}"
@@ -48,7 +48,7 @@ def advice_table(advice: Advice) -> Table:
         f" {counted(advice.starts, 'start')}{pocket}."
         " Rate: one over the time of a plan, the worst over the starts. Margin: rate over the rate that is asked for.",
         *([_SPEED] if advice.driven else []),
-        "Power: mean power at the plug at the rate that is asked for, idle between plans; ≥: of its components alone,"
+        "Power at plug: the mean at the rate that is asked for, idle between plans; ≥: of its components alone,"
         " as nobody measured the whole board (board.power).",
         *_folded(advice.boards),
         *_left_out(advice.not_searched),

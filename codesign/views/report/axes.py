@@ -19,6 +19,7 @@ from codesign.views.report.wording import (
     ABSENT,
     Cell,
     Column,
+    Ends,
     Table,
     axis_text,
     figure_cell,
@@ -26,6 +27,7 @@ from codesign.views.report.wording import (
     quantity_text,
     right,
     share_cell,
+    with_ends,
     word,
 )
 
@@ -159,7 +161,7 @@ def aggregated_cell(study: Study, design: Design, figure: ResultFigure, *, sprea
     if extent is None or value is None or (extent.least == extent.greatest and not by_share):
         return cell
     least, greatest = (figure_cell(figure, end).text for end in (extent.least, extent.greatest))
-    return Cell(f"{cell.text} ({least} to {greatest})", cell.value)
+    return Cell(with_ends(cell.text, f"{least} to {greatest}", Ends.SPREAD), cell.value)
 
 
 def rules_text(study: Study) -> str:
@@ -206,7 +208,7 @@ def alike_note(study: Study) -> tuple[str, ...]:
     if study.world.draws is None:
         why = "each of the two is better in some conditions, or they are equal in all"
     else:
-        why = "the 95 % interval of their mean difference over the seeds holds 0"
+        why = "the 95 % confidence interval of their mean difference over the seeds holds 0"
     return (f"not told apart: {why}",)
 
 
@@ -243,7 +245,7 @@ def spread_table(study: Study) -> Table:
         *right("design"),
         *left("figure"),
         *right("aggregated"),
-        *left("95 % interval"),
+        *left("95 % confidence interval"),
         *right("least", "greatest", "standard deviation"),
     )
     return Table(f"Spread over {counted(len(study.world.each), 'condition')}", columns, tuple(rows))

@@ -82,7 +82,7 @@ def _lines(result: Fidelity) -> Table:
         for each in result.by_line
         if each.line != TOTAL
     ]
-    columns = (*left("planner", "style", "line", "resource"), *_ERRORS, *right("law / synthesised"))
+    columns = (*left("planner", "style", "line", "resource"), *_ERRORS, *right("law / synthesised, least to greatest"))
     notes = ("others: lines and modules that only the demand, or only the circuit, has by that name",)
     return Table("Resources by line of the demand, all families", columns, tuple(rows), notes)
 

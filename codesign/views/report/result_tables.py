@@ -259,7 +259,7 @@ def clock_and_power_table(result: Result) -> Table:
     if result.clock is not None:
         rows.append((word("clock"), quantity_cell(result.clock.hz, "Hz"), Cell(""), Cell("")))
     for name, component, figure in _sourced(result):
-        board = each if name.endswith("power") and not component else ""
+        board = each if name.endswith("of the FPGA") else ""
         idle = f" of {component}, which has no task" if component else ""
         interval = interval_text(*figure.interval, figure.unit)
         value = quantity_cell(figure.value, figure.unit)
@@ -300,14 +300,17 @@ def _resources(result: Result) -> Iterable[tuple[str, str, Figure]]:
     return ((label(use.resource), item.name, item.figure) for use in result.resources for item in use.items)
 
 
+_OF_PROCESSOR = {"power busy": "busy power of the processor", "power idle": "idle power of the processor"}
+
+
 def _sourced(result: Result) -> Iterable[tuple[str, str, Figure]]:
     """Each figure with a source but resources: its name, the FPGA without a task that it is of or "", the figure."""
     for name, figure in result.processor.items():
-        yield label(name), "", figure
+        yield _OF_PROCESSOR.get(name, label(name)), "", figure
     if result.clock is not None:
         yield "clock limit", "", result.clock.limit
     if result.power is not None:
-        yield "static power", "", result.power.static
-        yield "dynamic power", "", result.power.dynamic
+        yield "static power of the FPGA", "", result.power.static
+        yield "dynamic power of the FPGA", "", result.power.dynamic
     for component, figure in result.idle_fpgas.items():
         yield "static power", component, figure

@@ -569,7 +569,7 @@ def _figures(result: Result) -> tuple[tuple[str, Cell], ...]:
         (FIGURES[name].label, sure_cell(result, FIGURES[name], result.figure(FIGURES[name]))) for name in FIRST[kind]
     ]
     if kind == "plan" and result.power is None and "power busy" in result.processor:
-        rows[-1] = ("power", Cell(quantity_text(result.processor["power busy"].value, "W")))
+        rows[-1] = ("busy power of the processor", Cell(quantity_text(result.processor["power busy"].value, "W")))
     rows.append(("tightest resource", _tightest(result)))
     arrivals = arrivals_of(result)
     if kind != "mission":

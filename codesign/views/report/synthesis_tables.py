@@ -10,7 +10,7 @@ from more_itertools import map_reduce
 from codesign.ground.figures import label
 from codesign.ground.units import format_count
 from codesign.hardware.rtl.compared import Compared
-from codesign.views.report.wording import Cell, Table, left, right, words
+from codesign.views.report.wording import Cell, Ends, Table, left, right, with_ends, words
 
 
 def synthesis_tables(result: Compared) -> Iterator[Table]:
@@ -67,7 +67,8 @@ def _clocks(result: Compared) -> Table:
     rows.append((*words("median of the seeds"), Cell(f"{clock / 1e6:.1f}", clock / 1e6)))
     low, high = (bound / 1e6 for bound in result.law.interval)
     law = result.law.value / 1e6
-    rows.append((*words("clock limit of the law"), Cell(f"{law:.1f} ({low:.0f} to {high:.0f})", law)))
+    limit = with_ends(f"{law:.1f}", f"{low:.0f} to {high:.0f}", Ends.INTERVAL)
+    rows.append((*words("clock limit of the law"), Cell(limit, law)))
     columns = (*left("clock"), *right("MHz"))
     notes = (f"critical path: {median.path.words}", f"law: {result.law.source}")
     return Table(f"Clock on {result.part}", columns, tuple(rows), notes, frozenset({len(rows) - 2}))

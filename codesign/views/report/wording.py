@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from enum import StrEnum
 from functools import cache
 from types import NoneType, UnionType
 from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
@@ -123,7 +124,7 @@ def figure_cell(figure: ResultFigure, value: float | None, interval: tuple[float
     whole = figure.counted == "count" and value is not None
     cell = quantity_cell(round(value) if whole and value is not None else value, figure.unit)
     ends = "" if interval is None or value is None else ends_text(cell.text, *interval, figure.unit)
-    return Cell(f"{cell.text} ({ends})", value) if ends else cell
+    return Cell(with_ends(cell.text, ends, Ends.INTERVAL), value) if ends else cell
 
 
 def quantity_cell(value: float | None, unit: str = "") -> Cell:
@@ -191,6 +192,27 @@ def quantity_text(value: float, unit: str) -> str:
     if unit in {"", "1"}:
         return number
     return f"{number} {unit.removesuffix('s') if value == 1 else unit}"
+
+
+class Ends(StrEnum):
+    """The meaning of two ends beside a value. Brackets are kept for what is assumed.
+
+    A confidence interval has a column of its own, whose heading says so.
+
+    >>> with_ends("4 ms", "1.5 to 15", Ends.INTERVAL), with_ends("4 ms", "3 ms to 4 ms", Ends.SPREAD)
+    ('4 ms (1.5 to 15)', '4 ms, over the conditions 3 ms to 4 ms')
+    """
+
+    INTERVAL = "{value} ({ends})"
+    """From the least to the greatest value that declared intervals leave open."""
+
+    SPREAD = "{value}, over the conditions {ends}"
+    """From the least to the greatest value that was computed."""
+
+
+def with_ends(value: str, ends: str, meaning: Ends) -> str:
+    """A value with two ends, marked by what they mean."""
+    return meaning.format(value=value, ends=ends)
 
 
 def interval_text(low: float, high: float, unit: str) -> str:

@@ -40,7 +40,7 @@ def test_a_plan_in_one_sentence_and_five_figures() -> None:
     assert figures(all_arriving()) == {
         "worst plan time": "3.21 ms",
         "energy": "4.2 mJ",
-        "power": "1.31 W (1.01 to 1.91)",
+        "FPGA power": "1.31 W (1.01 to 1.91)",
         "tightest resource": "block RAMs: 100 %, 144 of 144",
         "starts that arrive": "64 of 64",
     }
@@ -64,7 +64,7 @@ def test_the_time_stands_against_what_is_asked() -> None:
     )
     tight = [Constraint(figure="plan_time_worst_s", at_most=0.001), Constraint(figure="power", at_most=1.0)]
     sentence = answer(all_arriving(), tight).sentence
-    assert "fits, but misses what is asked for (worst plan time at most: 3.21 ms against 1 ms; power" in sentence
+    assert "fits, but misses what is asked for (worst plan time at most: 3.21 ms against 1 ms; FPGA power" in sentence
     assert "is feasible" not in sentence
 
 

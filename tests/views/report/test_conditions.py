@@ -59,7 +59,7 @@ def test_the_head_says_decisions_conditions_and_rule() -> None:
 
 def test_the_front_has_the_aggregated_figure_with_its_spread() -> None:
     (row,) = front_table(study()).rows
-    assert [cell.text for cell in row] == ["1", "host", "8 ms (2 ms to 8 ms)", "9"]
+    assert [cell.text for cell in row] == ["1", "host", "8 ms, over the conditions 2 ms to 8 ms", "9"]
     assert row[2].value == pytest.approx(8e-3)
 
 
@@ -67,7 +67,7 @@ def test_by_share_the_head_names_the_limit() -> None:
     rule = Share(share=Constraint(figure=TIME, at_most=5e-3))
     table = front_table(study(aggregate={"first_plan_s": rule}))
     assert table.columns[2].name == "share with first plan time at most 5 ms"
-    assert [row[2].text for row in table.rows] == ["50 % (2 ms to 8 ms)"]
+    assert [row[2].text for row in table.rows] == ["50 %, over the conditions 2 ms to 8 ms"]
     assert (
         best_table(study(aggregate={"first_plan_s": rule})).rows[0][0].text
         == "most share with first plan time at most 5 ms"
@@ -87,7 +87,7 @@ def test_a_design_that_is_out_names_the_condition() -> None:
 def test_what_the_conditions_do_not_tell_apart_is_said() -> None:
     equal = [[*CELLS[0]], [result(seconds=2e-3), result(seconds=8e-3)], [*CELLS[2]]]
     text = render_text(front_table(study(equal)))
-    assert re.search(r"1 +host +8 ms \(2 ms to 8 ms\) +10 +0\n", text)
+    assert re.search(r"1 +host +8 ms, over the conditions 2 ms to 8 ms +10 +0\n", text)
     assert "not told apart: each of the two is better in some conditions" in text
 
 

@@ -93,7 +93,7 @@ def test_what_is_of_one_board_and_what_of_all_is_told_apart() -> None:
     assert "trials" in tables["More of this planner"].notes[0]
     assert "all robots" in tables["More of this planner"].notes[0]
     powers = {row[0].text for row in tables["Clock and power"].rows}
-    assert {"static power of each board", "dynamic power of each board"} <= powers
+    assert {"static power of the FPGA of each board", "dynamic power of the FPGA of each board"} <= powers
     assert tables["Energy of the run"].rows[0][0].text == "FPGAs"
     # Without a fleet, an update takes the cycles of the robot that the others wait for.
     alone = {table.title for table in result_tables(result.model_copy(update={"fleet": None}))}

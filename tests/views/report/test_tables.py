@@ -154,7 +154,7 @@ def test_an_interval_shows_only_where_there_is_one() -> None:
     table = named(result_tables(a_result()), "Clock and power")
     intervals = {row[0].text: row[2].text for row in table.rows}
     assert intervals["clock limit"] == "140 MHz to 165 MHz"
-    assert intervals["dynamic power"] == ""
+    assert intervals["dynamic power of the FPGA"] == ""
 
 
 def test_axes_that_vary_are_columns_and_the_others_a_note() -> None:

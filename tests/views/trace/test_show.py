@@ -22,7 +22,7 @@ from codesign.views.trace.moment import SHADES, WALL, row_of
 TIMELINE = """
 0 ps||host|map|2 × 3 cells, 5 free, 2 goals, 0.05 m a cell
 12 ps|1.235 us|pci|message map|host to fpga, 1.188 kB, waited 12 ps
-1.235 us|6.765 us|fpga|visits of stage 0|p = 7: 50 visits of 4 blocks, 234 iterations (1 to 8 each)
+1.235 us|6.765 us|fpga|visits of stage 0|p = 7: 50 visits of 4 blocks, 234 iterations, 1 to 8 each
 1.235 us|6.765 us|fpga|stage 0|p = 7: 3 sweeps, 50 visits, 222 iterations, 1,998 cycles; 4 local maxima
 8 us||fpga|visits of stage 1|p = 15: 0 visits
 8 us|1 us|fpga|stage 1|p = 15: 1 sweep; 0 local maxima
