@@ -101,7 +101,8 @@ class Family:
       empty where ``parts`` has all.
     - ``least``: parameters that stand for the least of the family: where their items do not fit the part, no design of
       it does, and none reaches a faster clock. They need be no design of it, and may break a bound of the demand:
-      registers of as few bits as any design has. By default the first of the chain.
+      registers of as few bits as any design has. By default the first of the chain. ``clock_alone``: they stand for the
+      clock alone, so a part that is short of their items may hold others.
     - ``units``: no design of the family that brings every start to a goal takes fewer units, for the worst of the
       starts: cycles of the component under "", on a processor units by kernel. A kernel that is not there: no bound.
     - ``ranges``: the designs in words and whole numbers: (least, greatest) by name. ``count``: how many they are.
@@ -118,6 +119,7 @@ class Family:
     least: Mapping[str, Any] | None = None
     sharper: Callable[[int], Mapping[str, int]] | None = None
     parts: Callable[[], Iterator[Family]] | None = None
+    clock_alone: bool = False
 
 
 Sides = tuple[int, int]

@@ -296,7 +296,8 @@ class _Search:
         """True if no design of a family suffices by its least demand, or by a bound of its time."""
         each, least = opened.arrangement, family.least or family.chain[0]
         held = each.held(least)
-        short = [] if held is None else [reason for reason in held.reasons if reason.kind == "resource"]
+        reasons = () if held is None or family.clock_alone else held.reasons
+        short = [reason for reason in reasons if reason.kind == "resource"]
         if held is not None and short:
             worst = max(short, key=lambda reason: reason.demand / max(reason.limit, 1e-12))
             use = next(use for use in held.resources if use.resource == worst.name)

@@ -13,9 +13,11 @@ bound the cycles of every design that serves.
 from __future__ import annotations
 
 from bisect import bisect_left
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Set as AbstractSet
 from dataclasses import dataclass
 from functools import partial
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -44,6 +46,10 @@ engines = late("codesign.planners.harmonic.plan.engine")
 _settled = Memo(max_bytes=2**20)
 
 Parts = Callable[[], Iterator[Family]]
+Given = AbstractSet[tuple[int, ...]]
+
+NAMES = "block rows", "block columns"
+"""The ranges of a family."""
 
 QUICK = 4096
 """Cycles of iterations that are computed for the bound of every family; a sharper bound computes what it needs."""
@@ -101,34 +107,54 @@ class BlockSpace:
     warm: bool
 
     def families(self) -> Iterator[Family]:
-        """The chains that are most promising, then the classes of all other blocks, and last those that cannot fit."""
+        """The chains that are most promising, then all other blocks as one family."""
         designs = block_designs(self.problem.shape, self.part, self.decides)
         given = {tuple(chain[0]["block"]) for chain in designs}
         for chain in designs:
             height, width = chain[0]["block"]
             yield self._family(chain, (height, height), (width, width), len(chain))
         rows, columns = (side_classes(side) for side in self.problem.shape)
-        fitting, unfit = [], []
-        for down in rows:
-            served = [across for across in columns if self._lasts((down[0], across[0]))]
-            count = self._fitting(down[0], served)
-            fitting += [(down, across) for across in served[:count]]
-            if count < len(served):
-                unfit.append((down, (served[count][0], served[-1][1])))
-        for down, across in fitting:
-            shapes = [shape for shape in self._shapes(down, across) if shape not in given]
-            if shapes:
-                count = len(shapes) * len(VISITS) * len(self._lasts((down[0], across[0])))
-                yield self._family((), down, across, count, partial(self._chains, shapes))
-        for down, across in unfit:
-            count = sum(len(VISITS) * len(self._lasts(shape)) for shape in self._shapes(down, across))
-            yield self._family((self._least((down[0], across[0])),), down, across, count)
+        classes = [(down, served) for down in rows if (served := [each for each in columns if self._count(down, each)])]
+        count = sum(self._count(down, across, given) for down, served in classes for across in served)
+        if count:
+            yield Family(
+                chain=(),
+                units={"": self.least_cycles(QUICK)},
+                ranges={name: (1, side) for name, side in zip(NAMES, self.problem.shape, strict=True)},
+                count=count,
+                least=self._least((1, 1)),
+                clock_alone=True,
+                sharper=None if self.warm else lambda most_cycles: {"": self.least_cycles(most_cycles)},
+                parts=partial(self._classes, classes, given),
+            )
 
-    def _chains(self, shapes: list[tuple[int, int]]) -> Iterator[Family]:
-        for shape in shapes:
-            for iterations in VISITS:
+    def _classes(self, classes: Sequence[tuple[Sides, Sequence[Sides]]], given: Given) -> Iterator[Family]:
+        """The classes of blocks that were not ``given``, and last those that cannot fit."""
+        unfit = []
+        for down, served in classes:
+            fitting = bisect_left(served, True, key=lambda across, down=down: not self._may_fit((down[0], across[0])))
+            for across in served[:fitting]:
+                count = self._count(down, across, given)
+                if count:
+                    yield self._family((), down, across, count, partial(self._chains, down, across, given))
+            if fitting < len(served):
+                unfit.append((down, served[fitting:]))
+        for down, beyond in unfit:
+            count = sum(self._count(down, across, given) for across in beyond)
+            chain = (self._least((down[0], beyond[0][0])),)
+            yield self._family(chain, down, (beyond[0][0], beyond[-1][1]), count)
+
+    def _chains(self, down: Sides, across: Sides, given: Given) -> Iterator[Family]:
+        for shape in product(*(range(low, high + 1) for low, high in (down, across))):
+            for iterations in VISITS if shape not in given else ():
                 chain = block_chain(shape, iterations, self._lasts(shape))
                 yield self._family(chain, (shape[0], shape[0]), (shape[1], shape[1]), len(chain))
+
+    def _count(self, down: Sides, across: Sides, given: Given = frozenset()) -> int:
+        """The designs of a class, as many for each of its blocks."""
+        inside = sum(down[0] <= row <= down[1] and across[0] <= column <= across[1] for row, column in given)
+        blocks = (down[1] - down[0] + 1) * (across[1] - across[0] + 1) - inside
+        return blocks * len(VISITS) * len(self._lasts((down[0], across[0])))
 
     def _family(
         self, chain: tuple[Mapping[str, Any], ...], rows: Sides, columns: Sides, count: int, parts: Parts | None = None
@@ -138,23 +164,30 @@ class BlockSpace:
         def sharper(most_cycles: int) -> Mapping[str, int]:
             return {"": self.cycles(least, most_cycles)}
 
-        ranges = {"block rows": rows, "block columns": columns}
+        ranges = dict(zip(NAMES, (rows, columns), strict=True))
         units = {"": self.cycles(least, QUICK)}
-        return Family(chain, units, ranges, count, self._least(least), None if self.warm else sharper, parts)
+        sharp = None if self.warm else sharper
+        return Family(chain, units, ranges, count, self._least(least), sharper=sharp, parts=parts)
 
     def cycles(self, block: tuple[int, int], most_cycles: int) -> int:
         """Cycles that no design of a block that serves undercuts, nor of a larger one with as many blocks."""
         grid = [-(-cells // side) for cells, side in zip(self.problem.shape, block, strict=True)]
-        blocks, memories = grid[0] * grid[1], resources.memories(*block, *grid)
+        return self._cycles(resources.memories(*block, *grid), grid[0] * grid[1], block, most_cycles)
+
+    def least_cycles(self, most_cycles: int) -> int:
+        """Cycles that no design of any block that serves undercuts: the memories of all blocks hold the map."""
+        rows, columns = self.problem.shape
+        return self._cycles(-(-rows * columns // resources.RAM_WIDTH), 1, (1, 1), most_cycles)
+
+    def _cycles(self, memories: int, blocks: int, block: tuple[int, int], most_cycles: int) -> int:
         stages: tuple[tuple[int, int], ...] = ((FIRST, 1),)
         load = timing.load_start_cycles(memories, blocks, FIRST)
         if not self.warm:
             stages, load = least_stages(self.problem, most_cycles), timing.load_cycles(memories, blocks, FIRST)
         passes = sum((count - 1 + blocks) * timing.iteration_cycles(bits) for bits, count in stages)
         last = stages[-1][0]
-        return (
-            load + passes + (timing.decision_cycles(last) if self.decides else timing.read_cycles(*block, blocks, last))
-        )
+        end = timing.decision_cycles(last) if self.decides else timing.read_cycles(*block, blocks, last)
+        return load + passes + end
 
     def _least(self, block: tuple[int, int]) -> Mapping[str, Any]:
         return block_chain(block, VISITS[0], [FIRST])[0]
@@ -165,10 +198,3 @@ class BlockSpace:
     def _may_fit(self, block: tuple[int, int]) -> bool:
         """A map of this one block has the fewest memories at its borders."""
         return resources.fits(machine(block, block, FIRST, self.decides), self.part)
-
-    def _fitting(self, height: int, served: list[Sides]) -> int:
-        """The number of these columns that may fit: behind the first that cannot, none can."""
-        return bisect_left(served, True, key=lambda across: not self._may_fit((height, across[0])))
-
-    def _shapes(self, rows: Sides, columns: Sides) -> Iterator[tuple[int, int]]:
-        return ((row, column) for row in range(rows[0], rows[1] + 1) for column in range(columns[0], columns[1] + 1))

@@ -2,7 +2,8 @@
 
 Tiles of ``a`` × ``b`` cells cover a map of H × W cells as ``i`` × ``j`` = ceil(H / a) × ceil(W / b) tiles. The shapes
 with the same i and j are a class: its smallest shape takes the least of every resource, as all that is counted in tiles
-is alike. Classes stand in groups, by the powers of two of i and of j.
+is alike. Classes stand in groups, by the powers of two of i and of j; groups with the same power of i in rows; and all
+in one family, so that a part that is far too slow is left out in one step.
 
 The bound of a shape is that of its visits (``bounds``) with its exchanges; the bound of a class is the least one of its
 shapes. A group has a coarser one: each cell before the end of the wave is in a tile that is visited, and along the path
@@ -111,34 +112,36 @@ class TileSpace:
                 yield self._shape(tile, cycles)
 
     def families(self) -> Iterator[Family]:
-        """All shapes but those of ``promising``: groups, those with the least bound first; then what cannot fit."""
+        """All shapes but those of ``promising``, as one family; in it rows of groups, in these the groups."""
         rows, columns = (_octaves(side_classes(side), side) for side in self.cycles.map_shape)
-        groups: list[tuple[int, list[Sides], list[Sides]]] = []
-        unfit = []
+        groups = [self.cycles.of_group(_whole(down), _whole(across)) for down in rows for across in columns]
+        sides = [(1, side) for side in self.cycles.map_shape]
+        whole = self._coarse(sides[0], sides[1], min(groups), partial(self._rows, rows, columns))
+        if whole.count:
+            yield whole
+
+    def _rows(self, rows: Sequence[Sequence[Sides]], columns: Sequence[Sequence[Sides]]) -> Iterator[Family]:
+        """The groups with as many rows of tiles in one, those with the least bound first; then what cannot fit."""
+        found, unfit = [], []
         for down in rows:
             count = self._fitting(down[0][0], [across[0] for across in columns])
-            groups += [(self.cycles.of_group(_whole(down), _whole(across)), down, across) for across in columns[:count]]
+            groups = sorted((self.cycles.of_group(_whole(down), _whole(across)), across) for across in columns[:count])
+            if groups:
+                found.append((groups[0][0], down, groups))
             if count < len(columns):
-                beyond = columns[count][0][0], columns[-1][-1][1]
-                unfit.append(self._family(_whole(down), beyond))
-        for _, down, across in sorted(groups):
-            quick = None if len(down) == len(across) == 1 else self._quick((down[0][0], across[0][0]))
-            if quick is None:
-                yield from self._classes(down, across)
-            else:
-                parts = partial(self._classes, down, across)
-                yield replace(self._family(_whole(down), _whole(across), parts=parts), least=self._least(quick))
+                unfit.append(self._family(_whole(down), (columns[count][0][0], columns[-1][-1][1])))
+        for least, down, groups in sorted(found):
+            beyond = max(across[-1][1] for _, across in groups)
+            yield self._coarse(_whole(down), (1, beyond), least, partial(self._groups, down, groups))
         yield from unfit
 
-    def _quick(self, tile: Shape) -> Shape | None:
-        """A shape that fits, of no more nodes, and so with as fast a clock; None where there is none.
+    def _groups(self, down: Sequence[Sides], groups: Sequence[tuple[int, Sequence[Sides]]]) -> Iterator[Family]:
+        for least, across in groups:
+            yield self._coarse(_whole(down), _whole(across), least, partial(self._classes, down, across))
 
-        The smallest shape of a group need not fit where others do: its columns have the deepest memories.
-        """
-        nodes = tile[0] * tile[1]
-        widths = (width for width, _ in side_classes(self.cycles.map_shape[1]) if tile[1] <= width <= nodes)
-        shapes = ((min(nodes // width, self.cycles.map_shape[0]), width) for width in widths)
-        return next((shape for shape in shapes if self.fits(shape)), None)
+    def _coarse(self, rows: Sides, columns: Sides, cycles: int, parts: Callable[[], Iterator[Family]]) -> Family:
+        """Several classes. Their smallest shape has the fastest clock; its columns have the deepest memories."""
+        return replace(self._family(rows, columns, cycles, parts), clock_alone=True)
 
     def _classes(self, down: Sequence[Sides], across: Sequence[Sides]) -> Iterator[Family]:
         """The classes of a group, those with the least bound first; of each row the ones that cannot fit as one."""
