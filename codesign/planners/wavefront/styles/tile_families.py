@@ -20,7 +20,9 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any
 
+import numpy as np
 from more_itertools import map_reduce
+from numpy.typing import NDArray
 
 from codesign.planners.job import largest
 from codesign.planners.styles import Family, Sides, side_classes
@@ -50,21 +52,22 @@ class TileCycles:
 
     map_shape: Shape
     visits: VisitBounds
-    _kept: dict[tuple[Sides, Sides], dict[Shape, int]] = field(default_factory=dict)
+    _kept: dict[int, NDArray[np.int64]] = field(default_factory=dict)
 
-    def of_class(self, rows: Sides, columns: Sides) -> dict[Shape, int]:
-        """The least cycles of each shape of a class."""
-        if (rows, columns) not in self._kept:
-            self._kept[rows, columns] = {
-                (height, width): self._cycles((height, width), *map(int, least))
-                for height in range(rows[0], rows[1] + 1)
-                for width, least in enumerate(self.visits.visits(height, columns), columns[0])
-            }
-        return self._kept[rows, columns]
+    def of_height(self, height: int) -> NDArray[np.int64]:
+        """The least cycles of the tiles of a height, int64, one entry for each width from 1 on."""
+        if height not in self._kept:
+            columns = self.map_shape[1]
+            least = self.visits.visits(height, (1, columns))
+            fixed = [fixed_cycles(self.map_shape, (height, width)) for width in range(1, columns + 1)]
+            load, exchange = np.array(fixed, np.int64).T
+            self._kept[height] = load + least[:, 0] * (exchange + 1) + least[:, 1]
+        return self._kept[height]
 
-    def _cycles(self, tile: Shape, visits: int, spans: int) -> int:
-        fixed, exchange = fixed_cycles(self.map_shape, tile)
-        return fixed + visits * (exchange + 1) + spans
+    def of_shapes(self, rows: Sides, columns: Sides) -> int:
+        """Cycles that no shape with these sides undercuts: the least of all their bounds."""
+        heights = range(rows[0], rows[1] + 1)
+        return min(int(self.of_height(height)[columns[0] - 1 : columns[1]].min()) for height in heights)
 
     def of_group(self, rows: Sides, columns: Sides) -> int:
         """Cycles that no shape with these sides undercuts."""
@@ -104,7 +107,7 @@ class TileSpace:
                 ratio = max(least, width) / min(least, width)
                 if ratio > LONG * max(self.cycles.map_shape) / min(self.cycles.map_shape):
                     continue
-                cycles = self.cycles.of_class((least, least), (width, width))[least, width]
+                cycles = int(self.cycles.of_height(least)[width - 1])
                 widest.append((cycles * (1 + ratio / LONG), cycles, (least, width)))
         for _, cycles, tile in sorted(widest):
             if len(self.given) < PROMISING and self.fits(tile):
@@ -137,48 +140,42 @@ class TileSpace:
 
     def _groups(self, down: Sequence[Sides], groups: Sequence[tuple[int, Sequence[Sides]]]) -> Iterator[Family]:
         for least, across in groups:
-            yield self._coarse(_whole(down), _whole(across), least, partial(self._classes, down, across))
+            yield self._coarse(_whole(down), _whole(across), least, partial(self._shapes, down, across))
 
     def _coarse(self, rows: Sides, columns: Sides, cycles: int, parts: Callable[[], Iterator[Family]]) -> Family:
         """Several classes. Their smallest shape has the fastest clock; its columns have the deepest memories."""
         return replace(self._family(rows, columns, cycles, parts), clock_alone=True)
 
-    def _classes(self, down: Sequence[Sides], across: Sequence[Sides]) -> Iterator[Family]:
-        """The classes of a group, those with the least bound first; of each row the ones that cannot fit as one."""
+    def _shapes(self, rows: Sequence[Sides], columns: Sequence[Sides]) -> Iterator[Family]:
+        """The shapes of these classes, by halves, the one with the least bound first; then what cannot fit."""
+        sides = _whole(rows), _whole(columns)
+        if len(rows) == len(columns) == 1:
+            halves = [([down], [across]) for down, across in _halved(*sides)]
+        elif len(rows) >= len(columns):
+            halves = [(rows[: len(rows) // 2], columns), (rows[len(rows) // 2 :], columns)]
+        else:
+            halves = [(rows, columns[: len(columns) // 2]), (rows, columns[len(columns) // 2 :])]
         found, unfit = [], []
-        for rows in down:
-            count = self._fitting(rows[0], across)
-            for columns in across[:count]:
-                left = [
-                    cycles for tile, cycles in self.cycles.of_class(rows, columns).items() if tile not in self.given
-                ]
-                if left:
-                    found.append((min(left), rows, columns))
-            if count < len(across):
-                unfit.append(self._family(rows, (across[count][0], across[-1][1])))
-        for least, rows, columns in sorted(found):
-            yield self._family(rows, columns, least, partial(self._shapes, rows, columns))
+        for index, (down, across) in enumerate(halves):
+            first = down[0][0], across[0][0]
+            if self.may_fit(first):
+                found.append((self.cycles.of_shapes(_whole(down), _whole(across)), index))
+            else:
+                unfit.append(self._family(_whole(down), _whole(across)))
+        for least, index in sorted(found):
+            yield from self._half(least, *halves[index])
         yield from unfit
 
-    def _shapes(self, rows: Sides, columns: Sides) -> Iterator[Family]:
-        """The shapes of a class, those with the least bound first. In a class larger ones take no less of anything."""
-        shapes, found, unfit = self.cycles.of_class(rows, columns), [], []
-        beyond = columns[1] + 1
-        for height in range(rows[0], rows[1] + 1):
-            widths = range(columns[0], beyond)
-            beyond = columns[0] + self._widths(height, widths)
-            found += [(shapes[height, width], (height, width)) for width in range(columns[0], beyond)]
-            if beyond == columns[0]:
-                unfit.append(self._family((height, rows[1]), columns))
-                break
-            if beyond <= columns[1]:
-                unfit.append(self._family((height, height), (beyond, columns[1])))
-        yield from (self._shape(tile, cycles) for cycles, tile in sorted(found) if tile not in self.given)
-        yield from (family for family in unfit if family.count)
-
-    def _widths(self, height: int, widths: Sequence[int]) -> int:
-        """The number of these widths that fit, the smallest first."""
-        return bisect_left(widths, True, key=lambda width: not self.fits((height, width)))
+    def _half(self, least: int, rows: Sequence[Sides], columns: Sequence[Sides]) -> Iterator[Family]:
+        """Some shapes as one family. In a class larger ones take no less of anything."""
+        (top, bottom), (left, right) = sides = _whole(rows), _whole(columns)
+        parts = partial(self._shapes, rows, columns)
+        if len(rows) > 1 or len(columns) > 1:
+            yield self._coarse(*sides, least, parts)
+        elif top < bottom or left < right:
+            yield self._family(*sides, least, parts)
+        elif (top, left) not in self.given:
+            yield self._shape((top, left), least)
 
     def _fitting(self, height: int, across: Sequence[Sides]) -> int:
         """The number of columns that may fit: behind the first that cannot, none can."""
@@ -222,6 +219,16 @@ class TileSpace:
 
 def _whole(classes: Sequence[Sides]) -> Sides:
     return classes[0][0], classes[-1][1]
+
+
+def _halved(rows: Sides, columns: Sides) -> list[tuple[Sides, Sides]]:
+    """The shapes of a class in two parts, along the side with more of them; a single one as it is."""
+    middle = [sum(sides) // 2 for sides in (rows, columns)]
+    if rows[0] == rows[1] and columns[0] == columns[1]:
+        return [(rows, columns)]
+    if rows[1] - rows[0] >= columns[1] - columns[0]:
+        return [((rows[0], middle[0]), columns), ((middle[0] + 1, rows[1]), columns)]
+    return [(rows, (columns[0], middle[1])), (rows, (middle[1] + 1, columns[1]))]
 
 
 def _octaves(classes: Sequence[Sides], cells: int) -> list[list[Sides]]:
