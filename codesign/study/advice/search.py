@@ -18,7 +18,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from itertools import zip_longest
 from typing import Any, Literal, get_args
@@ -143,26 +143,29 @@ def search(
 
 @dataclass(eq=False)
 class _Open:
-    """An arrangement with the families that are still to be looked at."""
+    """An arrangement with the families that are still to be looked at: of the last iterator first."""
 
     arrangement: Arrangement
-    families: Iterator[Family]
+    families: list[Iterator[Family]]
     messages: tuple[float, ...] = ()
     nearest: Family | None = None
 
-    def push(self, parts: Iterable[Family]) -> None:
+    def push(self, parts: Iterator[Family]) -> None:
         """Parts come before the families that are left."""
-        rest = self.families
-        self.families = (family for each in (parts, rest) for family in each)
+        self.families.append(parts)
 
     def next(self, failures: list[str]) -> Family | None:
         """The next family; None where none is left, or the code of the planner fails, which is told."""
         try:
-            return next(self.families, None)
+            while self.families:
+                family = next(self.families[-1], None)
+                if family is not None:
+                    return family
+                self.families.pop()
         except RunError as failed:
             failures.append(f"{self.arrangement.board.name}: {failed.what}")
-            self.families = iter(())
-            return None
+            self.families.clear()
+        return None
 
 
 class _Search:
@@ -182,7 +185,7 @@ class _Search:
         """Look at a few families everywhere, then search the cheaper boards to the end."""
         problem = self.laboratory.question.problem
         opened = {
-            board.name: [_Open(each, each.families()) for each in arrangements_of(board, problem, self.needs)]
+            board.name: [_Open(each, [each.families()]) for each in arrangements_of(board, problem, self.needs)]
             for board in self.boards
         }
         out = {board.name: excluded(board, self.needs) for board in self.boards}
