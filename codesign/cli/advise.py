@@ -60,7 +60,7 @@ def advise(asked: Advise) -> None:
         pace.total = total
         left = pace.left_s(done)
         rest = max(0.0, budget_s - (time.process_time() - begun))
-        show(Advance(done, total, "chains of designs searched", None if left is None else min(left, rest)))
+        show(Advance(done, total, "boards searched", None if left is None else min(left, rest)))
 
     with progress_shown(after_s=_QUIET_SECONDS, quiet=asked.as_json) as show, compiling_shown(show):
         answer = advice.advise(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
+from functools import partial
 from itertools import product
 from typing import Any
 
@@ -28,6 +29,8 @@ from codesign.planners.styles import Architecture, Family
 from codesign.planners.wavefront.plan.parameters import PropagateParameters
 from codesign.planners.wavefront.styles import AdderComparator, DelayLine, Software, Tiled
 from codesign.planners.wavefront.styles.tile import tiled_items
+from codesign.planners.wavefront.styles.tile_families import PROMISING
+from codesign.study.advice.search import _Open
 
 PART = load_part("XC4VLX160-12")
 
@@ -222,8 +225,35 @@ def test_a_large_map_is_listed_quickly_and_its_best_tile_stands_first() -> None:
     assert end is not None
     here = Problem(free, ((1, 1),), (end,))
     families = list(Tiled().families(Job(here, None, part=part_of(0.3, 60))))
-    assert len(families) < 400
+    first, *_, rest = families
+    assert len(families) <= PROMISING + 1
+    assert rest.clock_alone
+    assert len(list(rest.parts() if rest.parts else ())) <= 2 * 7
     assert sum(family.count for family in families) == 2 * 96 * 96
-    first, *_ = families
     assert first.sharper is not None
     assert len(first.chain) == 1
+
+
+def test_all_blocks_but_the_promising_ones_are_left_out_in_one_step() -> None:
+    here = problem(1, (90, 80), 0.2, starts=1)
+    *_, rest = BitSerial().families(Job(here, None, part=PART))
+    assert rest.clock_alone
+    assert rest.ranges == {"block rows": (1, 90), "block columns": (1, 80)}
+    assert rest.count > 10_000
+    assert rest.parts is not None
+    classes = list(rest.parts())
+    assert sum(family.count for family in classes) == rest.count
+    assert all(family.units[""] >= rest.units[""] for family in classes)
+
+
+def test_parts_of_parts_are_looked_at_to_any_depth() -> None:
+    def nested(depth: int) -> Iterator[Family]:
+        yield Family((), count=depth, parts=partial(nested, depth - 1) if depth else None)
+
+    arrangement: Any = None
+    opened, counts = _Open(arrangement, [nested(3000)]), []
+    while (family := opened.next([])) is not None:
+        counts.append(family.count)
+        if family.parts is not None:
+            opened.push(family.parts())
+    assert counts == list(range(3000, -1, -1))

@@ -6,6 +6,9 @@ A style gives its designs in families (``Architecture.families``). A family is e
 - where a bound of its cycles, over the fastest clock that it reaches by its law, and the messages that every design
   sends, take longer than a plan may take.
 
+A family may hold all designs but a few, so a board that is far too slow is done in one step. Where it is excluded at
+the figures' own values alone, and all else of the board at every value, its parts are looked at.
+
 Of what is left each design is tried, least bits first, and parts of a family have sharper bounds. A chain ends at the
 first design that serves, and at the first that takes longer than a plan may take: the designs after it take at least as
 long.
@@ -44,7 +47,7 @@ _GROUP = 64
 """Trials that the cache is given at once."""
 
 Progress = Callable[[int, int], None]
-"""Takes how many chains are done, and of how many."""
+"""Takes how many boards are done, and of how many."""
 
 Tried = tuple[Candidate, Trial]
 
@@ -191,10 +194,13 @@ class _Search:
         out = {board.name: excluded(board, self.needs) for board in self.boards}
         self.found.excluded = {name: why for name, why in out.items() if why is not None}
         # The boards take turns, so that a small budget reaches each of them; the simplest arrangement is first.
+        self.progress(0, len(self.boards))
         for turns in zip_longest(*(self._few(opened[board.name]) for board in self.boards)):
             turn = [each for each in turns if each is not None and not self._suffices(each[0].arrangement.board)]
             self._settle(turn)
-        for board in sorted(self.boards, key=lambda each: (each.price_usd is None, each.price_usd or 0.0)):
+        boards = sorted(self.boards, key=lambda each: (each.price_usd is None, each.price_usd or 0.0))
+        for done, board in enumerate(boards):
+            self.progress(done, len(boards))
             for each in opened[board.name]:
                 # A board is shown by what it can: by designs that its cycles left out too.
                 if each.nearest is not None and not self._is_settled(board):
@@ -321,11 +327,15 @@ class _Search:
             time, least_time = each.time_of(units, limit)
         if time <= left:
             return False
+        sure = least_time + least_messages > self.needs.period_s
+        if not sure and not family.chain and self.found.surely(each.board.name):
+            # Its parts may be out at every value, as all others of the board are so far.
+            return False
         numbers = {"units": dict(units), "clock_hz": None if limit is None else limit.value, "time_s": time + messages}
         # A count is given up at the limit, so of those the most promising, which comes first, is the nearest.
         if state == "counted" and family.chain and opened.nearest is None:
             opened.nearest = family
-        self._note(opened, family, state, sure=least_time + least_messages > self.needs.period_s, **numbers)
+        self._note(opened, family, state, sure=sure, **numbers)
         return True
 
     def _try(self, chains: Sequence[tuple[_Open, Family]]) -> None:
@@ -336,7 +346,7 @@ class _Search:
             designs = [(*each, each[0].arrangement.candidate(each[1].chain[level])) for each in open_chains]
             designs.sort(key=lambda each: each[2].bits)
             open_chains = []
-            for index, (opened, family, candidate) in enumerate(designs, 1):
+            for opened, family, candidate in designs:
                 trial = self._trial(opened, candidate, self.laboratory.farthest)
                 if trial is not None and not self._is_slow(trial) and self.laboratory.farthest is not self.laboratory:
                     trial = self._trial(opened, candidate, self.laboratory)
@@ -349,8 +359,6 @@ class _Search:
                     self._note(opened, family, "tried")
                     if family.parts is not None:
                         opened.push(family.parts())
-                done = sum(map(len, self.found.settled.values()))
-                self.progress(done, done + len(designs) - index + len(open_chains))
             level += 1
 
     def _trial(self, opened: _Open, candidate: Candidate, laboratory: Laboratory) -> Trial | None:
