@@ -116,6 +116,10 @@ class BlockSpace:
         rows, columns = (side_classes(side) for side in self.problem.shape)
         classes = [(down, served) for down in rows if (served := [each for each in columns if self._count(down, each)])]
         count = sum(self._count(down, across, given) for down, served in classes for across in served)
+
+        def sharper(most_cycles: int) -> Mapping[str, int]:
+            return {"": self.least_cycles(most_cycles)}
+
         if count:
             yield Family(
                 chain=(),
@@ -124,7 +128,7 @@ class BlockSpace:
                 count=count,
                 least=self._least((1, 1)),
                 clock_alone=True,
-                sharper=None if self.warm else lambda most_cycles: {"": self.least_cycles(most_cycles)},
+                sharper=None if self.warm else sharper,
                 parts=partial(self._classes, classes, given),
             )
 
@@ -132,7 +136,7 @@ class BlockSpace:
         """The classes of blocks that were not ``given``, and last those that cannot fit."""
         unfit = []
         for down, served in classes:
-            fitting = bisect_left(served, True, key=lambda across, down=down: not self._may_fit((down[0], across[0])))
+            fitting = self._fitting(down[0], served)
             for across in served[:fitting]:
                 count = self._count(down, across, given)
                 if count:
@@ -145,7 +149,7 @@ class BlockSpace:
             yield self._family(chain, down, (beyond[0][0], beyond[-1][1]), count)
 
     def _chains(self, down: Sides, across: Sides, given: Given) -> Iterator[Family]:
-        for shape in product(*(range(low, high + 1) for low, high in (down, across))):
+        for shape in product(range(down[0], down[1] + 1), range(across[0], across[1] + 1)):
             for iterations in VISITS if shape not in given else ():
                 chain = block_chain(shape, iterations, self._lasts(shape))
                 yield self._family(chain, (shape[0], shape[0]), (shape[1], shape[1]), len(chain))
@@ -198,3 +202,7 @@ class BlockSpace:
     def _may_fit(self, block: tuple[int, int]) -> bool:
         """A map of this one block has the fewest memories at its borders."""
         return resources.fits(machine(block, block, FIRST, self.decides), self.part)
+
+    def _fitting(self, height: int, served: Sequence[Sides]) -> int:
+        """The number of these columns that may fit: behind the first that cannot, none can."""
+        return bisect_left(served, True, key=lambda across: not self._may_fit((height, across[0])))

@@ -148,9 +148,9 @@ class TileSpace:
 
     def _shapes(self, rows: Sequence[Sides], columns: Sequence[Sides]) -> Iterator[Family]:
         """The shapes of these classes, by halves, the one with the least bound first; then what cannot fit."""
-        sides = _whole(rows), _whole(columns)
+        halves: list[tuple[Sequence[Sides], Sequence[Sides]]]
         if len(rows) == len(columns) == 1:
-            halves = [([down], [across]) for down, across in _halved(*sides)]
+            halves = [([down], [across]) for down, across in _halved(rows[0], columns[0])]
         elif len(rows) >= len(columns):
             halves = [(rows[: len(rows) // 2], columns), (rows[len(rows) // 2 :], columns)]
         else:
