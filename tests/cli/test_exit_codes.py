@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -11,6 +12,7 @@ import pytest
 from click.testing import Result
 
 from codesign.cli import main
+from codesign.study.advice.certificate import Certificate
 
 Run = Callable[..., Result]
 Specs = tuple[Path, Path]
@@ -58,6 +60,20 @@ def answered(hwsw: Run, specs: Specs, corridor: Path) -> dict[str, tuple[list[ob
         assert hwsw("run", *specs, *more, "--trace", f"{name}.mcap").exit_code == 0
     pair = "virtex4-pci:labyrinth"
     place = ("advise", corridor, "--goal", "0,0", "--start", "0,9", "--boards", "zynq", "--rate")
+    assert hwsw(*place, "1 Hz", "--certify", "a").exit_code == 0
+    content = json.loads(Path("a").read_text(encoding="utf-8"))
+    content["winner"]["time_s"] = 100.0
+    certificate = Certificate.model_validate(content)
+    changed = certificate.model_copy(update={"digest": certificate.content})
+    Path("changed").write_text(changed.model_dump_json(), encoding="utf-8")
+    host = ("advise", corridor, "--goal", "0,0", "--start", "0,9", "--boards", "raspberry-pi-4", "--rate", "1 Hz")
+    assert hwsw(*host, "--write", "design").exit_code == 0
+    design = "raspberry-pi-4", "design/raspberry-pi-4.yaml"
+    time = json.loads(hwsw("run", *design, "--json").stdout)["task"]["plan_time_worst_s"]
+    for name, seconds in (("inside", time), ("outside", 10 * time)):
+        took = f"time_of_a_plan: {{median: {seconds} s, p99: {seconds} s}}"
+        of = f"platform: {design[0]}\nworkload: {design[1]}"
+        Path(f"{name}.yaml").write_text(f"kind: measured\n{of}\ndate: 2026-11-20\nruns: 100\n{took}\n")
     unfit = hwsw("report", "s", "--json").stdout
     index = next(i for i, text in enumerate(unfit.split('"feasible": ')[1:]) if text.startswith("false"))
     best = next(i for i, text in enumerate(unfit.split('"feasible": ')[1:]) if text.startswith("true"))
@@ -69,6 +85,8 @@ def answered(hwsw: Run, specs: Specs, corridor: Path) -> dict[str, tuple[list[ob
         "explain of a run": (["explain", *specs], ["explain", *specs, *small]),
         "compare": (["compare", pair, pair, *always], ["compare", pair, pair, *never]),
         "advise": ([*place, "1 Hz"], [*place, "1 Hz", "--power", "1 mW"]),
+        "measured": (["measured", "inside.yaml"], ["measured", "outside.yaml"]),
+        "verify-advice": (["verify-advice", "a"], ["verify-advice", "changed"]),
         "verify-front": (["verify-front", "c"], ["verify-front", "none", "--store", "s"]),
         "trace diff": (["trace", "diff", "one.mcap", "one.mcap"], ["trace", "diff", "one.mcap", "other.mcap"]),
     }

@@ -133,7 +133,11 @@ def judged(boards: Sequence[Board], findings: Findings, needs: Needs) -> tuple[l
         why = f"it has no design {needs.only}" if needs.only else "no planner has a style for its components"
         if findings.extent(board.name).designs:
             why = "none of its designs was searched within the budget"
-        advice.append(_of_board(board, chosen, tried, needs, why, findings.extent(board.name)))
+        each = _of_board(board, chosen, tried, needs, why, findings.extent(board.name))
+        if board.name in findings.excluded:
+            # Its designs were not searched, so nothing is said of them but the need that none of them meets.
+            each = each.model_copy(update={"shortfalls": findings.excluded[board.name][:1]})
+        advice.append(each)
     return sorted(advice, key=cost_order), best
 
 

@@ -106,7 +106,11 @@ def shortfalls_of(trial: Trial, board: Board, needs: Needs) -> tuple[Shortfall, 
             name = "power at its input (board.power)"
         if demand is None or demand > needs.power_w:
             short.append(Shortfall(need="power", name=name, demand=demand, limit=needs.power_w, unit="W"))
-    if needs.detour is not None and (trial.detour is None or trial.detour > needs.detour) and trial.time_s is not None:
+    if (
+        needs.detour is not None
+        and (trial.detour is None or trial.detour > needs.detour * (1 + ROUNDING))
+        and trial.time_s is not None
+    ):
         short.append(Shortfall(need="detour", name="length of its paths", demand=trial.detour, limit=needs.detour))
     if trial.time_s is not None:
         short += _beyond(trial, needs)
@@ -121,8 +125,10 @@ def _beyond(trial: Trial, needs: Needs) -> Iterator[Shortfall]:
     for each in needs.limits:
         value = trial.figures.get(each.figure.name)
         for bound, limit in each.bounds.items():
-            kept = value is not None and (value > limit if bound in LOWER else value < limit)
-            if not kept and (value != limit or bound in STRICT):
+            kept = value is not None and (
+                value > limit * (1 - ROUNDING) if bound in LOWER else value < limit * (1 + ROUNDING)
+            )
+            if not kept or (value == limit and bound in STRICT):
                 unit = {"1": "", "cells": "cells"}.get(each.figure.unit, each.figure.unit)
                 yield Shortfall(
                     need="figure", name=each.figure.label, demand=value, limit=limit, unit=unit, lower=bound in LOWER
@@ -174,6 +180,9 @@ def number_text(value: float) -> str:
 
 _DIMENSIONS = {"W": Dimension.POWER, "Hz": Dimension.FREQUENCY}
 
+
+ROUNDING = 1e-9
+"""Relative: a sum of the lengths of steps may be off by so much."""
 
 Standing = Literal["holds", "fails", "depends"]
 
@@ -232,7 +241,7 @@ def certainty_of(result: Result, board: Board, needs: Needs) -> Certainty:
         )
         judged.append(Judged(need="figure", state=state, name=limit.figure.name, text=text))
     if needs.detour is not None and trial.detour is not None:
-        longer = trial.detour > needs.detour
+        longer = trial.detour > needs.detour * (1 + ROUNDING)
         text = f"a path is {trial.detour:.4g} times the shortest" if longer else ""
         judged.append(Judged(need="detour", state="fails" if longer else "holds", text=text))
     if trial.time_s is not None:

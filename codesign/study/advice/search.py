@@ -398,7 +398,8 @@ def order(tried: Tried, board: Board, needs: Needs) -> tuple[int, float, float]:
     candidate, trial = tried
     short = shortfalls_of(trial, board, needs)
     time = math.inf if trial.time_s is None else trial.time_s
-    worst = max((shortfall.ratio for shortfall in short), default=0.0)
+    # What nobody knows is the same of every design.
+    worst = max((shortfall.ratio for shortfall in short if not shortfall.is_unknown), default=0.0)
     kinds = {shortfall.need for shortfall in short}
     if not short:
         return 0, SIMPLE.index(candidate.placement), time

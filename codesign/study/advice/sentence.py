@@ -52,19 +52,27 @@ def _searched(proof: Proof) -> str:
         "left, as the budget was spent": each.left,
     }
     parts = ", ".join(f"{count:,} {what}" for what, count in counts.items() if count)
-    return f" (of {counted(each.designs, 'design')}, {parts})" if each.designs else ""
+    least = "at least " if each.left else ""
+    return f" (of {least}{counted(each.designs, 'design')}, {parts})" if each.designs else ""
 
 
 def _surely_fast(boards: Sequence[BoardAdvice], needs: Needs) -> str:
-    """The first board that suffices with a design that fits and is fast enough at every value inside the intervals."""
+    """The first board with a design that suffices, fits, and is fast enough at every value inside the intervals.
+
+    With a limit on power it is not said: whether a board keeps that is a matter of its own figures.
+    """
+    if needs.power_w is not None:
+        return ""
+    others = needs.detour is not None or needs.limits
     for board in boards:
-        for design in (board.design, board.fastest):
+        # The fastest design need not keep the other needs.
+        for design in (board.design,) if others else (board.design, board.fastest):
             if not board.suffices or design is None or not design.trial.surely_fits:
                 continue
             high = design.trial.time_high_s
             if high is not None and high <= needs.period_s:
                 return f"; {board.board} ({cost_text(board)}) is at every value, with {design_text(design)}"
-    return "; no board is at every value inside the intervals"
+    return "; of the designs that were looked at, none is at every value inside the intervals"
 
 
 def _time(time: float, certainty: Certainty) -> str:
@@ -192,7 +200,7 @@ _NEEDS = {
     "detour": "the length of the paths",
     "arrive": "that all starts arrive",
     "fit": "the size of the part or the memory",
-    "refused": "what the platform lacks or the budget left out",
+    "refused": "what cannot be tried",
 }
 
 

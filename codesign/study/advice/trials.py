@@ -115,7 +115,7 @@ class Trial(ResultModel):
     energy_low_j: float | None = Field(default=None, description="the same, the least value, J")
     energy_high_j: float | None = Field(default=None, description="the same, the greatest value, J")
     messages_s: tuple[float, float] | None = Field(
-        default=None, description="of that time, its messages on links: their own value and their least, s"
+        default=None, description="of that time, the message with the map: at the figures' own values, and the least, s"
     )
     starts: int = Field(default=0, description="starts tried")
     arrived: int = Field(default=0, description="starts that arrived")
@@ -285,14 +285,21 @@ def trial_of(result: Result) -> Trial:
 
 
 def _messages(result: Result) -> tuple[float, float] | None:
-    """The time of the messages of a plan, waits left out, s: at the figures' own values, and the least."""
+    """The time of the message with the map, waits left out, s: at the figures' own values, and the least.
+
+    Every design of an arrangement gets the same map. What it answers may depend on the design.
+    """
     if result.terms is None or not (plans := result.terms.times.get(WORST_TIME.name)):
         return None
     inputs = result.terms.inputs
     values, ends = {name: figure.value for name, figure in inputs.items()}, Ends(inputs)
-    # Of several starts, the least: all of them send these.
-    sent = [[term for term in plan if term.where in (result.links or {}) and term.works] for plan in plans]
+    links = result.links or {}
+    sent = [[term for term in plan if term.where in links and term.works and term.what == LOAD_FLOW] for plan in plans]
     return min(sum(term.at(values) for term in plan) for plan in sent), min(ends.of_sum(plan)[0] for plan in sent)
+
+
+LOAD_FLOW = "map"
+"""The name of the message with the map."""
 
 
 def _refused(why: str) -> Trial:

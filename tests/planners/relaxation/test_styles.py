@@ -161,13 +161,14 @@ def test_platforms_carry_the_costs() -> None:
     assert cost.status == Status.CALIBRATED
     styles = (*catalog.architectures().values(), *catalog.task_styles().values())
     kernels = {style.kernel for style in styles if style.kernel}
+    later = {kernel for kernel in all_probes() if kernel.startswith("grid_search_")}
     besides = {MAP_KERNEL, CHECK_KERNEL, DIAGONAL_KERNEL, *BREADTH_FIRST, *WAVEFRONT}
-    assert set(all_probes()) <= kernels | besides | {DIRECT_KERNEL, OCCUPANCY, FOLLOWING}
+    assert set(all_probes()) - later <= kernels | besides | {DIRECT_KERNEL, OCCUPANCY, FOLLOWING}
     assert paper.costs[DIRECT_KERNEL].value == cost.value  # type: ignore[union-attr]
     assert paper.costs[DIRECT_KERNEL].status == Status.ASSUMED  # type: ignore[union-attr]
     measured = load_platform("pc-epyc").components["pc"].costs  # type: ignore[union-attr]
     assert set(measured) == {*all_probes(), RENDER_KERNEL}
-    assert set(paper.costs) == set(all_probes())  # type: ignore[union-attr]
+    assert set(paper.costs) == set(all_probes()) - later  # type: ignore[union-attr]
 
 
 def direct_on(platform: Platform) -> Result:
@@ -250,7 +251,7 @@ def test_the_hint_says_how_a_workload_loses_its_omega() -> None:
 
 
 def test_this_machine_is_measured() -> None:
-    costs = measure_host(0.01)
+    costs = measure_host(0.01).costs
     assert set(costs) == set(all_probes())
     for cost in costs.values():
         low, high = cost.interval

@@ -53,7 +53,7 @@ def test_a_verdict_that_an_interval_decides_names_the_figure_and_its_value(
     assert answer["certainty"]["rate"]["state"] == "depends"
     assert answer["certainty"]["rate"]["decides"]["flips_at"] == pytest.approx(100e-6)
     assert "depends on close's cpu.costs.breadth_first_cell, and changes at 100 us" in answer["verdict"]
-    assert "; no board is at every value inside the intervals; " in answer["verdict"]
+    assert "; of the designs that were looked at, none is at every value inside the intervals; " in answer["verdict"]
     sure = board(tmp_path, "sure", 10, busy=20, idle=10)
     _, answer = asked(hwsw, corridor, [tmp_path / "close.yaml", sure], "100 Hz")
     assert answer["recommended"] == "close"
@@ -118,7 +118,7 @@ def test_where_no_board_suffices_each_need_says_by_how_much(hwsw: Run, corridor:
     verdict = answer["verdict"]
     assert verdict.startswith("No board suffices at any value inside the declared intervals: ")
     assert "the rate excludes slow (a plan takes 100 ms, 10 times the 10 ms that 100 Hz leaves" in verdict
-    assert "the power excludes hungry (it draws 10.1 W, 5.1 W more than 5 W" in verdict
+    assert "the power excludes hungry (it draws 10 W, 5 W more than 5 W" in verdict
     assert "Each need alone is met, the rate by hungry; the power by slow, but no board meets all" in verdict
     assert all(each["shortfalls"] for each in answer["boards"])
 
