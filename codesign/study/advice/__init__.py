@@ -178,7 +178,8 @@ def advise(
         why = fault.what if isinstance(fault, RunError) else fault.strerror
         unkept = f"the winner's workload is not kept (--write FOLDER writes it): {why}"
     proof, about = proof_of(winner, advice, findings)
-    near = min(about, key=distance, default=None)
+    # A board whose chip has no work is its computer at a higher price.
+    near = min(about, key=lambda each: (each.under is not None, distance(each)), default=None)
     witness = None if near is None else (near, _certainty(laboratory, best.get(near.board)))
     texts = (*question.grid.remarks, *laboratory.failures[:1], needs.remark, remark, unkept, *price_remarks(boards))
     driven = driven_with(advice, needs.motion)
