@@ -256,7 +256,7 @@ def test_this_machine_is_measured() -> None:
     for cost in costs.values():
         low, high = cost.interval
         assert low <= cost.value <= high
-        assert 1e-11 < cost.value < 1e-5
+        assert 1e-13 < cost.value < 1e-5
         assert cost.status == Status.MEASURED
     for seconds in (0.0, -1.0, float("nan"), True):
         with pytest.raises(InputError, match="seconds"):
