@@ -162,7 +162,7 @@ def test_the_front_of_the_partition_is_that_of_its_tables() -> None:
         of_offices = [row[column].replace("*", "").removesuffix(" J").split(" s, ") for row in wholes]
         values = [[row[column].strip("*") for row in latencies], *map(list, zip(*of_offices, strict=True))]
         for stated, listed in zip(cells, values, strict=False):
-            worst, least, greatest = re.findall(r"[\d.,]+", stated.replace("*", ""))
+            worst, least, greatest = re.findall(r"\d(?:[\d.,]*\d)?", stated.replace("*", ""))
             numbers = [float(each.replace(",", "")) for each in listed]
             assert worst == greatest
             assert float(worst.replace(",", "")) == max(numbers)

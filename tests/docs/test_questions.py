@@ -40,7 +40,7 @@ def assert_answered(hwsw: Run, command: str, shown: str) -> None:
 
 @pytest.mark.slow
 def test_the_questions_have_the_answers_of_the_page(hwsw: Run) -> None:
-    """One cache: only the first question on a map is costly. Each has its certificate, which is accepted, and its page."""
+    """One cache: only the first question on a map is costly. Each has a certificate that is accepted, and its page."""
     assert len(QUESTIONS) >= 12
     for command, shown in QUESTIONS:
         assert_answered(hwsw, command, shown)
