@@ -28,7 +28,7 @@ def verify_advice(asked: VerifyAdvice) -> None:
     for word, count in _designs(certificate).items():
         click.echo(f"{word:<22}{count:>14,}")
     click.echo()
-    click.echo("taken on trust: the cycles, clocks, demands and times that are stated, which follow from laws and maps")
+    click.echo("taken on trust: the units, clocks, demands and simulated times, which follow from laws and maps")
     click.echo(f"problem  {certificate.problem}")
     click.echo(f"code     {certificate.code}")
     click.echo(f"content  {certificate.digest}")

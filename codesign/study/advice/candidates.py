@@ -228,7 +228,7 @@ class Arrangement:
     style: Architecture
     component: str
     placed: _Placement
-    problem: Problem
+    problem: Problem | None
     share: float
 
     @property
@@ -242,6 +242,7 @@ class Arrangement:
         spec = self.board.platform.components[self.component]
         inside = frozenset(self.planner.tasks) - set(self.placed.apart)
         part = None if spec.chip is None else usable(spec.chip, self.share)
+        assert self.problem is not None, "asked of a question"
         job: Job[Any, Any] = Job(self.problem, None, part=part, memory=spec.ram, inside=inside)
         if self.placed.memory is None:
             return job
@@ -342,8 +343,8 @@ def usable(part: Part, share: float) -> Part:
     return part.model_copy(update={"resources": resources})
 
 
-def arrangements_of(board: Board, problem: Problem, needs: Needs) -> Iterator[Arrangement]:
-    """Every planner, style and placement on a board that the needs do not leave out."""
+def arrangements_of(board: Board, problem: Problem | None, needs: Needs) -> Iterator[Arrangement]:
+    """Every planner, style and placement on a board that the needs do not leave out. ``problem``: None to name them."""
     for plug_in in catalog.plug_ins():
         for style in plug_in.styles:
             planner = catalog.planners().get(style.planner)

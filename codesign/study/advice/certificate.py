@@ -21,8 +21,10 @@ from pydantic import Field
 
 from codesign.ground.errors import RunError
 from codesign.ground.files import is_special, write_atomically
+from codesign.inputs import list_platforms, load_platform
 from codesign.maps.grid import MAX_CELLS
 from codesign.study.advice.answer import Advice
+from codesign.study.advice.candidates import Board, arrangements_of
 from codesign.study.advice.certainty import shortfalls_of
 from codesign.study.advice.needs import Needs, Question
 from codesign.study.advice.search import COUNTS, Extent, Findings, Settled
@@ -218,8 +220,8 @@ def _faults_of_designs(board: OfBoard, certificate: Certificate, period: float) 
         if each.state in ("bound", "counted"):
             if each.time_s is None or each.time_s <= period:
                 yield f"{what} is not excluded by its bound"
-            elif each.clock_hz and each.units.get("", 0) > each.time_s * each.clock_hz * (1 + _ROUNDING):
-                yield f"{what}: its cycles over its clock are more than its time"
+            elif not _follows(each, each.time_s):
+                yield f"{what}: its time does not follow from its units"
         if certificate.state == "proved" and each.state not in ("tried", "left") and not each.sure:
             yield f"{what} is excluded at the figures' own values only"
     for design in board.tried:
@@ -227,6 +229,26 @@ def _faults_of_designs(board: OfBoard, certificate: Certificate, period: float) 
             yield f"{board.board}: {json.dumps(design.mapping, default=str)} falls short of nothing"
     if claimed:
         yield from _uncovered(board, certificate)
+        yield from _missing(board, certificate)
+
+
+def _follows(each: Settled, time_s: float) -> bool:
+    """True if the bound of a family is no more than its units at their rates, and the map on its link."""
+    if "" in each.units and not math.isclose(each.unit_s.get("", 0.0) * (each.clock_hz or 0.0), 1.0, rel_tol=_ROUNDING):
+        return False
+    least = sum(amount * each.unit_s.get(unit, 0.0) for unit, amount in each.units.items()) + each.map_s
+    return time_s <= least * (1 + _ROUNDING)
+
+
+def _missing(board: OfBoard, certificate: Certificate) -> Iterator[str]:
+    """The arrangements of a shipped board that the certificate says nothing about."""
+    if board.board not in list_platforms() or certificate.state == "not proved":
+        return
+    held = {(each.planner, each.style, tuple(sorted(each.apart.items())), each.memory) for each in board.settled}
+    for each in arrangements_of(Board(board.board, load_platform(board.board)), None, certificate.needs):
+        key = each.planner.name, each.style.style, tuple(sorted(each.placed.apart.items())), each.placed.memory
+        if key not in held:
+            yield f"{board.board}: nothing is stated about {each.planner.name} ({each.style.style})"
 
 
 def _is_short(short: Shortfall, design: Tried, period: float) -> bool:

@@ -80,6 +80,8 @@ class Settled(ResultModel):
         default={},
         description="no design of it takes fewer: cycles of an FPGA under the empty name, or units by kernel",
     )
+    unit_s: dict[str, float] = Field(default={}, description="the least time of each of these units, s")
+    map_s: float = Field(default=0.0, description="time of the message with the map, without waits, s")
     clock_hz: float | None = Field(default=None, description="no design of it has a faster clock, Hz, by its law")
     time_s: float | None = Field(default=None, description="no design of it takes less time, messages included, s")
     sure: bool = Field(default=False, description="whether it is excluded at every value inside the intervals")
@@ -331,7 +333,10 @@ class _Search:
         if not sure and not family.chain and self.found.surely(each.board.name):
             # Its parts may be out at every value, as all others of the board are so far.
             return False
-        numbers = {"units": dict(units), "clock_hz": None if limit is None else limit.value, "time_s": time + messages}
+        rates = {unit: each.time_of({unit: 1}, limit)[0] for unit in units}
+        known = {unit: amount for unit, amount in units.items() if rates[unit]}
+        clock = None if limit is None else limit.value
+        numbers = {"units": known, "unit_s": rates, "map_s": messages, "clock_hz": clock, "time_s": time + messages}
         # A count is given up at the limit, so of those the most promising, which comes first, is the nearest.
         if state == "counted" and family.chain and opened.nearest is None:
             opened.nearest = family

@@ -69,6 +69,16 @@ def _a_weak_bound(document: Any) -> None:
     each |= {"state": "bound", "time_s": 1e-9}
 
 
+def _a_bound_of_no_units(document: Any) -> None:
+    each = _first(document, {"bound", "counted", "tried", "unfit"})
+    each |= {"state": "bound", "units": {}, "time_s": 1e9}
+
+
+def _a_slow_cycle(document: Any) -> None:
+    each = _first(document, {"bound", "counted", "tried", "unfit"})
+    each |= {"state": "bound", "units": {"": 1}, "unit_s": {"": 1e9}, "clock_hz": 1e8, "time_s": 1e9}
+
+
 def _a_small_demand(document: Any) -> None:
     each = _first(document, {"bound", "counted", "tried", "unfit"})
     each |= {"state": "unfit", "resource": "slices", "demand": 1.0, "budget": 2.0}
@@ -121,6 +131,8 @@ def _designs_of_no_family(document: Any) -> None:
         _a_slow_winner,
         _a_fast_design,
         _a_weak_bound,
+        _a_bound_of_no_units,
+        _a_slow_cycle,
         _a_small_demand,
         _a_design_left,
         _a_tile_less,
