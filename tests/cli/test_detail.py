@@ -31,7 +31,7 @@ def test_the_time_stands_against_the_constraint_of_the_file(hwsw: Run, specs: Sp
     for words in ((), ("--set", "relax.iterations=1")):
         done = hwsw("run", *specs, "-q", *words)
         assert " where at most 1 s is asked for; " in done.stdout
-        assert "fits, but misses what is asked for (power at most: " in done.stdout
+        assert "fits, but misses what is asked for (FPGA power at most: " in done.stdout
         assert done.exit_code == 0
 
 
