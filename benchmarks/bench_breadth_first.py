@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import sys
 import time
 from collections.abc import Callable
 from functools import partial
+from pathlib import Path
 from typing import Any
 
 import networkx
@@ -15,7 +17,8 @@ from scipy.sparse.csgraph import breadth_first_order
 
 from codesign import maps
 from codesign.planners.breadth_first.plan import search
-from codesign.planners.breadth_first.plan.reference import trail
+
+sys.path.append(str(Path(__file__).resolve().parent.parent / "tests" / "support"))
 
 SIDE = 1000
 REFERENCE_SIDE = 200
@@ -57,6 +60,8 @@ def line(case: str, seconds: float, cells: int, other: str = "", factor: float |
 
 def run() -> list[dict[str, Any]]:
     """The rows of the benchmark."""
+    from reference_breadth_first import trail
+
     rows = []
     for name, grid in (
         ("empty", maps.empty(SIDE, SIDE)),

@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 
 from codesign import maps
-from codesign.maps.movingai import read_scenarios
+from codesign.maps.prepare import read_scenarios
 from codesign.planners.grid_search.plan import Method, SearchParameters, search
 
 REAL = Path(__file__).parents[1].parent / "shared" / "maps" / "movingai"

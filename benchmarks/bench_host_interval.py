@@ -17,7 +17,7 @@ import numpy as np
 
 from codesign import maps
 from codesign.hardware.calibrate.host_costs import MeasuredHost, measure_host
-from codesign.hardware.calibrate.host_times import Question, asked_on, plans_on, questions, time_plans
+from codesign.hardware.calibrate.host_fit import Question, asked_on, plans_on, questions, time_plans
 from codesign.laws.acts import UNDISTURBED, pace_of
 
 REAL = Path(__file__).parents[1].parent / "shared" / "maps" / "movingai"

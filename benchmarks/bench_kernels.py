@@ -16,8 +16,8 @@ from codesign.maps.generate import rooms
 from codesign.planners.harmonic.plan import Field, Stage, StageEnd, relax
 from codesign.planners.harmonic.plan.arguments import check_arguments
 from codesign.planners.harmonic.plan.engine import Engine
+from codesign.planners.harmonic.plan.kernels import iterate
 from codesign.planners.harmonic.plan.layout import addresses, make_layout, make_state
-from codesign.planners.harmonic.plan.visits import iterate
 
 CLOCK = 150e6
 GOAL = (20, 20)

@@ -12,9 +12,9 @@ from numba import njit
 from numpy.typing import NDArray
 
 from codesign import maps
-from codesign.planners.relaxation.paper.runs import GOAL, floor_plan
+from codesign.planners.relaxation.paper.measures import GOAL, floor_plan
 from codesign.planners.relaxation.plan import PUBLISHED_TOLERANCE, solve
-from codesign.planners.relaxation.styles.costs import direct_units
+from codesign.planners.relaxation.styles.host import direct_units
 
 ITERATIONS = 200
 REPEATS = 25

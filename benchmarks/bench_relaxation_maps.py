@@ -19,7 +19,7 @@ from codesign import maps
 from codesign.maps import OccupancyGrid, reachable
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
-from codesign.planners.relaxation.paper.runs import GOAL, floor_plan
+from codesign.planners.relaxation.paper.measures import GOAL, floor_plan
 from codesign.planners.relaxation.plan import PUBLISHED_TOLERANCE
 from codesign.planners.relaxation.plan.parameters import RelaxParameters
 from codesign.planners.relaxation.plan.planner import PLANNER

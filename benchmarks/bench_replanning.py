@@ -7,9 +7,11 @@ the farthest cell that the old plan leads to the goal.
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import partial
+from pathlib import Path
 from statistics import median
 from typing import Any
 
@@ -21,13 +23,15 @@ from codesign.maps.reach import distance_octile
 from codesign.planners.harmonic.plan import HarmonicPlan
 from codesign.planners.harmonic.plan.parameters import RelaxParameters
 from codesign.planners.harmonic.plan.precision import converged_field
-from codesign.planners.harmonic.plan.trajectory import Ascent, share_reaching_goal
+from codesign.planners.harmonic.plan.trajectory import Ascent
 from codesign.planners.harmonic.plan.warm_start import warm_start
 from codesign.planners.harmonic.styles import ARCHITECTURES
 from codesign.planners.harmonic.styles.steps import MOST_SWEEPS
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
 from codesign.planners.relaxation.plan import PUBLISHED_TOLERANCE, solve
+
+sys.path.append(str(Path(__file__).resolve().parent.parent / "tests" / "support"))
 
 PLACEMENTS = 5
 NEW_OBSTACLES = (1, 5, 20)
@@ -108,6 +112,8 @@ def placement(case: Case, count: int, seed: int) -> dict[str, float]:
     assert same.field == exact, "a lower bound changes no bit"
     settled = exact if on.precision == last else converged_field(problem.free, problem.goals, on.precision)
     assert max(stage.sweeps for stage in on.stages) < MOST_SWEEPS
+    from reference_harmonic import share_reaching_goal
+
     return {
         "zero": zero,
         "bound": bound,

@@ -12,7 +12,7 @@ from unittest import mock
 
 import codesign
 from codesign.ground.figures import FIGURES
-from codesign.inputs import searching
+from codesign.inputs import exploration
 from codesign.inputs.axes import axis_form
 from codesign.inputs.exploring import exploring
 from codesign.study import Study
@@ -84,7 +84,7 @@ def _rows(
         for seed in SEEDS if search != "bound" else (0,):
             budget = Budget(points=POINTS[-1]) if search != "bound" else None
             # Searched, though all points are cheaper to compute.
-            with mock.patch.object(searching, "ENUMERATED", 0):
+            with mock.patch.object(exploration, "ENUMERATED", 0):
                 study = codesign.explore(
                     platform, workload, workers=1, store=store, search=search, seed=seed, budget=budget
                 )

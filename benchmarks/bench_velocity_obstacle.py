@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable
 from functools import partial
+from pathlib import Path
 from time import perf_counter
 from typing import Any
 
-from codesign.planners.velocity_obstacle.plan import AvoidParameters, RobotsProblem, avoid, generate, reference
+from codesign.planners.velocity_obstacle.plan import AvoidParameters, RobotsProblem, avoid, generate
 from codesign.planners.velocity_obstacle.plan.arithmetic import double, fixed
+
+sys.path.append(str(Path(__file__).resolve().parent.parent / "tests" / "support"))
 
 PARAMETERS = AvoidParameters(updates=500)
 REPEATS = 7
@@ -27,10 +31,12 @@ def best(call: Callable[[], Any], repeats: int) -> float:
 
 
 def row(problem: RobotsProblem) -> dict[str, Any]:
+    import reference_robots
+
     done = avoid(problem, PARAMETERS)
     compiled = best(partial(avoid, problem, PARAMETERS), REPEATS)
     plain, doubles = (
-        best(partial(reference.run, numbers(problem, PARAMETERS), problem, PARAMETERS), 1)
+        best(partial(reference_robots.run, numbers(problem, PARAMETERS), problem, PARAMETERS), 1)
         for numbers in (fixed, double)
     )
     return {

@@ -23,8 +23,9 @@ from pathlib import Path
 from typing import Any
 
 import codesign
+from benchmarks.activity import activity
 from codesign.ground.files import write_atomically
-from codesign.hardware.fidelity.designs import (
+from codesign.hardware.fidelity.points import (
     Design,
     Placed,
     activities,
@@ -35,7 +36,6 @@ from codesign.hardware.fidelity.designs import (
     variables_of,
     words_of,
 )
-from codesign.hardware.rtl.activity import activity
 from codesign.hardware.rtl.cells import FAMILIES
 from codesign.hardware.rtl.design import digest_of_circuit
 from codesign.hardware.rtl.place import Device, Placement, device_of, place

@@ -7,17 +7,15 @@ import time
 import click
 
 from codesign.cli.options import command_line
-from codesign.cli.outputs import check_outputs
+from codesign.cli.outputs import check_outputs, check_replaceable
 from codesign.cli.progress import compiling_shown, progress_shown
-from codesign.cli.replacing import check_replaceable
 from codesign.cli.requests import Advise
 from codesign.ground.errors import EXIT_NO, printable
 from codesign.ground.progress import Advance, Pace
 from codesign.inputs.files import shipped_maps
 from codesign.study import advice
 from codesign.views.report import advice_page, render_text
-from codesign.views.report.advice_page import PathKeeper
-from codesign.views.report.advice_tables import advice_table
+from codesign.views.report.advice_page import PathKeeper, advice_table
 
 
 def advise(asked: Advise) -> None:

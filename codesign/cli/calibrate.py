@@ -1,9 +1,10 @@
-"""``hwsw calibrate``: costs measured on this machine, and laws fitted to the reports of an FPGA tool."""
+"""``hwsw calibrate`` and ``measured``: costs measured here, reports of an FPGA tool, and a plan timed on a board."""
 
 from __future__ import annotations
 
 import json
 import re
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -11,25 +12,28 @@ import click
 
 from codesign.cli.outputs import check_outputs
 from codesign.cli.progress import LATER_S, compiling_shown, progress_shown
-from codesign.cli.requests import CalibrateFpga, CalibrateHost
-from codesign.cli.values import settings_of
-from codesign.ground.errors import InputError, printable
+from codesign.cli.requests import CalibrateFpga, CalibrateHost, Measured
+from codesign.cli.specs import settings_of
+from codesign.ground.errors import EXIT_NO, InputError, printable
 from codesign.ground.files import write_atomically
 from codesign.ground.models import NAME_PATTERN
 from codesign.hardware.calibrate.board import read_board, script
 from codesign.hardware.calibrate.calibration import calibration_text
 from codesign.hardware.calibrate.design import design_point
 from codesign.hardware.calibrate.fpga import compare_reports
-from codesign.hardware.calibrate.host_costs import measure_host
-from codesign.hardware.calibrate.host_file import host_document, host_text, processor_text
+from codesign.hardware.calibrate.host_costs import host_document, host_text, measure_host, processor_text
+from codesign.hardware.calibrate.measured import compare_measured
 from codesign.inputs import load_platform
 from codesign.inputs.library import CALIBRATIONS, HOSTS, TERMS
 from codesign.system import catalog
 from codesign.views.report import render_text
 from codesign.views.report.hardware_tables import calibration_document, calibration_tables
+from codesign.views.report.wording import Ends, interval_text, quantity_text, with_ends
 
 if TYPE_CHECKING:
+    from codesign.ground.figures import Figure
     from codesign.hardware.calibrate.design import DesignPoint
+    from codesign.hardware.calibrate.measured import Compared
     from codesign.inputs.library import CalibrationFile
 
 
@@ -118,3 +122,60 @@ def _name_of(option: str, output: Path, example: str) -> str:
         what = f"{output.name} is no name of a {example.partition('s/')[0]}"
         raise InputError(what, option, f"letters, digits, _ and -, and .yaml: {example}")
     return output.stem
+
+
+def measured(asked: Measured) -> None:
+    """Hold a plan that was measured on the real board against the model, and solve for the figures that decide it."""
+    check_outputs({"--write": asked.write}, (asked.file,), kind="measured")
+    compared = compare_measured(asked.file, Path() if asked.write is None else asked.write.parent)
+    click.echo(json.dumps(_document(compared), indent=2) if asked.as_json else _text(compared))
+    if asked.write is not None:
+        write_atomically(asked.write, compared.text.encode())
+        click.echo(f"written: {printable(str(asked.write), None)}", err=asked.as_json)
+    if compared.off != 1.0:
+        raise click.exceptions.Exit(EXIT_NO)
+
+
+def _text(compared: Compared) -> str:
+    """The comparison for people."""
+    of, times = compared.measured, compared.measured.time_of_a_plan
+    place = "inside"
+    if compared.off != 1.0:
+        end = "the greatest" if compared.off > 1 else "the least"
+        place = f"outside, {compared.off:.3g} times {end}: another program, machine or design than the model's?"
+    model = with_ends(quantity_text(compared.value, "s"), _span(*compared.interval), Ends.INTERVAL)
+    lines = [
+        f"{of.platform}, {of.workload}: a plan took {quantity_text(times.median, 'ps')} (median of {of.runs:,}),"
+        f" {quantity_text(times.p99, 'ps')} at the 99th percentile, on {of.date}.",
+        f"The model says {model}: {place}.",
+        *(
+            f"{name}: {_figure(figure)}, measured; before {_figure(compared.before[name])}"
+            for name, figure in compared.figures.items()
+        ),
+        f"With {'these' if len(compared.figures) > 1 else 'this'} the model says {_span(*compared.narrowed)}.",
+    ]
+    return "\n".join(printable(line, None) for line in lines)
+
+
+def _figure(figure: Figure) -> str:
+    low, high = figure.interval
+    value = quantity_text(figure.value, figure.unit)
+    return value if low == high else with_ends(value, interval_text(low, high, figure.unit), Ends.INTERVAL)
+
+
+def _span(low: float, high: float) -> str:
+    return f"{quantity_text(low, 's')} to {quantity_text(high, 's')}"
+
+
+def _document(compared: Compared) -> dict[str, object]:
+    """The comparison for programs."""
+    return {
+        "measured": compared.measured.model_dump(mode="json"),
+        "model_s": compared.value,
+        "interval_s": compared.interval,
+        "inside": compared.off == 1.0,
+        "off": compared.off,
+        "figures": {name: asdict(figure) for name, figure in compared.figures.items()},
+        "before": {name: asdict(figure) for name, figure in compared.before.items()},
+        "narrowed_s": compared.narrowed,
+    }

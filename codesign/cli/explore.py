@@ -24,8 +24,8 @@ from codesign.ground.progress import Advance, doing
 from codesign.ground.units import counted
 from codesign.inputs import held, load_platforms, pin
 from codesign.inputs.edit import PLATFORM_AXIS
+from codesign.inputs.exploration import ALL, check_search
 from codesign.inputs.exploring import exploring
-from codesign.inputs.searching import ALL, check_search
 from codesign.study import load_study
 from codesign.study.budget import Budget
 from codesign.study.check import check_points

@@ -21,12 +21,11 @@ from codesign.ground.progress import Advance, Pace
 from codesign.hardware.fidelity import QUICK_SAMPLES, SAMPLES, measure
 from codesign.hardware.fidelity import asked as points_of
 from codesign.views.report import render_text
-from codesign.views.report.fidelity_page import fidelity_page, fidelity_tables
-from codesign.views.report.fidelity_picture import fidelity_picture
+from codesign.views.report.fidelity_page import fidelity_page, fidelity_picture, fidelity_tables
 
 if TYPE_CHECKING:
     from codesign.hardware.fidelity import Fidelity
-    from codesign.hardware.rtl.campaign import Checked
+    from codesign.hardware.rtl.verify import Checked
 
 
 def fidelity(asked: requests.Fidelity) -> None:

@@ -15,7 +15,7 @@ from typing import Any
 import click
 from click.core import ParameterSource
 
-from codesign.cli import replacing
+from codesign.cli import outputs
 from codesign.cli.request import ANSWER, SENTENCE, TABLES, Option, option
 from codesign.ground.errors import CodesignError, InputError, printable
 from codesign.ground.kernel_cache import kernel_folders
@@ -112,7 +112,7 @@ def debug_step(name: str) -> None:
 
 def _begin_force(context: click.Context, _param: click.Parameter, wanted: bool) -> bool:
     if wanted:
-        context.meta[replacing.FORCE] = True
+        context.meta[outputs.FORCE] = True
     return wanted
 
 
@@ -123,7 +123,7 @@ DEBUG: Any = option(
     callback=_begin_debug,
 )
 FORCE: Any = option("Replace files of another kind too.", "--force", is_eager=True, callback=_begin_force)
-"""For every command that writes files: see ``replacing``."""
+"""For every command that writes files: see ``outputs``."""
 
 
 class Detail(Option):
@@ -147,13 +147,13 @@ NOTHING: Mapping[str, object] = MappingProxyType({})
 
 def setting(text: str, flag: str = "--set", metavar: str = "AXIS=VALUE") -> Any:
     """A field with the raw value of each axis that an option sets, which may be repeated."""
-    parse = "codesign.cli.values:settings_of"
+    parse = "codesign.cli.specs:settings_of"
     return option(text, flag, metavar=metavar, multiple=True, default=NOTHING, parse=parse)
 
 
 def axis(text: str, flag: str) -> Any:
     """A field with the values of each axis that an option names, which may be repeated."""
-    parse = "codesign.cli.values:axes_of"
+    parse = "codesign.cli.specs:axes_of"
     return option(text, flag, metavar="AXIS=VALUES", multiple=True, default=NOTHING, parse=parse)
 
 

@@ -18,6 +18,7 @@ from codesign.ground.errors import InputError, choose_hint, printable
 from codesign.ground.progress import Advance
 from codesign.hardware import reproduce as papers
 from codesign.hardware.reproduce import plot_svg
+from codesign.planners.reproduction import joined
 from codesign.system import catalog, inspect
 from codesign.views.report import (
     Picture,
@@ -69,7 +70,7 @@ def reproduce(asked: Reproduce) -> None:
     if asked.csv is not None:
         write_csv(reproduction_csv(reproductions), asked.csv)
     if asked.as_json:
-        click.echo(papers.joined(reproductions).to_json())
+        click.echo(joined(reproductions).to_json())
         return
     for each in reproductions:
         _print(each, asked.detail)

@@ -834,11 +834,11 @@ COMMANDS = {
     "trace": Command(Trace, "", "Read the trace of a run."),
     "trace info": Command(TraceInfo, "trace:info", "Print the contents of a trace."),
     "trace show": Command(TraceShow, "trace:show", "Print the records of a trace."),
-    "trace export": Command(TraceExport, "trace_views:export", "Export a trace for other tools."),
-    "trace layout": Command(TraceLayout, "trace_views:layout", "Write the layout of a viewer for a trace."),
-    "trace stats": Command(TraceStats, "trace_views:stats", "Print how busy all was, and how long things took."),
-    "trace diff": Command(TraceDiff, "trace_views:diff", "Compare two traces."),
-    "trace timeline": Command(TraceTimeline, "trace_views:timeline", "Print a Gantt chart."),
+    "trace export": Command(TraceExport, "trace:export", "Export a trace for other tools."),
+    "trace layout": Command(TraceLayout, "trace:layout", "Write the layout of a viewer for a trace."),
+    "trace stats": Command(TraceStats, "trace:stats", "Print how busy all was, and how long things took."),
+    "trace diff": Command(TraceDiff, "trace:diff", "Compare two traces."),
+    "trace timeline": Command(TraceTimeline, "trace:timeline", "Print a Gantt chart."),
     "workload": Command(FromBags, "", "Make a workload of a recorded ROS 2 bag."),
     "workload from-bag": Command(FromBag, "workload:from_bag", "Make a workload of a ROS 2 bag."),
     "reproduce": Command(Reproduce, "reproduce:reproduce", "Compare the model with the published tables, row by row."),
@@ -846,12 +846,12 @@ COMMANDS = {
     "calibrate host": Command(CalibrateHost, "calibrate:host", "Measure the cost of each kernel on this machine."),
     "calibrate fpga": Command(CalibrateFpga, "calibrate:fpga", "Fit the laws of a style to reports of your FPGA tool."),
     "measured": Command(
-        Measured, "measured:measured", "Hold a measured plan against the model, and feed it back into the platform."
+        Measured, "calibrate:measured", "Hold a measured plan against the model, and feed it back into the platform."
     ),
     "rtl": Command(Rtl, "rtl:rtl", "Write the Verilog of a design point, with its test bench and memory images."),
     "verify": Command(Verify, "rtl:verify", "Compare circuits in Verilog with the model, cycle for cycle."),
     "synth": Command(
-        Synth, "synth:synth", "Synthesise a circuit with open tools, place and route it, and compare it with the laws."
+        Synth, "rtl:synth", "Synthesise a circuit with open tools, place and route it, and compare it with the laws."
     ),
     "fidelity": Command(
         Fidelity,
@@ -859,7 +859,7 @@ COMMANDS = {
         "Hold all laws against circuits that were simulated, synthesised and placed, and against papers.",
     ),
     "check": Command(Check, "inspect:check", "Check platform and workload files, and report all faults at once."),
-    "map": Command(Map, "map:map_", "Show a map: its size, free cells, components, and what cropping saves."),
+    "map": Command(Map, "inspect:map_", "Show a map: its size, free cells, components, and what cropping saves."),
     "schema": Command(
         Schema, "inspect:schema", "Print a JSON Schema, for editors and for programs that read the JSON output."
     ),

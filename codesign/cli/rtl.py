@@ -1,4 +1,4 @@
-"""``hwsw verify`` and ``hwsw rtl``: circuits against the model, and their Verilog in a folder."""
+"""``hwsw rtl``, ``verify`` and ``synth``: circuits as Verilog, against the model, and synthesised by open tools."""
 
 from __future__ import annotations
 
@@ -6,28 +6,30 @@ import json
 from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from codesign.cli.options import debug_step
 from codesign.cli.outputs import check_outputs
 from codesign.cli.progress import LATER_S, compiling_shown, progress_shown
-from codesign.cli.requests import Rtl, Verify
+from codesign.cli.requests import Rtl, Synth, Verify
 from codesign.cli.specs import specs_of
 from codesign.ground.errors import EXIT_FAILED, EXIT_NO, InputError, choose_hint, printable, printable_lines
 from codesign.ground.files import write_folder
 from codesign.ground.progress import Advance, Pace
 from codesign.ground.units import counted
-from codesign.hardware.rtl.campaign import Asked, samples, verify_all
 from codesign.hardware.rtl.export import MANIFEST, Origin, export_files
+from codesign.hardware.rtl.place import compared
 from codesign.hardware.rtl.placed import placed, refuse_what_does_not_fit
+from codesign.hardware.rtl.verify import Asked, samples, verify_all
 from codesign.system import catalog, point_of
 from codesign.views.report import render_text
-from codesign.views.report.hardware_tables import difference_text, verification_table
+from codesign.views.report.hardware_tables import difference_text, synthesis_tables, verification_table
 
 if TYPE_CHECKING:
-    from codesign.hardware.rtl.campaign import Checked, StyleChecked
+    from codesign.hardware.rtl.place import Compared
+    from codesign.hardware.rtl.verify import Checked, StyleChecked
 
 
 def verify(asked: Verify) -> None:
@@ -152,3 +154,51 @@ def _stale(folder: Path, force: bool, manifest: str) -> list[str]:
     except (OSError, ValueError, KeyError, TypeError):
         return []
     return [str(name) for name in names] if isinstance(names, dict) else []
+
+
+def synth(asked: Synth) -> None:
+    """Synthesise the circuit of WORKLOAD on PLATFORM by Yosys, and hold the laws against what it takes."""
+    if asked.seeds is not None and not asked.placing:
+        raise InputError("is for placements only", "--seeds", "add --place, or leave it out")
+    platform, workload, _ = specs_of(asked.specs, asked.point)
+    with progress_shown(after_s=LATER_S, quiet=asked.as_json) as show, compiling_shown(show):
+        design = placed(*point_of(platform, workload, asked.settings))
+        debug_step("files read and checked")
+        paces: list[Pace] = []
+
+        def progress(done: int, total: int, what: str) -> None:
+            # A placement takes longer than the synthesis before it: the time of placements counts.
+            if done and not paces:
+                paces.append(Pace(total - 1))
+            show(Advance(done, total, what, paces[0].left_s(done - 1) if paces else None))
+
+        result = compared(design, asked.family, range(1, (asked.seeds or 1) + 1) if asked.placing else (), progress)
+    debug_step("synthesised")
+    if asked.as_json:
+        click.echo(json.dumps(_document(result), indent=2))
+        return
+    for table in synthesis_tables(result):
+        click.echo(render_text(table))
+
+
+def _document(result: Compared) -> dict[str, Any]:
+    synthesis = result.synthesis
+    low, high = result.law.interval
+    return {
+        "part": result.part,
+        "family": synthesis.family,
+        "top": synthesis.top,
+        "total": synthesis.total.by_resource(),
+        "lines": [asdict(line) for line in result.lines],
+        "modules": [
+            {"module": each.module, "instances": each.instances, **each.counts.by_resource()}
+            for each in synthesis.modules
+        ],
+        "law_hz": {"value": result.law.value, "low": low, "high": high, "source": result.law.source},
+        "clock_hz": result.clock,
+        "placements": [
+            {"seed": each.seed, "clock_hz": each.clock, "path": each.path.words, "used": dict(each.used)}
+            for each in result.placements
+        ],
+        "notes": list(result.notes),
+    }

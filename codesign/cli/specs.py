@@ -1,17 +1,19 @@
-"""Platform and workload of a command: two files or names, or a point of a study."""
+"""Platform and workload of a command: two files or names, or a point of a study; the values of its axes."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
 import codesign
 from codesign import study
-from codesign.ground.errors import InputError
+from codesign.ground.errors import InputError, clip
 from codesign.ground.units import counted
+from codesign.inputs import parse_value
+from codesign.inputs.axes import axis_form
 
 if TYPE_CHECKING:
     from codesign.inputs import Constraint, Platform, Workload
@@ -48,3 +50,37 @@ def specs_of(specs: tuple[str, ...], point: int | None) -> tuple[Platform, Workl
 
 def _command() -> str:
     return click.get_current_context().info_name or ""
+
+
+def settings_of(texts: Iterable[str], option: str = "--set") -> dict[str, object]:
+    """The raw value of each axis that the option names.
+
+    Raises:
+        InputError: a text is no setting, or an axis is set twice.
+    """
+    texts_by_axis = _by_axis(texts, option)
+    return {axis: parse_value(value, f"{option} {axis}") for axis, value in texts_by_axis.items()}
+
+
+def axes_of(texts: Iterable[str], option: str) -> dict[str, dict[str, Any]]:
+    """Each axis that the option names, from lists and ranges: its ``values``, and what it depends on, ``when``.
+
+    Raises:
+        InputError: a text is no list of values of an axis, or an axis is set twice.
+    """
+    texts_by_axis = _by_axis(texts, option)
+    return {axis: axis_form(values, f"{option} {axis}") for axis, values in texts_by_axis.items()}
+
+
+def _by_axis(texts: Iterable[str], option: str) -> dict[str, str]:
+    """The text behind each ``AXIS=``."""
+    values: dict[str, str] = {}
+    for text in texts:
+        axis, separator, value = text.partition("=")
+        if not separator or not axis:
+            hint = f"write AXIS=VALUE, as in {option} relax.iterations=16"
+            raise InputError(f"{clip(text)!r} is no setting", option, hint)
+        if axis in values:
+            raise InputError(f"{axis} is set twice", option, "keep one of the two")
+        values[axis] = value
+    return values

@@ -11,7 +11,7 @@ import click
 import codesign
 from codesign.cli.progress import LATER_S, progress_shown
 from codesign.cli.requests import FromBag
-from codesign.cli.values import settings_of as values_of
+from codesign.cli.specs import settings_of as values_of
 from codesign.ground.errors import InputError, SpecError, clip, printable
 from codesign.ground.files import write_atomically
 from codesign.ground.progress import doing
@@ -31,7 +31,7 @@ from codesign.views.bags import (
     workload_text,
 )
 from codesign.views.report import render_text
-from codesign.views.report.bag_tables import board_latencies, goals_table
+from codesign.views.report.scenario_tables import board_latencies, goals_table
 
 if TYPE_CHECKING:
     from codesign.ground.progress import Show

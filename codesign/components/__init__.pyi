@@ -4,8 +4,7 @@ from .component import ClockDomain, Component, Environment
 from .display import VgaDisplay
 from .fpga import ExternalMemory, Fpga, Granularity, PhaseUse, PreemptedError, Processor
 from .link import ABANDONED, LINK_DOWN, Delivery, DeliveryOutcome, Ideal, Link, LinkErrors
-from .motion import DifferentialDrive, Kinematics, OmnidirectionalDrive, PointDrive
-from .robot import MobileRobot
+from .robot import DifferentialDrive, Kinematics, MobileRobot, OmnidirectionalDrive, PointDrive
 from .sensor import RadiusSensor, RaySensor
 from .wired import Arbitration, Bus, Parity, Serial
 

@@ -56,8 +56,8 @@ class Scan:
     requests each word a constant number of pixels earlier. This shift changes no count.
 
     >>> scan = Scan(640, 480, 800, 525)
-    >>> scan.requests_a_frame, scan.requests_before(800 * 525 + 10)
-    (307200, 307210)
+    >>> scan.requests_before(800 * 525 + 10)  # the 640 × 480 of a frame, and 10 of the next
+    307210
 
     Raises:
         InputError: no visible pixel, negative blanking, or a window beyond the visible pixels.
@@ -100,11 +100,6 @@ class Scan:
         lines = 1 if self.fetched[0] > 1 else self.total_rows
         over_the_end = lines * self.total_columns - (self.words_a_line - 1) * self.pixels_a_word
         return min(self.pixels_a_word, over_the_end) if self.words_a_line > 1 else over_the_end
-
-    @property
-    def requests_a_frame(self) -> int:
-        """Words fetched for a frame."""
-        return self.words_a_line * self.fetched[0]
 
     @property
     def pixels_a_frame(self) -> int:
@@ -353,16 +348,10 @@ class BlockRam(ScannedMemory):
     A display (``scanned_by``) takes port 1 in the cycles that it claims. A design that drives both ports then stalls as
     a whole, as all its block RAMs are driven alike. A design with one address a cycle is not affected.
 
-    The budget of the harmonic node (Girau et al. 2008, section 5.2). In every cycle of an iteration the update reads
-    bit i of all 18 nodes of the cluster (LSB first, counter ``cntR``) and writes bit i - 2 of the results (division by
-    four, counter ``cntW``). These two addresses take both ports. The text also sends a second read address (MSB first,
-    ``r_cnt``) to the ports, to search for local maxima in the same pass. That is a third address. A Virtex port has one
-    address for reading and writing, so the text as it stands does not fit a dual-port RAM. Two designs fit:
-
-    - Search LSB first on the bits that are read anyway. This gives the published 11 flip-flops.
-    - Search MSB first in a separate pass of p + 2 cycles a block, in which nothing is written.
-
-    A model of the architecture has to choose one of the two.
+    The harmonic node (Girau et al. 2008, section 5.2) reads bit i of its 18 nodes and writes bit i - 2 in every cycle
+    (``cntR``, ``cntW``), which takes both ports. Its second read address (``r_cnt``, MSB first, for local maxima) would
+    be a third. So a model searches LSB first on the bits that are read anyway, with the published 11 flip-flops, or
+    in a pass of its own of p + 2 cycles a block.
     """
 
     def __init__(
@@ -450,7 +439,8 @@ class BlockRam(ScannedMemory):
         if len(taken) + addresses > PORTS:
             raise self._too_many(first, len(taken) + addresses)
         ports = [port for port in range(PORTS) if port not in taken][:addresses]
-        self._book(first, cycles, set(ports), self._lost(first, first + cycles, addresses))
+        lost = self.claims.between(first, first + cycles) if self.claims is not None and addresses == PORTS else 0
+        self._book(first, cycles, set(ports), lost)
 
     def read(self, port: int, cycle: int, address: int) -> Output:
         """Read a word in clock cycle ``cycle``. The output is final when the cycle is over.
@@ -555,10 +545,6 @@ class BlockRam(ScannedMemory):
         if self.claims is not None and self.claims.between(cycle, cycle + 1):
             taken.add(DISPLAY_PORT)
         return [port for port in range(PORTS) if port not in taken]
-
-    def _lost(self, first: int, last: int, addresses: int) -> int:
-        """Cycles that a display takes from a design with ``addresses`` addresses a cycle."""
-        return self.claims.between(first, last) if self.claims is not None and addresses == PORTS else 0
 
     def _too_many(self, cycle: int, addresses: int) -> RunError:
         return RunError(

@@ -229,13 +229,11 @@ class Component:
             self._end_work()
 
     def _begin_work(self) -> None:
-        """Count one more piece of work in progress."""
         if not self._in_progress:
             self._busy_since = self.now
         self._in_progress += 1
 
     def _end_work(self) -> None:
-        """Count one piece of work less in progress."""
         self._in_progress -= 1
         if not self._in_progress:
             self._busy += self.now - self._busy_since

@@ -338,7 +338,6 @@ class Link(Component):
         return edge(self.ticks(bits), self._rate)
 
     def _one_line(self) -> bool:
-        """True if all senders share one line."""
         return len(self.between) > 2
 
     def send(
@@ -481,7 +480,6 @@ class Link(Component):
         return self._close(message, reason)
 
     def _attempts(self, message: Message, line: Channel) -> Generator[simpy.Event, Any, str | None]:
-        """Process generator: attempts until one succeeds (None) or none is left (the reason)."""
         while True:
             failure = yield from self._cross(message, line)
             message.end_first_attempt()

@@ -14,7 +14,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from codesign.components import path_kernels
+from codesign.components import kernels
 from codesign.ground.errors import InputError
 
 Cell = tuple[int, int]
@@ -102,8 +102,8 @@ class Polyline:
 
     @cached_property
     def crossings(self) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-        """Arc length at which each cell is entered, and the cells: see ``path_kernels.crossings``."""
-        entry, cells = path_kernels.crossings(self.points, self.arcs)
+        """Arc length at which each cell is entered, and the cells: see ``kernels.crossings``."""
+        entry, cells = kernels.crossings(self.points, self.arcs)
         return entry, cells
 
     def first_closed(
@@ -114,7 +114,7 @@ class Polyline:
         A cell is open where it has the value ``is_open`` in ``grid``, bool, rows × columns.
         """
         cells = self.crossings[1]
-        return int(path_kernels.first_closed(cells, grid, is_open, first, len(cells) if last is None else last))
+        return int(kernels.first_closed(cells, grid, is_open, first, len(cells) if last is None else last))
 
     def head(self, length: float) -> Polyline:
         """The first ``length`` cells of the path, or all of it where it is shorter."""

@@ -14,7 +14,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from codesign.components import kernels, range_kernels
+from codesign.components import kernels
 from codesign.components.path import NEAR, Point, cell_of
 from codesign.ground.errors import InputError
 from codesign.ground.figures import Figure, Status
@@ -109,7 +109,7 @@ class RaySensor:
     def ranges(self, free: NDArray[np.bool_], position: Point) -> NDArray[np.float64]:
         """Cells along each ray to the first blocked cell, float64; infinite where it meets none within its length."""
         y, x = position
-        return range_kernels.ranges(free, y, x, self.range_cells, self.directions)
+        return kernels.ranges(free, y, x, self.range_cells, self.directions)
 
     def misread(self, free: NDArray[np.bool_], position: Point, wrong: Sequence[int]) -> RangeScan:
         """The scan that is read where the bits ``wrong`` of its message are wrong.
@@ -152,7 +152,6 @@ class RaySensor:
         return min(measured, NOTHING_SEEN - 1)
 
     def _read(self, shape: tuple[int, ...], position: Point, ray: int, word: int) -> RangeScan:
-        """The cells that ``word`` shows along a ray."""
         cells = word / (1000.0 * self.metres)
         met = word != NOTHING_SEEN and cells <= self.range_cells
         reach = cells if met else self.range_cells

@@ -3,9 +3,9 @@ from .checks import cross_check, list_workloads, load_platforms, load_workload, 
 from .constraint import Constraint
 from .edit import design_point, has_axis
 from .exploration import Exploration
+from .exploring import held, pin
 from .files import parse_value, starting_files
 from .library import list_parts, load_part
-from .pinning import held, pin
 from .platform import Platform, list_platforms, load_platform
 from .schema import json_schema
 from .workload import TaskMapping, Workload

@@ -4,20 +4,22 @@ from __future__ import annotations
 
 import functools
 import json
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal, TypeVar
 
 from pydantic import Field
 
-from codesign.ground.errors import Fault, choose_hint, clip
+from codesign.ground.errors import Fault, SpecError, choose_hint, clip
+from codesign.ground.figures import Price
 from codesign.ground.models import SpecModel
 from codesign.inputs.base import Spec
 from codesign.inputs.components import COMPONENTS, AnyComponent, Component, FpgaComponent
 from codesign.inputs.document import Document
 from codesign.inputs.faults import validate
-from codesign.inputs.fields import Name, PowerFigure, PriceFigure
-from codesign.inputs.files import Source, read_spec, shipped_names
+from codesign.inputs.fields import Day, Name, OwnPriceFigure, PowerFigure, PriceFigure
+from codesign.inputs.files import Source, document_of, read_spec, shipped_names
 from codesign.inputs.library import PARTS, calibration_state, host_state, name_and_grade
 from codesign.inputs.links import LINKS, MAX_ENDS, Link
 from codesign.inputs.roles import LINK, ROLE_TYPES, ROLES, Roles, filled_roles, role_faults
@@ -225,3 +227,49 @@ def no_such(name: str, platform: Platform, kind: str, names: Iterable[str]) -> t
 def list_platforms() -> list[str]:
     """Names of the shipped platforms."""
     return shipped_names("platforms")
+
+
+class PricesFile(Spec):
+    """A file of prices: ``hwsw advise --prices`` takes them in place of what platforms declare."""
+
+    kind: Literal["prices"] = Field(description="This file is a list of prices.")
+    date: Day = Field(description="The day, month or year of prices that name none of their own.")
+    description: str = Field(default="", description="Whose prices they are, for readers.")
+    prices: Annotated[dict[Name, OwnPriceFigure], Field(min_length=1)] = Field(
+        description="Price of each board, by the name of its platform. In full form only the value is required."
+    )
+
+    @property
+    def dated(self) -> dict[str, Price]:
+        """The prices by platform, each with its date."""
+        return {name: replace(price, date=price.date or self.date) for name, price in self.prices.items()}
+
+
+def load_prices(source: Source, own: Collection[str] = ()) -> PricesFile:
+    """The prices of a file, of YAML text, or of a dict. ``own``: names of platforms of the user's own.
+
+    Raises:
+        SpecError: all the faults of the file, boards that are none among them.
+    """
+
+    document = document_of(source, "prices", lambda file: (Path(file), str(file)))
+    tree = document.tree if isinstance(document.tree, dict) else {}
+    if tree.get("kind") in ("platform", "workload", "part", "host", "calibration"):
+        # All its other keys would be faults too.
+        what = f"this is a {tree['kind']}, and prices are asked for"
+        raise SpecError([document.fault(("kind",), what, "name a file with kind: prices")])
+    return validate(PricesFile, document, also=lambda read: _no_boards(read, own)).with_document(document)
+
+
+def _no_boards(document: Document, own: Collection[str]) -> list[Fault]:
+    """The names that are no platform."""
+    tree = document.tree if isinstance(document.tree, dict) else {}
+    prices = tree["prices"] if isinstance(tree.get("prices"), dict) else {}
+    names = sorted({*list_platforms(), *own})
+    unknown = [name for name in prices if isinstance(name, str) and name not in names]
+    return [
+        document.fault(
+            ("prices", name), f"there is no platform {clip(name)!r}", choose_hint(clip(name, 60), names), at_key=True
+        )
+        for name in unknown
+    ]

@@ -9,8 +9,7 @@ from pydantic import BaseModel
 
 from codesign.ground.errors import InputError, choose_hint
 from codesign.inputs.library import CalibrationFile, HostFile, PartFile
-from codesign.inputs.platform import Platform
-from codesign.inputs.prices import PricesFile
+from codesign.inputs.platform import Platform, PricesFile
 from codesign.inputs.tasks import SCENARIO_TASKS
 from codesign.inputs.workload import PLACE_KEYS, ProblemModels, TaskMapping, TaskModels, Variant, Workload
 

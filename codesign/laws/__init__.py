@@ -5,7 +5,6 @@ verdicts. Terms, price keys, directions and levers follow from what it answers t
 """
 
 from codesign.laws.acts import Law
-from codesign.laws.monomial import Monomial
-from codesign.laws.numbers import Number, Sum, as_sum, ceil_div, symbol
+from codesign.laws.numbers import Monomial, Number, Sum, as_sum, ceil_div, symbol
 
 __all__ = ["Law", "Monomial", "Number", "Sum", "as_sum", "ceil_div", "symbol"]

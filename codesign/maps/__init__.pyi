@@ -1,8 +1,27 @@
 from .generate import GENERATORS, corridor, empty, generate, maze, random_obstacles, rooms, spiral
 from .grid import MAX_CELLS, Cell, OccupancyGrid
-from .images import read_image, write_image
-from .movingai import MovingAiScenario, choose_scenarios, read_movingai, read_scenarios
-from .prepare import Crop, Radius, Steps, Unknown, Window, cropped, downsample, inflate, prepare, read_prepared, window
+from .images import read_image, read_ros, write_image
+from .prepare import (
+    Crop,
+    MovingAiScenario,
+    Radius,
+    Steps,
+    Unknown,
+    Window,
+    choose_scenarios,
+    cropped,
+    downsample,
+    inflate,
+    map_files,
+    map_stamp,
+    prepare,
+    read_map,
+    read_movingai,
+    read_prepared,
+    read_scenarios,
+    window,
+    yaml_beside,
+)
 from .reach import (
     check_cells,
     clearance,
@@ -13,8 +32,6 @@ from .reach import (
     nearest_free,
     reachable,
 )
-from .read import map_files, map_stamp, read_map, yaml_beside
-from .ros import read_ros
 from .text import read_text, to_text, write_text
 
 __all__ = [

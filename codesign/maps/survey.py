@@ -156,7 +156,6 @@ def _known(grid: OccupancyGrid, part: Window, at: Cell | None) -> Window:
 
 
 def _counts(cells: NDArray[np.bool_], side: int) -> NDArray[np.int64]:
-    """The number of these cells in each square."""
     filled = np.pad(cells, ((0, -cells.shape[0] % side), (0, -cells.shape[1] % side)))
     tiles = filled.reshape(filled.shape[0] // side, side, -1, side)
     counts: NDArray[np.int64] = np.asarray(tiles.sum(axis=(1, 3)), np.int64)

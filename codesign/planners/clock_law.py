@@ -259,7 +259,6 @@ def _beyond(placements: Sequence[Placement], growth: Growths, middle: float) -> 
 
 
 def _alike(placement: Placement, pipeline: str, family: str) -> bool:
-    """True if it is of this pipeline on this family."""
     return placement.registers.pipeline == pipeline and placement.row.family == family
 
 
@@ -370,7 +369,8 @@ def _placed(
     if not times:
         return None
     own = periods.get(part.full_name)
-    near = _same_grade(part, parts) if own is None else part.full_name
+    same_grade = (name for name in parts if name.endswith(part.speed_grade))
+    near = next(same_grade, None) if own is None else part.full_name
     width = law.width(family, registers.pipeline)
     if near is None:
         apart = GRADES_APART if len(times) == 1 else 1.0
@@ -412,11 +412,6 @@ def _transfer(
     options = (" with ".join(words) or "a plain circuit") * other
     apart = over**law.beyond * (TRANSFER if other else 1.0)
     return apart, ", ".join(filter(None, (grade, beyond, options)))
-
-
-def _same_grade(part: Part, parts: Sequence[str]) -> str | None:
-    """A part of the family in the same speed grade: the same silicon, in another size."""
-    return next((name for name in parts if name.endswith(part.speed_grade)), None)
 
 
 def _path(part: str, family: str, registers: Registers, placements: Sequence[Placement]) -> str:

@@ -63,11 +63,6 @@ class PowerReport:
     flip_flops: int
     slices: int
 
-    @property
-    def toggle_energy(self) -> float:
-        """J a toggle of an output of a LUT or a flip-flop, wires and clock tree with it."""
-        return self.dynamic / (self.clock * TYPICAL * (self.luts + self.flip_flops))
-
 
 REPORTS = (PowerReport(0.070, 100e6, 12_403, 18_391, 7_847), PowerReport(0.084, 100e6, 17_372, 25_373, 9_709))
 """Mucha and Scechura 2023, two sizes of an A* array on the XC7Z020-1, by Vivado."""
@@ -151,8 +146,6 @@ quotient that is rounded up."""
 
 
 class _Names(dict[str, Any]):
-    """The names of one circuit: its variables, then definitions, then the properties of its layout."""
-
     def __init__(self, laws: CountedLaws, design: Any, family: str) -> None:
         row = isinstance(design, Mapping)
         super().__init__(design if row else {}, design=design, family=family)

@@ -1,8 +1,7 @@
 from .cluster import ClusterExecutor
-from .designs import Design, StudyPoint
+from .designs import Design, StudyPoint, explain_run
 from .document import study_schema
 from .executor import Executor, ProcessExecutor, SerialExecutor
-from .explain_run import explain_run
 from .front import non_dominated
 from .outcomes import Outcomes
 from .reasons import ReasonCount

@@ -1,23 +1,170 @@
-"""The definition of a study: the text that a store keeps of it, from which the study is read again."""
+"""The definition of a study, from which a store reads it again, and the specs that its points are made of."""
 
 from __future__ import annotations
 
 import json
 import math
 import re
-from collections.abc import Collection
-from dataclasses import dataclass
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
+from codesign.ground.errors import InputError, RunError
 from codesign.ground.units import counted
+from codesign.inputs import Platform, Workload, load_platform
 from codesign.inputs.aggregate import rule_as_written
+from codesign.inputs.edit import PLATFORM_AXIS, VARIANT_AXIS
 from codesign.inputs.exploration import Exploration
-from codesign.study.identity import canonical_digest
-from codesign.study.space import Space
-from codesign.study.specs import Specs
+from codesign.inputs.files import kept_document, read_kept
+from codesign.study.explored import Explored
+from codesign.study.identity import canonical_digest, contents_of, files_read, identity_of
+from codesign.study.simulator import grid_for
+from codesign.study.space import Space, canonical
+from codesign.system.catalog import load_workload
 from codesign.system.outcome import provenance_of
+from codesign.system.problem_map import grid_of
 from codesign.system.results.result import Provenance
+
+if TYPE_CHECKING:
+    from codesign.maps import OccupancyGrid
+
+_WHAT = {
+    "platform": "a part or a host of the platform",
+    "workload": "the workload",
+    "map": "the map",
+    "files": "a file of goals or starts",
+    PLATFORM_AXIS: "a platform",
+    VARIANT_AXIS: "a variant",
+}
+"""The inputs that may have changed, by the name of their digest; an axis that is not listed moves the map."""
+
+CODE_CHANGED = "the study was computed by other code: figures may differ from those of the study"
+
+
+@dataclass(frozen=True, repr=False)
+class Specs:
+    """The documents of a study's workload and platforms, and the digests of all that its results depend on.
+
+    - ``text``: the documents as JSON. ``identity``, ``contents``: see ``identity_of`` and ``contents_of``.
+    - ``read``: what they are read to, where it is at hand. ``grid``: the map that the points were planned on, alike.
+    - ``files``: the digests of the files that points are made of, as of ``files_read``, when the exploration began.
+    """
+
+    text: str
+    identity: Mapping[str, str]
+    contents: Mapping[str, Mapping[str, str]]
+    read: Explored | None = field(default=None, compare=False)
+    grid: OccupancyGrid | None = field(default=None, compare=False)
+    files: Mapping[Path, str] = field(default_factory=dict, compare=False)
+
+    @classmethod
+    def of(cls, explored: Explored) -> Specs:
+        """The specs of an exploration.
+
+        Raises:
+            MapError: the map cannot be read or made.
+        """
+        files, grid = files_read(explored), grid_of(explored.workload)
+        documents = {
+            "workload": kept_document(explored.workload.document),
+            "platforms": {name: kept_document(each.document) for name, each in explored.platforms.items()},
+        }
+        text = json.dumps(documents, ensure_ascii=False, allow_nan=False)
+        identity = identity_of(explored.single, explored.workload, grid)
+        return cls(text, identity, contents_of(explored), explored, grid, files)
+
+    @cached_property
+    def explored(self) -> Explored:
+        """The workload and its platforms, read again from their documents where they are not at hand.
+
+        Raises:
+            SpecError: a file that they name is missing, or is refused by now. InputError: the documents are none.
+        """
+        if self.read is not None:
+            return self.read
+        try:
+            documents = json.loads(self.text)
+            workload = load_workload(read_kept(documents["workload"]))
+            platforms = {str(name): load_platform(read_kept(kept)) for name, kept in documents["platforms"].items()}
+        except (ValueError, KeyError, TypeError, AttributeError) as wrong:
+            raise InputError("the study holds no specs that this version can read") from wrong
+        return Explored(workload, platforms)
+
+    def refuse_changes(self) -> None:
+        """Refuse to go on where a file that points are made of changed since the exploration began.
+
+        Raises:
+            RunError: names the file.
+        """
+        before, after = self.files, files_read(self.explored)
+        for file in {**before, **after}:
+            if before.get(file) != after.get(file):
+                kinds = {"parts": "part", "hosts": "host"}
+                kind = kinds.get(file.parent.name, "map") if file.suffix == ".yaml" else "map"
+                what = f"a {kind} file changed while its designs were explored"
+                raise RunError(what, str(file), "run again: points finished before are kept")
+
+    def point(self, axes: Mapping[str, Any]) -> tuple[Platform, Workload]:
+        """Platform and workload of a point, as they were when the study was computed.
+
+        Raises:
+            InputError: a map, part or host file has changed since. SpecError: a file is missing; or the point cannot be
+                placed on its platform.
+        """
+        return self._unless_changed(axes, self._now)
+
+    def point_on_its_map(self, axes: Mapping[str, Any]) -> tuple[Platform, Workload, OccupancyGrid | None]:
+        """Platform and workload of a point, and the map that the study was computed on.
+
+        The map is None where it has to be read again: the study was read from a store, or an axis moves the problem. A
+        study that this process computed stays sound when the file of its map changes.
+
+        Raises:
+            InputError, SpecError: see ``point``.
+        """
+        if self.read is None or self.grid is None:
+            return *self.point(axes), None
+        platform, workload = self._unless_changed(axes, self._now_on_its_map)
+        return platform, workload, grid_for(workload, self.read.workload, self.grid)
+
+    def _unless_changed(self, axes: Mapping[str, Any], now: Mapping[str, str]) -> tuple[Platform, Workload]:
+        changed = self._changed(axes, now)
+        if changed:
+            raise InputError(
+                f"{' and '.join(changed)} changed since the study was computed",
+                hint="put the file back as it was, or run hwsw explore again: it computes what changed",
+            )
+        return self.explored.point(axes)
+
+    @cached_property
+    def _now(self) -> dict[str, str]:
+        explored = self.explored
+        return identity_of(explored.single, explored.workload, grid_of(explored.workload))
+
+    @cached_property
+    def _now_on_its_map(self) -> dict[str, str]:
+        return identity_of(self.explored.single, self.explored.workload, self.grid)
+
+    @cached_property
+    def _contents_now(self) -> dict[str, dict[str, str]]:
+        return contents_of(self.explored)
+
+    def _changed(self, axes: Mapping[str, Any], now: Mapping[str, str]) -> list[str]:
+        """The inputs of a point that differ from what they were, but for the code."""
+        changed = [_WHAT[name] for name, digest in self.identity.items() if name in _WHAT and now[name] != digest]
+        for axis, digests in self.contents.items():
+            value = canonical(axes.get(axis))
+            if value in digests and self._contents_now.get(axis, {}).get(value) != digests[value]:
+                changed.append(f"{_WHAT.get(axis, 'the map')} ({axis})")
+        return changed
+
+    @property
+    def note(self) -> str:
+        """A sentence where the code differs from the code that computed the study; else ""."""
+        return CODE_CHANGED if self._now["code"] != self.identity["code"] else ""
+
 
 MAX_STUDY_POINTS = 4_000_000
 """Most points of one exploration: a study holds them all in memory."""

@@ -36,7 +36,7 @@ _OF_RESULTS = frozenset(
     f"{name}.py"
     for name in (
         *("__init__", "evaluation", "explored", "identity", "order", "partition", "simulator", "space", "store"),
-        *("blocks", "definition", "shared", "specs"),
+        *("blocks", "definition", "shared"),
         *("aggregation", "bounds", "conditions", "constraints", "front"),
         *("search", "search_bound"),
     )

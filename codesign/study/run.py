@@ -17,25 +17,22 @@ import numpy as np
 from codesign.ground.errors import InputError, StoreError
 from codesign.ground.progress import Show, silent, tracked
 from codesign.inputs import Platform, Workload
-from codesign.inputs.exploration import Exploration
-from codesign.inputs.searching import Searching, asked
+from codesign.inputs.exploration import Exploration, Searching, asked
 from codesign.study.blocks import Plan, plan_of, read_plan
 from codesign.study.bounds import Bounds
 from codesign.study.budget import Budget
 from codesign.study.cluster import ClusterExecutor
-from codesign.study.definition import MAX_STUDY_POINTS, OTHER_VERSION, StudyDefinition, read_definition
+from codesign.study.definition import MAX_STUDY_POINTS, OTHER_VERSION, Specs, StudyDefinition, read_definition
 from codesign.study.evaluation import Done, EvaluatePoint, Evaluator, PointByPoint, Pricer
 from codesign.study.executor import Executor, ProcessExecutor, SerialExecutor
 from codesign.study.explored import Explored
 from codesign.study.identity import canonical_digest
-from codesign.study.kept import Kept
-from codesign.study.kept_search import boxes_of, forget_search, keep_boxes, keep_search, search_of_study
+from codesign.study.kept import Kept, boxes_of, forget_search, keep_boxes, keep_search, search_of_study
 from codesign.study.partition import Alone, Indices, Together, Turns, Work, parted
 from codesign.study.search import Searched, Trace
 from codesign.study.search_run import CUT_OFF, Rounds, SearchRun, enumerated, searched_before
 from codesign.study.simulator import check_some_point
 from codesign.study.space import Space
-from codesign.study.specs import Specs
 from codesign.study.store import FileStore, MemoryStore, Store
 from codesign.study.study import Study
 from codesign.study.tally import Progress, Tally, seldom_collected

@@ -19,7 +19,7 @@ import numpy as np
 
 from codesign.ground.errors import InputError
 from codesign.inputs.axes import value_text
-from codesign.inputs.searching import POPULATION, STARTUP, Searching
+from codesign.inputs.exploration import POPULATION, STARTUP, Searching
 from codesign.study.conditions import order_of
 from codesign.study.constraints import Floats
 from codesign.study.search import Problem, RandomSearch, Search

@@ -12,9 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codesign.ground.errors import InputError
-from codesign.inputs import searching as limits
-from codesign.inputs.exploration import Exploration
-from codesign.inputs.searching import POPULATION, Searching
+from codesign.inputs import exploration as limits
+from codesign.inputs.exploration import POPULATION, Exploration, Searching
 from codesign.study.blocks import Plan
 from codesign.study.bounds import Bounds
 from codesign.study.budget import Budget

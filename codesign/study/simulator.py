@@ -12,9 +12,9 @@ from codesign.inputs.edit import VARIANT_AXIS, choose_variant
 from codesign.study.explored import Explored
 from codesign.study.space import DesignPoint, Space
 from codesign.system.catalog import planner
-from codesign.system.ready import ready
 from codesign.system.results.result import Reason, Result
 from codesign.system.scenarios import bind, simulate
+from codesign.system.scenarios.run import ready
 
 if TYPE_CHECKING:
     from codesign.maps import OccupancyGrid

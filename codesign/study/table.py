@@ -8,7 +8,8 @@ and groups a million rows as quickly as the engines of data frames do, and is lo
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections import OrderedDict
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from typing import Any, Self
@@ -19,6 +20,7 @@ from numpy.typing import NDArray
 from codesign.ground.errors import Fault, InputError, SpecError, clip, show
 from codesign.ground.figures import FIGURES, ResultFigure
 from codesign.ground.figures import figure_of as figure_named
+from codesign.ground.memo import Memo
 from codesign.ground.numbering import Numbering
 from codesign.ground.units import counted, format_count
 from codesign.inputs import Platform, Workload
@@ -31,9 +33,9 @@ from codesign.inputs.workload import PLACE_KEYS
 from codesign.maps import OccupancyGrid
 from codesign.study.aggregation import Floats, told_apart
 from codesign.study.conditions import Conditions
-from codesign.study.constraints import Flags, figure_of
+from codesign.study.constraints import Flags, figure_of, with_constraints
+from codesign.study.definition import Specs
 from codesign.study.front import non_dominated
-from codesign.study.full_results import FullResults
 from codesign.study.groups import Groups
 from codesign.study.judged import Judged
 from codesign.study.outcomes import Outcomes, State
@@ -41,8 +43,61 @@ from codesign.study.pricing.price import PRICED
 from codesign.study.rivals import StudyRivals
 from codesign.study.search import Searched
 from codesign.study.space import Box, Sample, Space, canonical
-from codesign.study.specs import Specs
 from codesign.system.results.result import Provenance, Result
+from codesign.system.scenarios import simulate
+
+_MOST_HELD = 256
+
+
+class FullResults:
+    """The full results of points by index. The last ones that were simulated are held.
+
+    ``limits``: the constraints that each point is held to. ``specs``: of a point, for ``simulate``.
+    """
+
+    def __init__(
+        self,
+        outcomes: Outcomes,
+        limits: tuple[Constraint, ...],
+        specs: Callable[[int], tuple[Platform, Workload, OccupancyGrid | None]],
+    ) -> None:
+        self._outcomes, self._limits, self._specs, self._memo = outcomes, limits, specs, Memo()
+        self._held: OrderedDict[int, Result] = OrderedDict()
+
+    def __getitem__(self, index: int) -> Result | None:
+        """The full result of a point, with a reason for each limit that it does not keep.
+
+        Raises:
+            InputError: it has to be simulated, and is of no exploration, or comes to other figures by now.
+            SpecError: a file is missing.
+        """
+        outcomes = self._outcomes
+        if outcomes.state[index] != State.DONE:
+            return None
+        number = int(outcomes.which[index])
+        result = outcomes.templates[number] if number in outcomes.whole else self._simulated(index)
+        return with_constraints(result, self._limits)
+
+    def _simulated(self, index: int) -> Result:
+        if index not in self._held:
+            platform, workload, grid = self._specs(index)
+            result = simulate(platform, workload, memo=self._memo, grid=grid)
+            moved = [
+                FIGURES[name].label
+                for name in PRICED
+                if result.figure(FIGURES[name]) != self._outcomes.value(FIGURES[name], index)
+            ]
+            if moved:
+                raise InputError(
+                    f"point {index} has another {' and another '.join(moved)} now than in the study",
+                    hint="other code computed the study: run hwsw explore again",
+                )
+            self._held[index] = result
+            if len(self._held) > _MOST_HELD:
+                self._held.popitem(last=False)
+        self._held.move_to_end(index)
+        return self._held[index]
+
 
 Indices = NDArray[np.intp]
 

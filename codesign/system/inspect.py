@@ -11,18 +11,22 @@ from typing import Any
 from pydantic import BaseModel
 
 from codesign import inputs as spec
-from codesign.ground.errors import Fault, InputError, SpecError, choose_hint, clip
+from codesign import maps
+from codesign.ground.errors import Fault, InputError, SpecError, choose_hint, clip, outside_map
 from codesign.ground.models import Part, Task
+from codesign.ground.units import counted
 from codesign.inputs import Platform, Spec, Workload, design_point, has_axis
 from codesign.inputs.document import Document, KeyPath, Origin, put
 from codesign.inputs.faults import validate
 from codesign.inputs.files import is_path
 from codesign.inputs.library import CALIBRATIONS, HOSTS, PARTS
-from codesign.inputs.places import Place, place_value
-from codesign.inputs.prices import load_prices
+from codesign.inputs.places import Place, Point, cell_text, place_value, point_text
+from codesign.inputs.platform import load_prices
 from codesign.inputs.problem import ProblemSpec
 from codesign.inputs.value_types import default_text, type_text
 from codesign.inputs.yaml_tree import read_document
+from codesign.maps import OccupancyGrid, Window
+from codesign.maps.survey import Survey
 from codesign.planners.reproduction import Settings
 from codesign.system import catalog
 from codesign.system.verdicts import RunDocument
@@ -264,3 +268,73 @@ def _at_option(fault: Fault, options: Mapping[str, str]) -> Fault:
     key = fault.key.removeprefix("problem.")
     option = options.get(key, options.get(key.partition(".")[0].partition("[")[0]))
     return fault if option is None else Fault(option, 0, 0, "", fault.what, fault.hint)
+
+
+Cell = tuple[int, int]
+
+
+def place_on(grid: OccupancyGrid, place: Cell | Point, option: str) -> Cell:
+    """The cell of a place that a user asks for.
+
+    Raises:
+        InputError: it is outside of the map, or in metres on a map without a resolution; at ``option``.
+    """
+    if isinstance(place, Point):
+        if grid.frame is None:
+            what = f"{place} is in metres, and the map does not say how large a cell is"
+            raise InputError(what, option, "write ROW,COLUMN, or give the map a resolution, such as 5cm")
+        place = grid.frame.cell(place.x, place.y)
+    if not (0 <= place[0] < grid.rows and 0 <= place[1] < grid.columns):
+        what, hint = outside_map(place, grid.shape)
+        raise InputError(what, option, hint)
+    return place
+
+
+def map_lines(figures: Survey, at: Cell | None = None) -> Iterator[str]:
+    """The facts of a map, a line each; ``at``: a cell to find the nearest free cell of."""
+    grid = figures.grid
+    yield f"{grid.source}: {grid.rows} × {grid.columns} cells (rows × columns)"
+    frame = grid.frame
+    if frame is None:
+        yield "metres: unknown, as the map gives no resolution"
+    else:
+        size = f"{grid.columns * frame.resolution:g} × {grid.rows * frame.resolution:g} m (x × y)"
+        left, below = frame.origin[:2]
+        yield f"metres: {frame.resolution:g} m a cell, {size}, lower left corner {point_text(left, below)}"
+        if frame.origin[2]:
+            yield f"turned: {frame.origin[2]:g} rad around that corner"
+    known = f"{figures.free:,} free, {figures.blocked:,} blocked, {figures.unknown:,} unknown"
+    yield f"cells: {known}"
+    count = len(figures.components)
+    if count:
+        largest = f"the largest has {figures.components[0]:,} cells"
+        yield f"free space: {counted(count, 'component')} across the sides of cells, {largest}"
+        for name, part in (("free", figures.around_free), ("reachable", figures.around_largest)):
+            yield f"crop: {name} leaves {_saved(grid, part)}"
+    else:
+        yield "free space: none"
+    if at is not None:
+        yield _nearest(grid, at)
+    yield from (f"note: {remark}" for remark in grid.remarks)
+
+
+def _saved(grid: OccupancyGrid, part: Window) -> str:
+    share = part.rows * part.columns / grid.free.size
+    last = (part.row + part.rows - 1, part.column + part.columns - 1)
+    cells = f"{cell_text(part.corner)} to {cell_text(last)}"
+    return f"{part.rows} × {part.columns} cells, {cells}: {share:.1%} of the map"
+
+
+def _nearest(grid: OccupancyGrid, at: Cell) -> str:
+    near = maps.nearest_free(grid.free, at)
+    if near is None:
+        return f"at {_named(grid, at)}: no cell of the map is free"
+    if near == at:
+        return f"at {_named(grid, at)}: free"
+    where = "unknown" if grid.unknown is not None and grid.unknown[at] else "blocked"
+    return f"at {_named(grid, at)}: {where}; the nearest free cell is {_named(grid, near)}"
+
+
+def _named(grid: OccupancyGrid, cell: Cell) -> str:
+    frame = grid.frame
+    return cell_text(cell) if frame is None else f"{cell_text(cell)}, {point_text(*frame.point(*cell))}"

@@ -240,7 +240,6 @@ def _rooms() -> Problem:
 
 
 def _one_cell_changed(problem: Problem) -> Problem:
-    """The problem with one cell near the goal changed."""
     free = problem.free.copy()
     free[2, 4] = not free[2, 4]
     starts = tuple(start for start in problem.starts if free[start])

@@ -8,7 +8,7 @@ from __future__ import annotations
 import pickle
 from collections import Counter
 from dataclasses import replace
-from itertools import pairwise
+from itertools import islice, pairwise
 from typing import Any, get_args
 
 import numpy as np
@@ -376,6 +376,7 @@ def quality_is_of_this_problem(case: Case) -> None:
         assert room is not None
         assert least is not None
         require(room >= least >= 1.0, f"clearances {room} (mean) and {least} (least) cannot be")
+        require((quality.turning_mean or 0.0) >= 0.0, f"turning of {quality.turning_mean} degrees cannot be")
 
 
 @rule(on_maps)
@@ -530,13 +531,18 @@ def work_drained_ends_in_the_plan(case: Case) -> None:
         )
 
 
+MOST_FAMILIES = 12
+"""Families of a style whose designs are looked at, the most promising ones."""
+
+
 @rule(on_maps)
 def designs_are_accepted(case: Case) -> None:
-    """Each design that a style proposes is a sound set of parameters for its planner and for the problem."""
+    """Each design that a style gives first is a sound set of parameters for its planner and for the problem."""
     planner = case.planner
     model = planner.tasks[planner.planning_task]
     for style in case.styles:
-        for design in (design for chain in style.designs(case.job_on(style, parameters=None)) for design in chain):
+        families = islice(style.families(case.job_on(style, parameters=None)), MOST_FAMILIES)
+        for design in (design for family in families for design in family.chain):
             job = case.job_on(style, parameters=model.model_validate(dict(design)))
             wrong = planner.check(job)
             require(wrong is None, f"a design of {of(style)}, {dict(design)}, is refused: {wrong}")

@@ -67,7 +67,6 @@ def broken_rules(plug_in: PlugIn, rules: Sequence[Rule] = RULES) -> tuple[Breach
 
 
 def _raised(wrong: Exception) -> str:
-    """The exception in a sentence, with the line that raised it."""
     last = traceback.extract_tb(wrong.__traceback__)[-1]
     return f"{type(wrong).__name__} is raised in {Path(last.filename).name}:{last.lineno}: {wrong}"
 

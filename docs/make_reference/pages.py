@@ -12,8 +12,7 @@ from codesign.inputs.exploration import Exploration
 from codesign.inputs.library import CalibrationFile, HostFile, PartFile
 from codesign.inputs.links import LINKS, AnyLink
 from codesign.inputs.map_spec import MAPS, FileMap, PreparedMap
-from codesign.inputs.platform import Platform
-from codesign.inputs.prices import PricesFile
+from codesign.inputs.platform import Platform, PricesFile
 from codesign.inputs.problem import ProblemSpec
 from codesign.inputs.scenario import SCENARIOS
 from codesign.inputs.tasks import SCENARIO_TASKS, ExtraTask

@@ -12,7 +12,7 @@ from click.testing import CliRunner, Result
 
 from codesign.cli import main
 from codesign.hardware.calibrate.reports import TOOLS
-from codesign.inputs.searching import SAMPLERS
+from codesign.inputs.exploration import SAMPLERS
 
 Run = Callable[..., Result]
 

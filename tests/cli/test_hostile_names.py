@@ -9,7 +9,7 @@ import pytest
 from click.testing import Result
 
 from codesign.cli import rtl
-from codesign.hardware.rtl.campaign import Checked, StyleChecked
+from codesign.hardware.rtl.verify import Checked, StyleChecked
 
 HOSTILE = "run\u202e\x1b[31m\x9bpm"
 MARKS = {"\u202e", "\x1b", "\x9b"}

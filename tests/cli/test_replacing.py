@@ -14,7 +14,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from codesign.cli import main
-from codesign.cli.replacing import KINDS, check_replaceable
+from codesign.cli.outputs import KINDS, check_replaceable
 from codesign.ground.errors import InputError
 
 Run = Callable[..., Result]

@@ -30,7 +30,7 @@ from codesign.ground.figures import Status
 from codesign.inputs.library import load_part
 from codesign.planners.breadth_first.plan.parameters import MemoryPlace, SearchParameters
 from codesign.planners.breadth_first.plan.planner import PLANNER
-from codesign.planners.breadth_first.plan.reference import NEIGHBOURS
+from codesign.planners.breadth_first.plan.search import NEIGHBOURS
 from codesign.planners.breadth_first.styles import ARCHITECTURES, StateMachine, external
 from codesign.planners.external_memory import ExternalMemoryLaw
 from codesign.planners.interface import Problem

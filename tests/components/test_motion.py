@@ -11,8 +11,8 @@ from examples import examples
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from codesign.components.motion import SECOND, DifferentialDrive, Kinematics, Motion, OmnidirectionalDrive, PointDrive
 from codesign.components.path import NEAR, Polyline
+from codesign.components.robot import SECOND, DifferentialDrive, Kinematics, Motion, OmnidirectionalDrive, PointDrive
 from codesign.ground.errors import InputError
 
 

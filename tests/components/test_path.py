@@ -13,8 +13,8 @@ from examples import examples
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from codesign.components.motion import DifferentialDrive, Motion
 from codesign.components.path import NEAR, STANDING_ROOM, Polyline, authority, cell_of, join
+from codesign.components.robot import DifferentialDrive, Motion
 from codesign.ground.errors import InputError
 
 

@@ -13,8 +13,8 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from codesign.components import MobileRobot
-from codesign.components.motion import SECOND, DifferentialDrive, Kinematics, Motion, OmnidirectionalDrive, PointDrive
 from codesign.components.path import NEAR, Polyline, authority, cell_of, join
+from codesign.components.robot import SECOND, DifferentialDrive, Kinematics, Motion, OmnidirectionalDrive, PointDrive
 from codesign.ground.errors import InputError, RunError
 from codesign.system.scenarios.drive.world import Appearing, Moving, World
 from codesign.system.scenarios.drive.world.obstacles import rectangle

@@ -125,6 +125,6 @@ def test_the_room_stands_in_its_order() -> None:
         assert {"plan", "styles", "plug_in"} <= parts <= {*order}, "a room without a paper has no published rows"
 
 
-@pytest.mark.parametrize("text", ["`maps/no_such_file.py`", "`maps/read.py` has `no_such_name`"])
+@pytest.mark.parametrize("text", ["`maps/no_such_file.py`", "`maps/prepare.py` has `no_such_name`"])
 def test_a_name_without_ground_is_found(text: str) -> None:
     assert len(unfounded(text)) == 1

@@ -12,8 +12,7 @@ import pytest
 from click.testing import Result
 
 from codesign.ground.figures import FIGURES, Status
-from codesign.hardware.reproduce import Finding, Plot, Reproduction, Series
-from codesign.planners.reproduction import Use, row
+from codesign.planners.reproduction import Finding, Plot, Reproduction, Series, Use, row
 
 Run = Callable[..., Result]
 Specs = tuple[Path, Path]

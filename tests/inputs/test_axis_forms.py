@@ -14,7 +14,7 @@ from codesign.inputs import Workload, held, pin
 from codesign.inputs.axes import MAX_VALUES, with_listed_axes
 from codesign.inputs.exploration import Exploration
 from codesign.inputs.exploring import exploring
-from codesign.inputs.kept_document import kept_document, read_kept
+from codesign.inputs.files import kept_document, read_kept
 from codesign.inputs.yaml_tree import parse_document
 from codesign.study.explored import Explored
 from codesign.study.space import Space

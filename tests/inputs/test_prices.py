@@ -17,7 +17,7 @@ from jsonschema import Draft202012Validator
 from codesign.ground.errors import SpecError
 from codesign.ground.figures import Status, age_text, last_day
 from codesign.inputs import json_schema, list_platforms
-from codesign.inputs.prices import load_prices
+from codesign.inputs.platform import load_prices
 
 LIST = """kind: prices
 date: 2026-11

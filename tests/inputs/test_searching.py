@@ -13,7 +13,7 @@ from small_search import small_workload
 import codesign
 from codesign.ground.errors import InputError, SpecError
 from codesign.inputs import Workload
-from codesign.inputs.searching import MOST_SEED, SAMPLERS, Searching, asked
+from codesign.inputs.exploration import MOST_SEED, SAMPLERS, Searching, asked
 from codesign.study import load_study
 from codesign.study.budget import Budget
 

@@ -10,7 +10,7 @@ from places import ROOT
 
 import codesign
 from codesign.ground.errors import InputError, SpecError
-from codesign.inputs.kept_document import document_from
+from codesign.inputs.files import document_from
 
 LABYRINTH = (ROOT / "workloads" / "labyrinth.yaml").read_text(encoding="utf-8")
 BOARD = (ROOT / "platforms" / "virtex4-pci.yaml").read_text(encoding="utf-8")

@@ -18,7 +18,7 @@ from search_boxes import check_boxes
 
 import codesign
 from codesign.ground.errors import SpecError
-from codesign.inputs import searching
+from codesign.inputs import exploration
 from codesign.inputs.links import LINKS, AnyLink
 from codesign.laws import as_sum, symbol
 from codesign.study import explore
@@ -84,7 +84,7 @@ def test_the_interval_moves_with_every_price(name: str) -> None:
 
 def test_no_bound_exceeds_a_value(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """Branch and bound proves the front of the enumeration, and every box that it leaves out keeps its bound."""
-    monkeypatch.setattr(searching, "ENUMERATED", 0)
+    monkeypatch.setattr(exploration, "ENUMERATED", 0)
     declared = kinds.link(name)
     axes: dict[str, Any] = {"fpga.clock": ["10 MHz", "25 MHz", "50 MHz"]}
     axes |= {f"line.{key}": [declared[key][end] for end in ("low", "value", "high")] for key in prices(name)}

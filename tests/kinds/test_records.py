@@ -29,13 +29,12 @@ from codesign.ground.records import (
     Subject,
 )
 from codesign.views.exports.difference import difference
-from codesign.views.exports.gantt import gantt
 from codesign.views.exports.perfetto import write_perfetto
-from codesign.views.exports.statistics import statistics
+from codesign.views.exports.statistics import gantt, statistics
 from codesign.views.exports.waveform import waveform_of
-from codesign.views.report.bag_tables import board_latencies
 from codesign.views.report.pictures import run_map_picture, run_timeline_picture
 from codesign.views.report.result_page import scrub_data
+from codesign.views.report.scenario_tables import board_latencies
 from codesign.views.report.scrub import SCRUB_KINDS, scrub_of
 from codesign.views.trace import McapListener, MemoryListener, moment, open_trace, timeline
 from codesign.views.trace.reader import scan

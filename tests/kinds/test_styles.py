@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from codesign.ground.figures import Status
-from codesign.hardware.fidelity.designs import variables_of
+from codesign.hardware.fidelity.points import variables_of
 from codesign.inputs.library import load_part
 from codesign.planners.breadth_first.plan.parameters import Address, SearchParameters
 from codesign.planners.breadth_first.styles.resources import block_ram_total

@@ -20,7 +20,7 @@ from codesign.planners.harmonic.styles import timing as harmonic
 from codesign.planners.measured import ClockRow
 from codesign.planners.velocity_obstacle.styles import timing as robots
 from codesign.planners.wavefront.styles import timing as wave
-from codesign.planners.wavefront.styles.layout import ArrayLayout
+from codesign.planners.wavefront.styles.resources import ArrayLayout
 from codesign.planners.wavefront.styles.tile import TileLayout
 
 PUBLISHED = Figure(150e6, "Hz", Status.CALIBRATED, "a fit", 120e6, 180e6)

@@ -7,6 +7,7 @@ from dataclasses import replace
 from functools import partial
 from itertools import product
 from typing import Any
+from unittest.mock import Mock
 
 import numpy as np
 from examples import examples
@@ -250,10 +251,9 @@ def test_parts_of_parts_are_looked_at_to_any_depth() -> None:
     def nested(depth: int) -> Iterator[Family]:
         yield Family((), count=depth, parts=partial(nested, depth - 1) if depth else None)
 
-    arrangement: Any = None
-    opened, counts = _Open(arrangement, [nested(3000)]), []
-    while (family := opened.next([])) is not None:
+    arrangement = Mock(families=lambda: nested(3000), parts=lambda family: family.parts())
+    opened, laboratory, counts = _Open(arrangement), Mock(), []
+    while (family := opened.next(laboratory)) is not None:
         counts.append(family.count)
-        if family.parts is not None:
-            opened.push(family.parts())
+        opened.push(family)
     assert counts == list(range(3000, -1, -1))

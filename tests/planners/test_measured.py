@@ -7,8 +7,7 @@ from dataclasses import replace
 
 import pytest
 
-from codesign.hardware.fidelity.designs import job_of, laws_of, resources
-from codesign.hardware.fidelity.points import OTHERS, TOTAL, resource_points, rooms
+from codesign.hardware.fidelity.points import OTHERS, TOTAL, job_of, laws_of, resource_points, resources, rooms
 from codesign.inputs.library import load_part
 from codesign.planners.counted import CountedLaws
 from codesign.planners.measured import ClockRow, Point, ResourceRow, family_of, fit, rows_text

@@ -7,7 +7,7 @@ from places import ROOT
 
 from codesign.ground.figures import Status
 from codesign.inputs.library import load_part
-from codesign.planners.counted import REPORTS, TYPICAL, activity_by, counted_activity, slice_power
+from codesign.planners.counted import REPORTS, TYPICAL, PowerReport, activity_by, counted_activity, slice_power
 from codesign.planners.job import Demand, Line
 from codesign.planners.measured import ActivityRow, activity_rows
 from codesign.system import catalog
@@ -27,8 +27,13 @@ def row(toggles: int, seed: int = 1) -> ActivityRow:
     return ActivityRow("s", "", "", {}, "design", seed, toggles, 100, 1000, "tools")
 
 
+def toggle_energy(report: PowerReport) -> float:
+    """J a toggle of an output of a LUT or a flip-flop, wires and clock tree with it."""
+    return report.dynamic / (report.clock * TYPICAL * (report.luts + report.flip_flops))
+
+
 def test_the_energy_of_a_toggle_is_the_same_in_both_reports() -> None:
-    first, second = (report.toggle_energy for report in REPORTS)
+    first, second = (toggle_energy(report) for report in REPORTS)
     assert first == pytest.approx(second, rel=0.16)
     assert 0.15e-12 < second < first < 0.19e-12
 
@@ -48,7 +53,7 @@ def test_toggles_times_their_energy_give_the_reports(report: object) -> None:
     (mine,) = (each for each in REPORTS if each is report)
     (other,) = (each for each in REPORTS if each is not report)
     nets = mine.luts + mine.flip_flops
-    assert nets * TYPICAL * other.toggle_energy * mine.clock == pytest.approx(mine.dynamic, rel=0.17)
+    assert nets * TYPICAL * toggle_energy(other) * mine.clock == pytest.approx(mine.dynamic, rel=0.17)
     slices = Line.item("all", "slices", 2 * mine.slices, Status.PUBLISHED, "the report")
     _, dynamic = slice_power(Demand(items=(slices,)), int(mine.clock), part)
     assert dynamic.value == pytest.approx(mine.dynamic, rel=0.03)

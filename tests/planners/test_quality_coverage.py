@@ -8,12 +8,12 @@ from examples import examples
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
+from reference_breadth_first import trail
 
 from codesign import maps
-from codesign.planners.breadth_first.plan.reference import trail
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
-from codesign.planners.wavefront.plan.reference import dijkstra, edges
+from codesign.planners.wavefront.paper.measures import dijkstra, edges
 from codesign.system import catalog
 
 PARAMETERS = {

@@ -15,17 +15,17 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from mission_specs import Ground
 from numpy.typing import NDArray
+from reference_breadth_first import trail
 from reference_harmonic import relax_reference
 
 from codesign.ground.errors import SpecError
 from codesign.inputs import Platform, Workload
 from codesign.maps import OccupancyGrid
-from codesign.planners.breadth_first.plan.reference import trail
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
-from codesign.planners.relaxation.plan.search import STEPS
+from codesign.planners.relaxation.plan.planner import STEPS
+from codesign.planners.wavefront.paper.measures import dijkstra
 from codesign.planners.wavefront.plan import propagate
-from codesign.planners.wavefront.plan.reference import dijkstra
 from codesign.system import catalog
 from codesign.system.scenarios import bind, simulate
 

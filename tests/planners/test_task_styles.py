@@ -23,7 +23,7 @@ from codesign.planners.relaxation.plan.parameters import RelaxParameters
 from codesign.planners.relaxation.plan.planner import PLANNER
 from codesign.planners.relaxation.styles import ARCHITECTURES as RELAXATION
 from codesign.planners.relaxation.styles import TASK_STYLES as RELAXATION_TASKS
-from codesign.planners.relaxation.styles.costs import SEARCH_UNITS
+from codesign.planners.relaxation.styles.host import SEARCH_UNITS
 from codesign.planners.wavefront.plan.parameters import Course, Paths, PropagateParameters
 from codesign.planners.wavefront.plan.planner import PLANNER as WAVEFRONT_PLANNER
 from codesign.planners.wavefront.styles import ARCHITECTURES as WAVEFRONT

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from codesign.hardware.reproduce import Reproduction
 from codesign.planners.papers import Case, Paper, Runs, Words
+from codesign.planners.reproduction import Reproduction
 from codesign.planners.wavefront.paper.measures import PAPER
 from codesign.views.report.reproduction_page import reproduction_html
 

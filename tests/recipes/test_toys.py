@@ -197,8 +197,8 @@ TOYS = [
         "[[True, True, False, True]]",
         edits={
             "maps/images.py": (("", READER),),
-            "maps/read.py": (
-                ("parse_image\n", "parse_runs, "),
+            "maps/prepare.py": (
+                ("parse_image, read_ros", "parse_runs, "),
                 (
                     "    if is_image(content) or",
                     '    if content.startswith(b"RUNS "):\n        return parse_runs(content, where)\n',
@@ -297,7 +297,7 @@ TOYS = [
                     '    bends: Annotated[int | None, Field(title="bends of paths", description="a toy")] = None\n',
                 ),
             ),
-            "planners/harmonic/plan/quality.py": (("        local_maxima=int(", "        bends=5,\n"),),
+            "planners/harmonic/plan/planner.py": (("        local_maxima=int(", "        bends=5,\n"),),
         },
     ),
     Toy(
@@ -341,7 +341,7 @@ TOYS = [
         "a kernel that a host is timed by",
         "from codesign.hardware.calibrate.host_costs import all_probes; print('toy_cell' in all_probes())",
         "True",
-        edits={"planners/breadth_first/styles/probes.py": (("CELL_KERNEL: _", '"toy_cell": _breadth_first, '),)},
+        edits={"planners/breadth_first/styles/software.py": (("CELL_KERNEL: _", '"toy_cell": _breadth_first, '),)},
     ),
     Toy(
         "a rule over conditions",
@@ -493,8 +493,8 @@ TOYS = [
         edits={
             "planners/breadth_first/plan/parameters.py": (
                 (
-                    "    external_cycles: Annotated[",
-                    '    toy_bits: Annotated[int, Field(ge=1, description="a toy")] = 7\n',
+                    "    external_cycles: int = Field(",
+                    '    toy_bits: int = Field(default=7, ge=1, description="a toy")\n',
                 ),
             )
         },
@@ -514,7 +514,7 @@ TOYS = [
                     '    "backwards": lambda problem, searching: Backwards(problem, searching.seed),\n',
                 ),
             ),
-            "inputs/searching.py": (('"bound"]', '"backwards", '),),
+            "inputs/exploration.py": (('"bound"]', '"backwards", '),),
         },
     ),
 ]

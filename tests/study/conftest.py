@@ -6,12 +6,12 @@ from collections.abc import Iterator
 
 import pytest
 
-from codesign.inputs import searching
+from codesign.inputs import exploration
 
 
 @pytest.fixture(scope="module")
 def searched() -> Iterator[None]:
     """A search runs in any space: none is so small that all of its points are computed in its place."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(searching, "ENUMERATED", 0)
+        patch.setattr(exploration, "ENUMERATED", 0)
         yield

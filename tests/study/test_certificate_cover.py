@@ -12,7 +12,7 @@ import pytest
 import tampering
 
 from codesign.ground.errors import CertificateError
-from codesign.study.certificates import cover
+from codesign.study.certificates import check as checker
 from codesign.study.certificates.check import check
 from codesign.study.certificates.file import unpacked
 from codesign.study.certificates.form import Certificate, Claim, Definition, Head, layout
@@ -124,7 +124,7 @@ def test_boxes_that_miss_a_design_or_meet_are_refused(seed: int) -> None:
     ids=lambda tamper: tamper.__name__,
 )
 def test_both_counts_refuse_the_same(tamper: Callable[[bytes, Random], bytes], monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(cover, "MAX_DENSE", 0)
+    monkeypatch.setattr(checker, "MAX_DENSE", 0)
     original = tampering.sample_file()
     assert check(unpacked(original)).missing == 3
     for seed in range(8):
@@ -135,7 +135,7 @@ def test_both_counts_refuse_the_same(tamper: Callable[[bytes, Random], bytes], m
 @pytest.mark.parametrize("seed", range(60))
 def test_both_counts_agree_on_boxes_at_random(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
     rng, sizes = Random(seed), (5, 4, 6)
-    monkeypatch.setattr(cover, "_FEW", 2)
+    monkeypatch.setattr(checker, "_FEW", 2)
     boxes = boxes_but_the_first_design(rng, sizes, rng.randint(1, 40))
     for _ in range(rng.randrange(2)):
         low, high = boxes[rng.randrange(len(boxes))]
@@ -143,7 +143,7 @@ def test_both_counts_agree_on_boxes_at_random(seed: int, monkeypatch: pytest.Mon
         rng.choice([low, high])[axis] += rng.choice([-1, 1])
     accepted = []
     for dense in (0, 10**8):
-        monkeypatch.setattr(cover, "MAX_DENSE", dense)
+        monkeypatch.setattr(checker, "MAX_DENSE", dense)
         try:
             check(certificate(boxes, sizes))
             accepted.append(True)

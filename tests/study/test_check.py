@@ -16,8 +16,7 @@ from codesign.inputs import Platform, Workload
 from codesign.study import Space, Study, explore, load_study
 from codesign.study.budget import Budget
 from codesign.study.check import check_points
-from codesign.study.order import Order
-from codesign.study.partition import Alone, Turns
+from codesign.study.partition import Alone, Order, Turns
 
 Hwsw = Callable[..., Invoked]
 

@@ -14,7 +14,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import codesign
-from codesign.cli.values import settings_of
+from codesign.cli.specs import settings_of
 from codesign.ground.errors import InputError
 from codesign.ground.figures import FIGURES
 from codesign.inputs import Constraint, Exploration, Platform, Workload

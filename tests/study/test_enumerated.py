@@ -12,7 +12,7 @@ from explore_fakes import Fake
 from small_search import AXES, of, small_workload
 
 import codesign
-from codesign.inputs import Platform, Workload, searching
+from codesign.inputs import Platform, Workload, exploration
 from codesign.study import evaluation, explore, load_study
 from codesign.study.budget import Budget
 from codesign.study.search import Problem
@@ -66,7 +66,7 @@ def test_the_front_of_a_small_space_is_that_of_all_points(
         (trace,) = held.search.traces
         assert (trace.name, trace.seed, trace.designs, trace.proved, trace.ended) == (name, 3, [], True, "")
         assert f"{name} was not run" in trace.enumerated
-        assert f"at most {searching.ENUMERATED:,}" in trace.enumerated
+        assert f"at most {exploration.ENUMERATED:,}" in trace.enumerated
         assert f"{SIZE} take at most {SIMULATIONS}" in trace.enumerated
         table = search_table(held)
         assert table is not None
@@ -100,7 +100,7 @@ def test_a_search_runs_in_a_larger_space_or_one_that_takes_more_simulations(
     most: int,
     enumerated: bool,
 ) -> None:
-    monkeypatch.setattr(searching, "ENUMERATED", most)
+    monkeypatch.setattr(exploration, "ENUMERATED", most)
     study = explore(platform, small, workers=1, search=name, budget=Budget(**budget))
     assert study.search is not None
     assert bool(study.search.traces[0].enumerated) == enumerated
@@ -120,7 +120,7 @@ def test_a_function_of_ones_own_is_called_no_more_than_the_search_asks(
 def test_a_sampler_asks_for_every_design_once_and_ends(name: str, when: dict[str, Any]) -> None:
     """Alike designs, so that it suggests the known ones again; each is told as what came of it before."""
     space = Space({"a.x": list(range(12)), "a.y": [4, 2, 1], "a.z": ["p", "q"]}, "", when=when)
-    search = search_of(searching.Searching(sampler=name), Problem(space, ("f",), (False,), ()))
+    search = search_of(exploration.Searching(sampler=name), Problem(space, ("f",), (False,), ()))
     asked: list[int] = []
     for _ in range(len(space)):
         if not (designs := search.ask(10)):

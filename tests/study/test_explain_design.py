@@ -14,8 +14,7 @@ import codesign
 from codesign.ground.errors import InputError, SpecError
 from codesign.ground.figures import FIGURES
 from codesign.study import Outcomes, Study, load_study
-from codesign.study.designs import neighbours_of
-from codesign.study.explain_run import explain_run
+from codesign.study.designs import explain_run, neighbours_of
 from codesign.system.explanation import why_energy, why_time
 
 Specs = tuple[Path, Path]

@@ -169,7 +169,7 @@ def test_a_file_that_is_new_or_gone_counts(shipped: Path, asked: Callable[[], Ke
         ("study/tally.py", False),
         ("views/report/page.py", False),
         ("views/report/templates/style.css", False),
-        ("planners/harmonic/paper/speed.py", False),
+        ("planners/harmonic/paper/measures.py", False),
         ("planners/__pycache__/plug_in.pyc", False),
         ("planners/.plug_in.swp", False),
     ],

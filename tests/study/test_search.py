@@ -15,7 +15,7 @@ import codesign
 from codesign.ground.errors import InputError
 from codesign.ground.figures import FIGURES
 from codesign.inputs import Platform, Workload
-from codesign.inputs.searching import Searching
+from codesign.inputs.exploration import Searching
 from codesign.study import explore, load_study
 from codesign.study.bounds import Bounds
 from codesign.study.budget import Budget

@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 from hypothesis import strategies as st
+from reference_robots import History
 
 from codesign.planners.velocity_obstacle.plan import Avoidance, AvoidParameters, RobotsProblem, generate
-from codesign.planners.velocity_obstacle.plan import reference as plain
 from codesign.planners.velocity_obstacle.plan.parameters import Detection, Gains, Responsibility
 
 ALL_TERMS = Gains.model_construct(proportional=0.5, integral=0.05, derivative=0.1)
@@ -46,7 +46,7 @@ def scenes(draw: Any, updates: int = 60) -> tuple[RobotsProblem, AvoidParameters
     return problem, given_parameters(draw, updates=updates)
 
 
-def assert_same_run(run: Avoidance, history: plain.History) -> None:
+def assert_same_run(run: Avoidance, history: History) -> None:
     """All states and decisions up to the last update before a value left its word, or to the end."""
     rows = len(run.times)
     assert run.updates == len(history.choices)

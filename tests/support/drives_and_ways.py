@@ -9,8 +9,8 @@ import simpy
 from hypothesis import strategies as st
 
 from codesign.components import MobileRobot
-from codesign.components.motion import DifferentialDrive, Kinematics, OmnidirectionalDrive, PointDrive
 from codesign.components.path import Polyline
+from codesign.components.robot import DifferentialDrive, Kinematics, OmnidirectionalDrive, PointDrive
 
 SIDE = 12
 

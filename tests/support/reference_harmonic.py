@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from codesign.planners.harmonic.plan.arguments import Arguments, check_arguments
+from codesign.maps.reach import reachable
+from codesign.planners.harmonic.plan.arguments import Arguments, Stage, StageEnd, VisitBatch, check_arguments
 from codesign.planners.harmonic.plan.fixed_point import Field
 from codesign.planners.harmonic.plan.relax import HarmonicPlan, VisitRecord
-from codesign.planners.harmonic.plan.stages import Stage, StageEnd, VisitBatch
-from codesign.planners.harmonic.plan.trajectory import Ascent, Ending, Trajectory
+from codesign.planners.harmonic.plan.trajectory import Ascent, Ending, Trajectory, best_neighbours, goal_mask
 
 NEIGHBOURS = ((-1, 0), (0, 1), (1, 0), (0, -1))
 """(row, column) steps to north, east, south and west, as ``best_neighbours`` numbers them."""
@@ -136,3 +136,20 @@ def climb(ascent: Ascent, start: tuple[int, int]) -> Trajectory:
         points.append((row, column))
     ending = Ending.GOAL if ascent.goal[row, column] else Ending.FLAT
     return Trajectory(np.array(points, np.float64), ending)
+
+
+def local_maxima(field: Field, free: NDArray[np.bool_], goals: Sequence[tuple[int, int]]) -> NDArray[np.bool_]:
+    """Bool rows × columns: reachable free cells, goals left out, with no strictly greater neighbour (4.1)."""
+    cells = reachable(free, goals) & ~goal_mask(free, goals)
+    return cells & (best_neighbours(field, free) < 0)
+
+
+def share_reaching_goal(field: Field, free: NDArray[np.bool_], goals: Sequence[tuple[int, int]]) -> float:
+    """Share of the reachable cells, goals left out, from which the steepest ascent ends at a goal; 1.0 of no cell.
+
+    The share is 1.0 if and only if there is no local maximum: values rise strictly along an ascent, so it ends at a
+    goal or at a local maximum.
+    """
+    ascent = Ascent(field, free, goals)
+    cells = reachable(free, goals) & ~ascent.goal
+    return float((ascent.climbs_to_goal() & cells).sum() / cells.sum()) if cells.any() else 1.0

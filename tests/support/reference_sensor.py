@@ -7,8 +7,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from codesign.components.kernels import CORNER
 from codesign.components.path import Point, cell_of
-from codesign.components.path_kernels import CORNER
 from codesign.components.sensor import RangeScan
 
 

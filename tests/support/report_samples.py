@@ -62,6 +62,7 @@ QUALITY: dict[str, Any] = {
     "path_length_ratio_worst": 1.2,
     "clearance_mean": 1.7,
     "clearance_least": 0.5,
+    "turning_mean": 120.0,
     "wrong_cells": 3,
 }
 

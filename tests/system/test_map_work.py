@@ -13,7 +13,7 @@ import codesign
 from codesign import maps
 from codesign.ground.errors import SpecError
 from codesign.ground.records import Record, TaskRecord
-from codesign.planners.harmonic.plan.pockets import FILL
+from codesign.planners.harmonic.plan.planner import FILL
 from codesign.system.results.result import Result
 from codesign.system.scenarios import simulate
 

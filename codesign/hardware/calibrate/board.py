@@ -1,6 +1,6 @@
 """A host measured on the board itself, which has Python and NumPy alone: the script, and what it prints.
 
-The script holds the maps of ``host_times``, and the programs that planners have for a board. A program in C is built
+The script holds the maps of ``host_fit``, and the programs that planners have for a board. A program in C is built
 there: it is another program than the kernels of this package, and the one that a robot would run.
 """
 
@@ -20,10 +20,17 @@ from pydantic import Field
 
 from codesign.ground.errors import SpecError
 from codesign.ground.models import SpecModel
-from codesign.hardware.calibrate.host_costs import MeasuredHost
-from codesign.hardware.calibrate.host_file import REFERENCE
-from codesign.hardware.calibrate.host_fit import Timing, disturbance_of, fit_programs
-from codesign.hardware.calibrate.host_times import TimedPlan, all_timed, less, plans_on, questions
+from codesign.hardware.calibrate.host_costs import REFERENCE, MeasuredHost
+from codesign.hardware.calibrate.host_fit import (
+    TimedPlan,
+    Timing,
+    all_timed,
+    disturbance_of,
+    fit_programs,
+    less,
+    plans_on,
+    questions,
+)
 from codesign.inputs.base import Spec, fault
 from codesign.inputs.faults import validate
 from codesign.inputs.files import shown

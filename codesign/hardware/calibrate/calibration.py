@@ -190,7 +190,6 @@ def _scatter(residuals: Sequence[float], fitted: int) -> float:
 
 
 def _ratios(samples: Iterable[Sample]) -> dict[str, float]:
-    """The mean of reported / predicted of each design."""
     return {
         name: math.fsum(each.reported / each.predicted for each in group) / len(group)
         for name, group in _by_design(samples).items()

@@ -192,7 +192,7 @@ def compare_reports(
     _check_one_style(reports)
     told, more = _latest([*_terms(reports, clock)])
     rows = tuple(each.compared() for each in told)
-    notes += more + [_bound(each) for each in told if _is_bound(each, clock)]
+    notes += more + [_bound(each) for each in told if each.term == CLOCK and _clock(each.report, clock).met]
     notes += [
         f"{row.term} of {row.design}: the law says 0, and {row.report} says {row.reported:g}; no factor follows"
         for row in rows
@@ -310,10 +310,6 @@ def _latest(told: Sequence[_Told]) -> tuple[list[_Told], list[str]]:
         else:
             kept.append(each)
     return kept, notes
-
-
-def _is_bound(told: _Told, clock: str | None) -> bool:
-    return told.term == CLOCK and _clock(told.report, clock).met
 
 
 def _bound(told: _Told) -> str:

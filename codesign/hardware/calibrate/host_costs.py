@@ -1,22 +1,21 @@
 """The host that this machine is: the time of one unit of each kernel, its cores, its load and its jitter.
 
-The kernels are the planners' kernels, as they are compiled here. So a platform with these costs predicts this package
-on this machine. Probes time each kernel by itself. Where a planner names plans to be timed (``Timed``), these are
-timed on several maps, and the costs of their kernels are fitted to them (``host_fit``). Costs of other hosts are in
-``platforms/``, with their sources. ``relaxation_node_update`` is a unit of the vectorised sweeps; a direct solution is
-counted in another unit (``codesign.planners.relaxation.styles.costs``). ``occupancy_cell`` and ``way_following`` are
-the work of a drive. They are measured on compiled twins (``kernels``), because the simulation does this work in Python
-over numpy, and a robot's host would not.
+Probes time each kernel of a planner, as it is compiled here. Where a planner names plans to be timed (``Timed``), the
+costs of their kernels are fitted to plans on several maps (``host_fit``). ``relaxation_node_update`` is a unit of the
+vectorised sweeps; a direct solution is counted in another (``codesign.planners.relaxation.styles.host``).
+``occupancy_cell`` and ``way_following``, the work of a drive, are measured on compiled twins (``kernels``), because the
+simulation does this work in Python over numpy, and a robot's host would not.
 """
 
 from __future__ import annotations
 
+import json
 import math
 import os
 import platform
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from statistics import median
 from typing import Any
@@ -28,8 +27,17 @@ from codesign.ground.errors import InputError
 from codesign.ground.figures import Figure, Status
 from codesign.ground.late import late
 from codesign.ground.progress import Show, silent, tracked
-from codesign.hardware.calibrate.host_fit import Disturbance, ProgramFit, disturbance_of, fit_programs
-from codesign.hardware.calibrate.host_times import plans_on, questions, time_plans
+from codesign.ground.units import format_frequency
+from codesign.hardware.calibrate.host_fit import (
+    Disturbance,
+    ProgramFit,
+    disturbance_of,
+    fit_programs,
+    plans_on,
+    questions,
+    time_plans,
+)
+from codesign.inputs.library import HOSTS, HostFile
 from codesign.planners.breadth_first.plan import search
 from codesign.planners.plug_in import Probe
 from codesign.system import catalog
@@ -71,7 +79,7 @@ def measure_host(seconds: float = 20.0, show: Show = silent) -> MeasuredHost:
 
     Args:
         seconds: about how long to measure in all, without compilation. Every kernel is run at least ``LEAST_REPEATS``
-            times, every plan at least ``host_times.LEAST_ROUNDS`` times.
+            times, every plan at least ``host_fit.LEAST_ROUNDS`` times.
         show: is told how many kernels and plans were measured.
 
     Raises:
@@ -164,3 +172,105 @@ def _mission_map() -> tuple[Any, Any, Any]:
 
 DRIVE_PROBES: Mapping[str, Callable[[], Probe]] = {OCCUPANCY: _occupancy, FOLLOWING: _following}
 """The probes of the kernels of a drive, by name."""
+
+
+REFERENCE = "epyc-9004"
+"""The host whose costs, times a factor, stand for the kernels that were not measured."""
+
+UNKNOWN_POWER = {key: Figure(value, "W", Status.ASSUMED, "not measured; any computer", *ends) for key, value, ends in (
+    ("busy", 5.0, (0.05, 300.0)),
+    ("idle", 2.0, (0.0, 200.0)),
+)}  # fmt: skip
+"""Of a host that is like none with a file."""
+
+HEAD = "# Written by hwsw calibrate host. Name it in a platform: the key host of a processor.\n"
+
+
+def processor_text(host: MeasuredHost) -> str:
+    """The keys of a processor: cores, load, jitter and costs, as YAML."""
+    disturbed = host.disturbance
+    lines = [
+        f"cores: {host.cores}",
+        f"load: {_flow(disturbed.load)}",
+        "jitter:",
+        *(f"  {name}: {_flow(figure)}" for name, figure in (("median", disturbed.median), ("p99", disturbed.p99))),
+        "costs:",
+        *(f"  {name}: {_flow(cost)}" for name, cost in sorted(host.costs.items())),
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def host_text(host: MeasuredHost, name: str, like: str | None) -> str:
+    """A host file.
+
+    ``like``: the host that stands for what was not measured: power, clock, and kernels times a factor. None: kernels
+    are of ``REFERENCE``, and the power may be any computer's.
+
+    Raises:
+        InputError: there is no such host.
+    """
+    other = HOSTS.find(like or REFERENCE)
+    clock, power = other.clock, UNKNOWN_POWER if like is None else dict(other.power)
+    if host.clock_hz is not None:
+        clock = Figure(host.clock_hz, "Hz", Status.MEASURED, "as the system of the board says")
+    lines = [
+        "kind: host",
+        f"name: {name}",
+        f"description: {json.dumps(f'{host.machine}, as hwsw calibrate host measured it')}",
+        f"clock: {_flow(clock, '' if host.clock_hz else f'of host {other.name}; ')}",
+        processor_text(host) + _costs_of(host, other) + "power:",
+        *(f"  {key}: {_flow(figure, f'of host {like}; ' if like else '')}" for key, figure in power.items()),
+    ]
+    return HEAD + "\n".join(lines) + "\n"
+
+
+def _costs_of(host: MeasuredHost, other: HostFile) -> str:
+    """The kernels that were not measured: those of another host, by the ratios of the kernels that were."""
+    base = HOSTS.find(other.costs_of.host) if other.costs_of else other
+    # The kernel of a style has most of its time; of others, such as a diagonal, a program on a board may have nothing.
+    kernels = {style.kernel for style in catalog.architectures().values()} & host.costs.keys() & base.costs.keys()
+    ratios = [1e12 * host.costs[name].value / base.costs[name].value for name in kernels]
+    if not ratios or base.costs.keys() <= host.costs.keys():
+        return ""
+    source = f"{', '.join(sorted(kernels))} over those of {base.name}: the median; half the least, twice the most"
+    factor = Figure(median(ratios), "1", Status.ASSUMED, source, min(ratios) / 2, 2 * max(ratios))
+    return f"costs_of:\n  host: {base.name}\n  factor: {_flow(factor)}\n"
+
+
+def host_document(host: MeasuredHost) -> dict[str, Any]:
+    """A measured host for programs, with the fits and what each left on every map."""
+    return {
+        "machine": host.machine,
+        "cores": host.cores,
+        "clock_hz": host.clock_hz,
+        **asdict(host.disturbance),
+        "costs": {name: asdict(figure) for name, figure in host.costs.items()},
+        "fits": [
+            {
+                "program": fit.program,
+                "kernels": [*fit.costs],
+                "maps": [
+                    {"map": each.map, "measured_s": each.measured, "predicted_s": each.predicted}
+                    | {"held_out_s": each.held_out}
+                    for each in fit.residuals
+                ],
+            }
+            for fit in host.fits
+        ],
+        "not_timed": dict(host.not_timed),
+    }
+
+
+def _flow(figure: Figure, before: str = "") -> str:
+    """A figure as a line of YAML. ``before``: put before its source."""
+    value, (low, high) = figure.value, figure.interval
+    numbers = {"value": value} | ({} if low == high else {"low": low, "high": high})
+    text = ", ".join(f"{key}: {_quantity(number, figure.unit)}" for key, number in numbers.items())
+    return f"{{{text}, status: {figure.status}, source: {json.dumps(before + figure.source, ensure_ascii=False)}}}"
+
+
+def _quantity(number: float, unit: str) -> str:
+    """A number as platform files write it: of a cost, whole picoseconds."""
+    if unit == "s":
+        return f"{max(1, round(number * 1e12))} ps"
+    return format_frequency(int(number)) if unit == "Hz" else f"{number:.6g}{'' if unit == '1' else f' {unit}'}"

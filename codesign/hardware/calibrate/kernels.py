@@ -1,10 +1,8 @@
 """A host's work beside planning, as compiled code (imported on first use), for timing only.
 
-The simulation keeps its map and makes its commands in Python over numpy. A robot's host would run compiled code. So two
-kernels have a compiled twin here, over plain arrays, with the same result. ``enter_scan`` is the twin of
-``Belief.update`` (``system.scenarios.drive.world.belief``) with the scan of a ``RaySensor``. ``authority_ahead`` is the
-twin of ``components.path.authority`` of a robot on its path. Tests hold the twins together. Points and cells are as in
-``components.path``.
+``enter_scan`` is the compiled twin of ``Belief.update`` (``system.scenarios.drive.world.belief``) with the scan of a
+``RaySensor``, ``authority_ahead`` that of ``components.path.authority`` of a robot on its path. Tests hold the twins
+together. Points and cells are as in ``components.path``.
 """
 
 from __future__ import annotations
@@ -13,8 +11,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from codesign.components.kernels import CORNER
 from codesign.components.path import STANDING_ROOM
-from codesign.components.path_kernels import CORNER
 
 UNKNOWN, FREE, BLOCKED = 0, 1, 2
 

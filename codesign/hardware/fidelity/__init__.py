@@ -18,7 +18,7 @@ from more_itertools import map_reduce
 from codesign.ground.units import counted
 from codesign.hardware.fidelity.claims import Claim, claims
 from codesign.hardware.fidelity.points import TOTAL, Point, points, rooms, width_of
-from codesign.hardware.rtl.campaign import Asked, Checked, StyleChecked, samples, verify_all
+from codesign.hardware.rtl.verify import Asked, Checked, StyleChecked, samples, verify_all
 from codesign.planners.measured import PARTS
 from codesign.system import catalog
 

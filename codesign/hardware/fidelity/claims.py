@@ -11,8 +11,7 @@ from dataclasses import dataclass
 from statistics import fmean
 from typing import Any
 
-from codesign.hardware.fidelity.designs import circuit_of, clocks, job_of, resources, words_of
-from codesign.hardware.fidelity.points import TOTAL, Point
+from codesign.hardware.fidelity.points import TOTAL, Point, circuit_of, clocks, job_of, resources, words_of
 from codesign.inputs.library import load_part
 from codesign.planners.breadth_first.paper.measures import PAPER as BREADTH_FIRST
 from codesign.planners.counted import REPORTS

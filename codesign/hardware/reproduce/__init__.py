@@ -11,7 +11,7 @@ from pathlib import Path
 
 from codesign.ground.errors import InputError
 from codesign.ground.files import write_atomically
-from codesign.planners.reproduction import Finding, Plot, Reproduction, Row, Series, joined, reproduction_schema
+from codesign.planners.reproduction import Plot, Reproduction
 
 # Plots of a reproduction as SVG, the same bytes at every run.
 
@@ -66,16 +66,3 @@ def write_plots(reproduction: Reproduction, folder: Path) -> tuple[Path, ...]:
         write_atomically(path, plot_svg(plot).encode())
         written.append(path)
     return tuple(written)
-
-
-__all__ = [
-    "Finding",
-    "Plot",
-    "Reproduction",
-    "Row",
-    "Series",
-    "joined",
-    "plot_svg",
-    "reproduction_schema",
-    "write_plots",
-]

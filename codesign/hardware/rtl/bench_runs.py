@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 import shutil
 from collections.abc import Callable, Mapping
 from contextlib import suppress
@@ -30,7 +29,6 @@ from codesign.hardware.rtl.design import (
     work_of,
     write_design,
 )
-from codesign.hardware.rtl.tools import require, yosys
 from codesign.planners.circuits import Circuit, Events, Expected, Pins
 
 # One run of a circuit, whichever simulator runs it.
@@ -144,7 +142,6 @@ def _pin_digits(circuit: Circuit) -> int:
 
 
 def _digits(circuit: Circuit) -> int:
-    """Hexadecimal digits of the value of an event."""
     return -(-circuit.event_bits // 4)
 
 
@@ -171,76 +168,6 @@ def _bench_text(circuit: Circuit, expected: Expected) -> str:
     return text
 
 
-# A circuit as a flattened netlist of LUT of four inputs, flip-flops and memories, which the bench runs as its source.
-
-NETLIST = "netlist.v"
-
-_MOST_SECONDS = 1800.0
-_PASSES = (
-    "proc",
-    "flatten",
-    "opt -full",
-    "wreduce",
-    "peepopt",
-    "opt_clean",
-    "alumacc",
-    "opt",
-    # Memories stay what they are.
-    "memory -nomap",
-    "opt_clean",
-    "opt -full",
-    "techmap",
-    "opt -fast",
-    "abc -lut 4",
-    "opt -fast",
-    "opt_clean -purge",
-    "setundef -zero -init",
-    f"write_verilog -noattr {NETLIST}",
-)
-
-_UNKNOWN_BITS = re.compile(r"'([hb])([0-9a-f]*x[0-9a-fx]*)")
-_REGISTER = re.compile(r"^( +reg (?:\[\d+:\d+\] )?\S+) *;", re.MULTILINE)
-_MEMORY = re.compile(r"^ +reg (?:\[\d+:\d+\] )?(\S+) +\[(\d+):0\];", re.MULTILINE)
-
-
-def write_gates(circuit: Circuit, folder: Path) -> str:
-    """Write the netlist of a circuit and the images that it reads into ``folder``; the name of the netlist.
-
-    Raises:
-        MissingToolError: pyosys is not installed.
-        RunError: Yosys refuses the Verilog.
-    """
-    require("pyosys")
-    write_design(circuit, folder)
-    script = [
-        *(f"read_verilog {name}" for name in sources_of(circuit)),
-        f"hierarchy -check -top {top_name(circuit)}",
-        *_PASSES,
-    ]
-    yosys("\n".join(script) + "\n", folder, f"the gates of {circuit.top}", seconds=_MOST_SECONDS)
-    path = folder / NETLIST
-    path.write_text(without_unknowns(path.read_text(encoding="utf-8")), encoding="utf-8")
-    return NETLIST
-
-
-def without_unknowns(verilog: str) -> str:
-    """A netlist of Yosys in which every register and memory begins at 0, and no constant has an unknown bit.
-
-    >>> without_unknowns("  reg [1:0] a ;")
-    '  reg [1:0] a = 0;'
-    """
-    known = _UNKNOWN_BITS.sub(lambda constant: f"'{constant[1]}{constant[2].replace('x', '0')}", verilog)
-    known = _REGISTER.sub(r"\1 = 0;", known)
-    counters = iter(range(len(known)))
-
-    def cleared(memory: re.Match[str]) -> str:
-        name, last, i = memory[1], memory[2], f"word_{next(counters)}"
-        loop = f"initial for ({i} = 0; {i} <= {last}; {i} = {i} + 1) {name} [{i}] = 0;"
-        return f"{memory[0]}\n  integer {i};\n  {loop}"
-
-    return _MEMORY.sub(cleared, known)
-
-
 _BUILD_S = 1800.0
 _RUN_S = 3600.0
 _OPTIONS = ("--binary", "--top-module", BENCH, "-o", "run.exe")
@@ -260,10 +187,9 @@ def icarus(
     expected: Expected,
     waves: Waves | None = None,
     progress: Progress = silent,
-    *,
-    gates: bool = False,
+    netlist: Callable[[Circuit, Path], str] | None = None,
 ) -> Run:
-    """Run a circuit in Icarus. ``gates``: as the netlist of ``write_gates``.
+    """Run a circuit in Icarus. ``netlist``: writes a file into the folder, returns its name; it stands for the Verilog.
 
     Raises:
         MissingToolError: it is not installed.
@@ -272,8 +198,8 @@ def icarus(
     compile_, vvp = tools.require("iverilog"), tools.require("vvp")
     with scratch() as folder:
         files = _write(circuit, expected, folder)
-        if gates:
-            files = [write_gates(circuit, folder), f"{BENCH}.v"]
+        if netlist is not None:
+            files = [netlist(circuit, folder), f"{BENCH}.v"]
         command = (*compile_, "-g2005", "-s", BENCH, "-o", "run.vvp", *files)
         progress("Icarus compiles the circuit", 0, 0)
         tools.checked(command, folder, f"Icarus, of {circuit.top},", seconds=_BUILD_S, hint=HINT)
@@ -320,7 +246,6 @@ def _levels(circuit: Circuit, expected: Expected) -> str:
 
 
 def _watch(folder: Path, expected: Expected, name: str, progress: Progress) -> Callable[[], None]:
-    """Report the cycle of the last event in the log."""
     cycles, log = sum(expected.cycles.values()), folder / "events.log"
 
     def watch() -> None:
@@ -376,7 +301,6 @@ def _pins(circuit: Circuit, lines: list[str], end: int) -> Pins:
 
 
 def _event(words: list[str]) -> tuple[int, int, int]:
-    """Cycle, kind and value of an event in the log."""
     cycle, kind, value = words
     try:
         return int(cycle), int(kind), int(value, 16)

@@ -76,7 +76,6 @@ def _open_flow(design: Placed, circuit: Circuit) -> tuple[dict[str, str], str]:
 
 
 def _words(design: Placed, origin: Origin, circuit: Circuit, expected: Expected, built: Building) -> dict[str, Any]:
-    """The words that the templates name."""
     top, part = top_name(circuit), design.part
     phases = circuit.phases
     return {
@@ -138,7 +137,6 @@ _STEPS = {
 
 
 def _contents(circuit: Circuit, built: Building, top: str, steps: Iterable[str]) -> list[tuple[str, str]]:
-    """Every file, and what it contains."""
     return [
         (f"{top}.v", "the top module"),
         *((source.name, "Verilog of the circuit") for source in circuit.sources),

@@ -1,9 +1,1 @@
-"""Breadth-first search, the planner of Vacariu, Roman, Timar, Stanciu, Banabic and Cret (2008).
-
-- ``plan``: the arithmetic, exact and without a clock.
-- ``styles``: its layout on a component, with its laws.
-- ``published``: the rows of the paper that laws are fitted to and compared with.
-- ``paper``: the reproduction of the paper.
-
-``paper`` imports ``styles``, and ``styles`` imports ``plan``; never the reverse.
-"""
+"""Breadth-first search, the planner of Vacariu, Roman, Timar, Stanciu, Banabic and Cret (2008)."""

@@ -7,7 +7,7 @@ from pathlib import Path
 from codesign.planners.breadth_first.plan.planner import PLANNER
 from codesign.planners.breadth_first.published import BreadthFirstSettings
 from codesign.planners.breadth_first.styles import ARCHITECTURES, TASK_STYLES
-from codesign.planners.breadth_first.styles.probes import PROBES
+from codesign.planners.breadth_first.styles.software import PROBES
 from codesign.planners.plug_in import Parts, PlugIn, Samples, Timed, named
 
 PLUG_IN = PlugIn(

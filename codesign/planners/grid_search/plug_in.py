@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from codesign.planners.grid_search.plan.planner import PLANNER
-from codesign.planners.grid_search.styles import ARCHITECTURES
-from codesign.planners.grid_search.styles.probes import PROBES
+from codesign.planners.grid_search.styles import ARCHITECTURES, PROBES
 from codesign.planners.plug_in import PlugIn, Samples
 
 PLUG_IN = PlugIn(

@@ -5,7 +5,7 @@ from __future__ import annotations
 from codesign.planners.harmonic.plan.planner import PLANNER
 from codesign.planners.harmonic.published import HarmonicSettings
 from codesign.planners.harmonic.styles import ARCHITECTURES, TASK_STYLES
-from codesign.planners.harmonic.styles.probes import PROBES
+from codesign.planners.harmonic.styles.software import PROBES
 from codesign.planners.plug_in import Parts, PlugIn, Samples, named
 
 PLUG_IN = PlugIn(

@@ -45,8 +45,8 @@ CONTROL_SLICES, ADDRESS_SLICES, DECISION_SLICES_A_BIT, DECISION_SLICES, SLICES_O
     int(NUMBERS.figures[name])
     for name in ("control_slices", "address_slices", "decision_slices_a_bit", "decision_slices", "slices_of_xc2v6000")
 )
-WHOLE_DESIGN_ROWS, WHOLE_DESIGN_COLUMNS, WHOLE_DESIGN_PRECISION, WHOLE_DESIGN_BLOCKS = (
-    int(NUMBERS.figures[f"design_{name}"]) for name in ("rows", "columns", "precision", "blocks")
+WHOLE_DESIGN_ROWS, WHOLE_DESIGN_COLUMNS, WHOLE_DESIGN_PRECISION = (
+    int(NUMBERS.figures[f"design_{name}"]) for name in ("rows", "columns", "precision")
 )
 WHOLE_DESIGN_SHARE = float(NUMBERS.figures["design_share"])
 """Share of the slices of an XC2V6000 that the whole circuit takes."""

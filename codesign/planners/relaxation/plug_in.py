@@ -8,7 +8,7 @@ from codesign.planners.plug_in import PlugIn, Samples, Timed, named
 from codesign.planners.relaxation.plan.planner import PLANNER
 from codesign.planners.relaxation.published import RelaxationSettings
 from codesign.planners.relaxation.styles import ARCHITECTURES, TASK_STYLES
-from codesign.planners.relaxation.styles.probes import PROBES
+from codesign.planners.relaxation.styles.host import PROBES
 
 PLUG_IN = PlugIn(
     planner=PLANNER,

@@ -16,9 +16,8 @@ from codesign.planners.reproduction import Settings, printed_numbers
 NUMBERS = printed_numbers(Path(__file__).with_name("published.json"))
 PAPER = NUMBERS.cited
 PART, FAMILY = (str(NUMBERS.figures[name]) for name in ("part", "family"))
-CLOCK, UPDATES_A_RUN, LUT4_OF_PART, SLICES_OF_PART, UPDATE_CYCLES, DETECT_CYCLES = (
-    int(NUMBERS.figures[name])
-    for name in ("clock", "updates_a_run", "lut4_of_part", "slices_of_part", "update_cycles", "detect_cycles")
+CLOCK, LUT4_OF_PART, SLICES_OF_PART = (
+    int(NUMBERS.figures[name]) for name in ("clock", "lut4_of_part", "slices_of_part")
 )
 
 

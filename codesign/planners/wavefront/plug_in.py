@@ -8,7 +8,7 @@ from codesign.planners.plug_in import Parts, PlugIn, Samples, Timed, named
 from codesign.planners.wavefront.plan.planner import PLANNER
 from codesign.planners.wavefront.published import WavefrontSettings
 from codesign.planners.wavefront.styles import ARCHITECTURES, TASK_STYLES
-from codesign.planners.wavefront.styles.probes import PROBES
+from codesign.planners.wavefront.styles.software import PROBES
 
 PLUG_IN = PlugIn(
     planner=PLANNER,

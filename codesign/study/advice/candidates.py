@@ -24,10 +24,10 @@ from codesign.inputs import Platform, list_platforms, load_platform
 from codesign.inputs.components import AnyComponent, FpgaComponent, MemoryComponent
 from codesign.inputs.files import Source, is_path
 from codesign.inputs.platform import Board as Sold
-from codesign.inputs.prices import load_prices
+from codesign.inputs.platform import load_prices
 from codesign.inputs.workload import PLACE_KEYS
 from codesign.laws import Sum, as_sum, symbol
-from codesign.laws.monomial import Ends
+from codesign.laws.numbers import Ends
 from codesign.planners.interface import LOAD, Planner, Problem
 from codesign.planners.job import Demand, Job
 from codesign.planners.plug_in import PlugIn

@@ -23,7 +23,7 @@ from codesign.ground.figures import FIGURES, label
 from codesign.ground.memo import Memo
 from codesign.ground.records import Listener
 from codesign.inputs import Platform, Workload, design_point
-from codesign.laws.monomial import Ends
+from codesign.laws.numbers import Ends
 from codesign.maps.reach import distance_steps
 from codesign.planners.interface import Quality
 from codesign.study.advice.candidates import LOGIC, Candidate, at_clock, reached

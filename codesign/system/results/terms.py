@@ -22,7 +22,7 @@ from pydantic import Field
 
 from codesign.ground.figures import FIGURES, Figure, ResultFigure
 from codesign.inputs.derived import DerivedFigure
-from codesign.laws.monomial import Ends, Interval, Monomial
+from codesign.laws.numbers import Ends, Interval, Monomial
 from codesign.system.results.model import ResultModel
 
 When = Literal["always", "busy", "waiting"]

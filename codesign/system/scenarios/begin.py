@@ -24,7 +24,7 @@ from codesign.inputs.yaml_tree import parse_document
 from codesign.maps.grid import Cell, OccupancyGrid
 from codesign.planners.interface import Planner
 from codesign.system import catalog, problem_of
-from codesign.system.map_text import place_on
+from codesign.system.inspect import place_on
 from codesign.system.outcome import fit_system
 from codesign.system.problem_map import grid_of
 from codesign.system.results.result import Reason

@@ -24,9 +24,8 @@ from codesign.system.results.ledger import Ledger
 from codesign.system.results.result import Power, Result, TaskFigures, times_of
 from codesign.system.results.terms import Terms
 from codesign.system.scenario import LeverProgress, ProgressOfMission
-from codesign.system.scenarios.records import tell_field, tell_map
 from codesign.system.scenarios.requests import requests_of
-from codesign.system.scenarios.scenario import Scenario
+from codesign.system.scenarios.scenario import Scenario, tell_field, tell_map
 from codesign.system.terms import open_terms, plan_terms
 from codesign.system.trials import Arrivals, Trials, arrival_reason, arrivals_of
 

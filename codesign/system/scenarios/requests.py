@@ -18,9 +18,8 @@ from codesign.ground.models import Task
 from codesign.inputs.problem import ProblemSpec
 from codesign.planners.interface import Problem
 from codesign.system.bind import System, planner_code
-from codesign.system.chain import Answer, PlanMachine, plan_chain
+from codesign.system.chain import Answer, PlanMachine, SentMap, plan_chain
 from codesign.system.results.ledger import Ledger
-from codesign.system.sent_map import SentMap
 
 Boards = Mapping[str, tuple[float, float]]
 """Static and dynamic power of each FPGA, W."""

@@ -1,9 +1,10 @@
-"""The check of files, each by itself and each platform with each workload."""
+"""The run of a bound system, from a machine at time 0, and the check of files: each alone, and each pair."""
 
 from __future__ import annotations
 
 import itertools
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from functools import cache, partial
 from pathlib import Path
 from typing import Any
@@ -14,21 +15,72 @@ from codesign.ground.errors import CodesignError, Fault, InputError, SpecError, 
 from codesign.ground.late import load
 from codesign.ground.memo import Memo
 from codesign.ground.records import Listener, SummaryRecord
-from codesign.inputs import Platform, Workload
+from codesign.inputs import Platform, Workload, fault
 from codesign.inputs.edit import VARIANT_AXIS, choose_variant
 from codesign.maps import OccupancyGrid
 from codesign.planners.job import lever_texts
-from codesign.system.assemble import platform_faults
+from codesign.system.assemble import platform_faults, refused
 from codesign.system.bind import System, bind_to, plannable
+from codesign.system.build import Machine, build
 from codesign.system.fit import TellLevers
 from codesign.system.inspect import load_any, own_names
-from codesign.system.outcome import head_fields
+from codesign.system.memory import refusal
+from codesign.system.outcome import SystemFit, fit_system, head_fields
 from codesign.system.problem_map import map_notes
-from codesign.system.ready import ready
 from codesign.system.results.result import Result
 from codesign.system.scenario import LeverProgress, ProgressOfMission
 from codesign.system.scenarios.scenario import Scenario
 from codesign.system.trials import Trials
+
+
+@dataclass(frozen=True, eq=False)
+class Ready:
+    """A system that nothing keeps from being simulated.
+
+    ``held``: what the design takes of its part, and why it does not fit where it does not. ``machine``: its components
+    at time 0; None where it does not fit.
+    """
+
+    held: SystemFit
+    machine: Machine | None
+
+
+def ready(
+    system: System,
+    listeners: Sequence[Listener] = (),
+    granularity: components.Granularity | None = None,
+    *,
+    memory: int | None = None,
+    keeping: bool = False,
+    tell: TellLevers = lever_texts,
+) -> Ready:
+    """Fit the system and, where it fits, build its machine.
+
+    ``tell`` puts the levers of a design that does not fit into words.
+
+    ``granularity``: run-ahead by default. ``memory``: bytes that the run may take, by an estimate; by default half of
+    what the machine has free. ``keeping``: a listener keeps all records in memory. Nothing is simulated, and no record
+    is made.
+
+    Raises:
+        SpecError: a law, a component or the memory of this computer refuses the design point; at its place in a file.
+    """
+
+    task = system.planner.planning_task
+    mapped = system.workload.mapping[task]
+    try:
+        held = fit_system(system, tell)
+    except SpecError:
+        raise
+    except CodesignError as wrong:
+        raise SpecError([refused(system.workload, ("mapping", task), mapped.parameters, wrong)]) from wrong
+    if held.reasons:
+        return Ready(held, None)
+    too_much = refusal(system, memory, listening=bool(listeners), keeping=keeping)
+    if too_much is not None:
+        raise SpecError([fault(system.workload, ("mapping", task), *too_much)])
+    return Ready(held, build(system, listeners, granularity or components.Granularity.RUN_AHEAD))
+
 
 # Run a design point: bind, fit, build, and let its scenario run the machine.
 
@@ -199,8 +251,8 @@ def check_files(
     if not pairs:
         checks += [iter(platform_faults(platform)) for platform in platforms]
         checks += [_faults_of_workload(workload, notes) for workload in workloads]
-    for fault in itertools.chain.from_iterable(checks):
-        faults += [fault] if fault not in faults else []
+    for found in itertools.chain.from_iterable(checks):
+        faults += [found] if found not in faults else []
     if tell is not None:
         for note in notes:
             tell(note)

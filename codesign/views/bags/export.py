@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from codesign.components.range_kernels import ranges
+from codesign.components.kernels import ranges
 from codesign.components.sensor import RaySensor
 from codesign.ground.errors import InputError, RunError, printable, reason_of
 from codesign.ground.files import WholeOrAbsent, landing, part_of, put

@@ -11,6 +11,7 @@ from .pictures import (
     run_map_picture,
     run_pictures,
     run_timeline_picture,
+    schedule_picture,
     workload_map_picture,
 )
 from .render import render_csv, render_markdown, render_text, write_csv
@@ -24,7 +25,6 @@ from .reproduction_page import (
 )
 from .result_page import records_page, result_page
 from .result_tables import result_reasons_table, result_tables
-from .schedule_picture import schedule_picture
 from .sentences import Answer, answer, winners_certainty_table
 from .study_answer import study_sentence, study_tables
 from .study_page import study_page

@@ -15,8 +15,7 @@ from codesign.ground.records import Record
 from codesign.ground.units import PICOSECONDS_PER_SECOND, counted, format_time
 from codesign.system.results.result import Result
 from codesign.views.report.canvas import with_palette
-from codesign.views.report.columns import Columns, Entry
-from codesign.views.report.page import rendered, script_json, template_text, write_page
+from codesign.views.report.page import Columns, Entry, rendered, script_json, template_text, write_page
 from codesign.views.report.result_tables import figure_tables, result_reasons_table, sources_table
 from codesign.views.report.scrub import UNKNOWN, Event, Field, Scrub, Timed, Track, scrub_of
 from codesign.views.report.sentences import headline, run_pace_text

@@ -31,9 +31,8 @@ from codesign.views.report.axes import (
     spread_table,
     varying_axes,
 )
-from codesign.views.report.columns import Columns
 from codesign.views.report.explain_tables import effects_table
-from codesign.views.report.page import rendered, script_json, template_text, write_page
+from codesign.views.report.page import Columns, rendered, script_json, template_text, write_page
 from codesign.views.report.result_tables import sources_table
 from codesign.views.report.study_answer import sourced_results, study_sentence
 from codesign.views.report.study_tables import (

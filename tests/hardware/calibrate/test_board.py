@@ -15,7 +15,8 @@ import pytest
 
 from codesign import maps
 from codesign.ground.errors import SpecError
-from codesign.hardware.calibrate import board, host_times
+from codesign.hardware.calibrate import board
+from codesign.hardware.calibrate import host_fit as host_times
 from codesign.hardware.calibrate.board import read_board, script
 from codesign.inputs.library import HOSTS
 from codesign.planners.relaxation.plan import solve

@@ -10,10 +10,17 @@ import numpy as np
 import pytest
 import yaml
 
-from codesign.hardware.calibrate.host_costs import MeasuredHost
-from codesign.hardware.calibrate.host_file import host_document, host_text, processor_text
-from codesign.hardware.calibrate.host_fit import Timing, disturbance_of, fit_programs
-from codesign.hardware.calibrate.host_times import TimedPlan, all_timed, plans_on, questions, time_plans
+from codesign.hardware.calibrate.host_costs import MeasuredHost, host_document, host_text, processor_text
+from codesign.hardware.calibrate.host_fit import (
+    TimedPlan,
+    Timing,
+    all_timed,
+    disturbance_of,
+    fit_programs,
+    plans_on,
+    questions,
+    time_plans,
+)
 from codesign.inputs.library import HOSTS
 
 TRUE = {"cell": 6e-9, "wall": 9e-9, "map": 2e-10}

@@ -7,8 +7,7 @@ from collections.abc import Callable
 import pytest
 
 from codesign.hardware.fidelity import SAMPLES, Fidelity, asked, compared
-from codesign.hardware.rtl.campaign import Asked, Checked, StyleChecked
-from codesign.hardware.rtl.verify import Verified
+from codesign.hardware.rtl.verify import Asked, Checked, StyleChecked, Verified
 
 
 def model_alone(points: list[Asked]) -> tuple[StyleChecked, ...]:

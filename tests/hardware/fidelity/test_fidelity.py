@@ -31,9 +31,8 @@ from codesign.hardware.fidelity import (
     spreads,
 )
 from codesign.hardware.fidelity.points import TOTAL, Point, known_of, rooms, rows_of
-from codesign.hardware.rtl.campaign import verify_all
-from codesign.views.report.fidelity_page import fidelity_page
-from codesign.views.report.fidelity_picture import fidelity_picture
+from codesign.hardware.rtl.verify import verify_all
+from codesign.views.report.fidelity_page import fidelity_page, fidelity_picture
 
 COMMAND = "hwsw fidelity -o docs/fidelity.md --picture docs/fidelity.svg"
 PAGE, PICTURE = ROOT / "docs" / "fidelity.md", ROOT / "docs" / "fidelity.svg"
@@ -53,8 +52,17 @@ def test_the_committed_page_and_picture_are_those_of_the_rows(result: Fidelity) 
     locked = (ROOT / "constraints.txt").read_text(encoding="utf-8").splitlines()
     drawn_by = {f"matplotlib=={matplotlib.__version__}", f"numpy=={np.__version__}"}
     if not drawn_by <= {*locked}:
-        pytest.skip("another version of matplotlib or NumPy draws other bytes")
-    assert PICTURE.read_bytes() == fidelity_picture(result)
+        pytest.skip("another version of matplotlib or NumPy draws another picture")
+    # Processors round the last digits of a place differently.
+    (words, places), (drawn, points) = map(taken_apart, (PICTURE.read_bytes(), fidelity_picture(result)))
+    assert words == drawn
+    np.testing.assert_allclose(points, places, rtol=0, atol=1e-5)
+
+
+def taken_apart(svg: bytes) -> tuple[list[str], list[float]]:
+    """The text of a picture around its decimal numbers, and these."""
+    parts = re.split(r"(-?\d+\.\d+)", svg.decode())
+    return parts[::2], list(map(float, parts[1::2]))
 
 
 def test_every_mismatch_has_a_reason_and_every_reason_a_mismatch(result: Fidelity) -> None:

@@ -14,7 +14,7 @@ from click.testing import Result
 from codesign.ground.errors import SpecError
 from codesign.planners.reproduction import Reproduction, Settings, Use, row
 from codesign.planners.velocity_obstacle.published import VelocityObstacleSettings
-from codesign.planners.wavefront.paper.maps import SAMPLES
+from codesign.planners.wavefront.paper.measures import SAMPLES
 from codesign.planners.wavefront.published import SampleName
 from codesign.system import catalog
 from codesign.system.inspect import paper_settings, settings_by_paper

@@ -7,9 +7,8 @@ import pytest
 from rtl_tools import needs
 from toy_circuit import ToyCircuit, ToyParameters
 
+from benchmarks.activity import activity, count_toggles, without_unknowns
 from codesign.ground.errors import RunError
-from codesign.hardware.rtl.activity import activity, count_toggles
-from codesign.hardware.rtl.bench_runs import without_unknowns
 from codesign.planners.job import Job
 
 WAVES = """

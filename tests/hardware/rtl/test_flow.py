@@ -10,7 +10,7 @@ import pytest
 from click.testing import Result
 from verilog_tools import run_readme
 
-from codesign.hardware.rtl.netlist import Netlist
+from codesign.hardware.rtl.synthesis import Netlist
 from codesign.planners.measured import PARTS
 
 pytest.importorskip("pyosys")

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from codesign.ground.figures import Status
-from codesign.hardware.fidelity.designs import Design, circuit_of, design_of, job_of, laws_of
+from codesign.hardware.fidelity.points import Design, circuit_of, design_of, job_of, laws_of
 from codesign.hardware.rtl.place import place
 from codesign.hardware.rtl.synthesis import synthesise
 from codesign.inputs.library import load_part

@@ -10,8 +10,7 @@ from places import ROOT
 
 from codesign.ground.errors import InputError, RunError
 from codesign.hardware.rtl.cells import FAMILIES, Counts, counts_of
-from codesign.hardware.rtl.netlist import Netlist, verilog_name
-from codesign.hardware.rtl.synthesis import FLAT, flatten, synthesise
+from codesign.hardware.rtl.synthesis import FLAT, Netlist, flatten, synthesise, verilog_name
 from codesign.planners import circuits
 from codesign.planners.circuits import Circuit, Image
 

@@ -19,8 +19,7 @@ from codesign.planners.breadth_first.plan.parameters import (
     SearchParameters,
     VgaController,
 )
-from codesign.planners.breadth_first.rtl import CIRCUITS
-from codesign.planners.breadth_first.rtl.machine import EMPTY, KINDS, OVERFLOW, StateMachineCircuit
+from codesign.planners.breadth_first.rtl import CIRCUITS, EMPTY, KINDS, OVERFLOW, StateMachineCircuit
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
 

@@ -15,7 +15,7 @@ from codesign.hardware.rtl.design import sources_of, write_design
 from codesign.hardware.rtl.verify import Verified, verify
 from codesign.planners.breadth_first.plan.parameters import Address, MicroArchitecture, SearchParameters, VgaController
 from codesign.planners.breadth_first.plan.planner import PLANNER
-from codesign.planners.breadth_first.rtl.machine import Screen, SearchJob, StateMachineCircuit
+from codesign.planners.breadth_first.rtl import Screen, SearchJob, StateMachineCircuit
 from codesign.planners.circuits import Circuit, Expected
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job

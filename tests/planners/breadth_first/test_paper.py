@@ -11,8 +11,7 @@ from places import ROOT
 from codesign.ground.figures import Status
 from codesign.inputs import load_platform
 from codesign.planners.breadth_first import published
-from codesign.planners.breadth_first.paper.fit import Family, fit, java_cell_seconds, least_popped, sample
-from codesign.planners.breadth_first.paper.measures import PAPER
+from codesign.planners.breadth_first.paper.measures import PAPER, Family, fit, java_cell_seconds, least_popped, sample
 from codesign.planners.breadth_first.plan import search
 from codesign.planners.breadth_first.plan.parameters import MicroArchitecture
 from codesign.planners.reproduction import Reproduction, Use

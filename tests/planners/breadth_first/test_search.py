@@ -14,13 +14,13 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from places import SHARED
 from pydantic import ValidationError
+from reference_breadth_first import mark_path, trail
 
 from codesign import maps
 from codesign.ground.errors import InputError, MapError
 from codesign.planners.breadth_first.plan import EAST, NEIGHBOURS, WEST, BreadthFirstPlan, search, search_nearest
 from codesign.planners.breadth_first.plan.parameters import SearchParameters
 from codesign.planners.breadth_first.plan.planner import PLANNER
-from codesign.planners.breadth_first.plan.reference import mark_path, trail
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
 

@@ -9,6 +9,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
+import reference_grid as reference
 from examples import examples
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -20,8 +21,9 @@ from scipy.sparse.csgraph import dijkstra
 
 from codesign import maps
 from codesign.ground.models import Task
-from codesign.planners.grid_search.plan import GridPlan, Heuristic, Method, SearchParameters, kernels, reference, search
-from codesign.planners.grid_search.plan.planner import PLANNER
+from codesign.planners.grid_search.plan import GridPlan, Heuristic, Method, SearchParameters, kernels, search
+from codesign.planners.grid_search.plan.parameters import DIAGONAL, EUCLIDEAN, NONE, OCTILE, STEPS, STRAIGHT
+from codesign.planners.grid_search.plan.planner import PLANNER, successors
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
 
@@ -60,7 +62,7 @@ def by_scipy(
     rows, columns = free.shape
     index = np.arange(padded.size).reshape(padded.shape)
     begins, ends, costs = [], [], []
-    for down, right in reference.STEPS:
+    for down, right in STEPS:
         there = padded[1 + down : 1 + down + rows, 1 + right : 1 + right + columns]
         allowed = free & there
         if down and right and not cutting:
@@ -92,7 +94,7 @@ def test_kernels_leave_what_the_references_leave(asked: Asked) -> None:
     free, start, goals = asked
     cells, stride, (target, *sources) = flat(free, start, *goals)
     for method, heuristic, cutting in EXACT:
-        rule = (reference.OCTILE, reference.EUCLIDEAN, reference.NONE)[[*Heuristic].index(heuristic)]
+        rule = (OCTILE, EUCLIDEAN, NONE)[[*Heuristic].index(heuristic)]
         jumping = method is Method.JUMP_POINT
         expected = reference.astar(cells, stride, sources, target, rule, cutting=cutting, jumping=jumping)
         plan = found_by(free, start, goals, method=method, heuristic=heuristic, corner_cutting=cutting)
@@ -131,7 +133,7 @@ def is_path(free: NDArray[np.bool_], plan: GridPlan, start: Cell, goals: list[Ce
     assert cells[0] == start
     assert cells[-1] in goals
     for (row, column), (next_row, next_column) in itertools.pairwise(cells):
-        assert (next_row - row, next_column - column) in reference.STEPS
+        assert (next_row - row, next_column - column) in STEPS
         assert free[next_row, next_column]
         assert cutting or (free[next_row, column] and free[row, next_column])
 
@@ -152,31 +154,31 @@ def test_a_field_has_the_length_from_every_cell(asked: Asked) -> None:
             assert np.hypot(*np.diff(points, axis=0).T).sum() == pytest.approx(expected[cell], rel=1e-12)
 
 
-@given(st.integers(-(2**25), 2**25), st.integers(-(reference.STRAIGHT - 1), reference.STRAIGHT - 1))
+@given(st.integers(-(2**25), 2**25), st.integers(-(STRAIGHT - 1), STRAIGHT - 1))
 def test_sums_of_integers_stand_in_the_order_of_the_true_lengths(straight: int, diagonal: int) -> None:
     """Of paths that differ by so many steps: the sign of a + b √2, found without rounding."""
     squares = math.copysign(1, straight) * straight**2 + math.copysign(1, diagonal) * 2 * Fraction(diagonal) ** 2
     true = (squares > 0) - (squares < 0)
-    total = straight * reference.STRAIGHT + diagonal * reference.DIAGONAL
+    total = straight * STRAIGHT + diagonal * DIAGONAL
     assert (total > 0) - (total < 0) == true
 
 
-@given(st.integers(0, 4000), st.integers(0, 4000), st.sampled_from(reference.STEPS), st.sampled_from([0, 1, 2]))
+@given(st.integers(0, 4000), st.integers(0, 4000), st.sampled_from(STEPS), st.sampled_from([0, 1, 2]))
 def test_estimates_are_consistent_and_compiled_alike(rows: int, columns: int, step: Cell, heuristic: int) -> None:
-    cost = reference.DIAGONAL if step[0] and step[1] else reference.STRAIGHT
+    cost = DIAGONAL if step[0] and step[1] else STRAIGHT
     here = reference.estimate(rows, columns, heuristic)
     near = reference.estimate(abs(rows + step[0]), abs(columns + step[1]), heuristic)
     assert here <= cost + near
     assert near <= cost + here
-    assert here <= reference.estimate(rows, columns, reference.OCTILE)
+    assert here <= reference.estimate(rows, columns, OCTILE)
     assert kernels.estimate(rows, columns, heuristic) == here
 
 
 @pytest.mark.parametrize("cutting", [False, True])
 def test_a_neighbour_is_left_out_where_another_path_around_is_as_good(cutting: bool) -> None:
     """The definition of Harabor and Grastien (2011) tried on every block of nine cells."""
-    table = reference.successors(cutting)
-    steps = reference.STEPS
+    table = successors(cutting)
+    steps = STEPS
     for side, mask in itertools.product(range(8), range(256)):
         block = np.zeros((3, 3), np.bool_)
         for bit, (down, right) in enumerate(steps):

@@ -14,10 +14,15 @@ from codesign import maps
 from codesign.ground.errors import InputError
 from codesign.ground.memo import Memo
 from codesign.planners.harmonic.plan import relax
-from codesign.planners.harmonic.plan.best_schedule import Schedule, best_schedule, optimise_schedule
+from codesign.planners.harmonic.plan.arguments import Visits
+from codesign.planners.harmonic.plan.best_schedule import (
+    Schedule,
+    SimulatedStages,
+    best_schedule,
+    iteration_cycles,
+    optimise_schedule,
+)
 from codesign.planners.harmonic.plan.parameters import RelaxParameters, Stop
-from codesign.planners.harmonic.plan.stage_costs import SimulatedStages, iteration_cycles
-from codesign.planners.harmonic.plan.stages import Visits
 from codesign.planners.interface import Problem
 
 

@@ -8,13 +8,12 @@ import pytest
 from examples import examples
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from reference_harmonic import exact_direction, relax_reference
+from reference_harmonic import exact_direction, local_maxima, relax_reference, share_reaching_goal
 
 from codesign.ground.errors import CodesignError, InputError, MapError
 from codesign.maps import reachable
 from codesign.planners.harmonic.plan import Field
-from codesign.planners.harmonic.plan.decision import Rule, best_neighbours, directions, local_maxima
-from codesign.planners.harmonic.plan.trajectory import share_reaching_goal
+from codesign.planners.harmonic.plan.trajectory import Rule, best_neighbours, directions
 
 SIDES = ((-1, 0), (0, 1), (1, 0), (0, -1))
 

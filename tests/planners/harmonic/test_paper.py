@@ -12,22 +12,21 @@ from places import ROOT
 
 from codesign.ground.errors import InputError
 from codesign.ground.figures import Status
-from codesign.hardware.reproduce import Plot, Reproduction, Series, plot_svg, write_plots
+from codesign.hardware.reproduce import plot_svg, write_plots
 from codesign.planners import reproduction
-from codesign.planners.harmonic.paper import closed_forms as theory
-from codesign.planners.harmonic.paper.figures import (
+from codesign.planners.harmonic.paper import theory
+from codesign.planners.harmonic.paper.measures import LAWS, PAPER, HarmonicRuns, Measurement, software_seconds
+from codesign.planners.harmonic.paper.theory import (
     bits_a_doubling,
     environments,
+    largest_eigenvalue,
     node_power,
     plateau,
     settled_spread,
     slope,
 )
-from codesign.planners.harmonic.paper.measures import LAWS, PAPER, HarmonicRuns
-from codesign.planners.harmonic.paper.speed import Measurement, software_seconds
-from codesign.planners.harmonic.paper.theory import largest_eigenvalue
 from codesign.planners.harmonic.published import HarmonicSettings
-from codesign.planners.reproduction import Finding, Row, Use, silent
+from codesign.planners.reproduction import Finding, Plot, Reproduction, Row, Series, Use, silent
 from codesign.system import catalog
 
 TOLD: list[str] = []

@@ -9,16 +9,15 @@ import pytest
 from examples import examples
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from reference_harmonic import climb
+from reference_harmonic import climb, local_maxima
 
 from codesign.ground.errors import InputError
 from codesign.maps import nearest_free
 from codesign.maps.generate import empty, maze, random_obstacles
 from codesign.planners.harmonic.plan import Field
-from codesign.planners.harmonic.plan.decision import Rule, local_maxima
+from codesign.planners.harmonic.plan.planner import quality
 from codesign.planners.harmonic.plan.precision import converged_field
-from codesign.planners.harmonic.plan.quality import quality
-from codesign.planners.harmonic.plan.trajectory import Ascent, Ending
+from codesign.planners.harmonic.plan.trajectory import Ascent, Ending, Rule
 from codesign.planners.interface import Problem
 
 

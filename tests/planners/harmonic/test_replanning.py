@@ -17,9 +17,8 @@ from codesign.inputs import load_platform
 from codesign.planners.harmonic.plan import relax
 from codesign.planners.harmonic.plan.fixed_point import Field, LowerBound
 from codesign.planners.harmonic.plan.parameters import RelaxParameters, Stop
-from codesign.planners.harmonic.plan.planner import PLANNER
+from codesign.planners.harmonic.plan.planner import PLANNER, wrong_cells
 from codesign.planners.harmonic.plan.precision import converged_field
-from codesign.planners.harmonic.plan.quality import wrong_cells
 from codesign.planners.harmonic.plan.warm_start import warm_start
 from codesign.planners.harmonic.styles import ARCHITECTURES, TASK_STYLES, resources, timing
 from codesign.planners.harmonic.styles.software import block_cells
@@ -66,7 +65,7 @@ def test_detection_elsewhere_is_a_round_trip_a_sweep(style: Any, detail: bool) -
     apart = frozenset({"relax", "decide"})
     steps, again = drain(style.work(Job(problem, PARAMETERS, inside=apart, detail=detail)))
     exchanges = [step for step in steps if isinstance(step, Exchange)]
-    assert len(exchanges) == plan.total_sweeps
+    assert len(exchanges) == sum(stage.sweeps for stage in plan.stages)
     assert {(each.to, each.bits, each.answer_bits) for each in exchanges} == {("detect", 1, 1)}
     assert all(len(each.cycles) == 0 for each in exchanges)
     assert cycles(steps) == cycles(whole)
@@ -196,12 +195,12 @@ def test_sweeps_are_bounded_exactly() -> None:
     _, problem = before_and_after()
     how: dict[str, Any] = {"block": (9, 11), "iterations": 2, "schedule": (30,)}
     full = relax(problem.free, problem.goals, **how)
-    for bound in (1, full.total_sweeps - 1):
+    for bound in (1, sum(stage.sweeps for stage in full.stages) - 1):
         cut = relax(problem.free, problem.goals, most_sweeps=bound, **how)
-        assert cut.total_sweeps == bound
+        assert sum(stage.sweeps for stage in cut.stages) == bound
         assert f"{bound:,} sweeps" in cut.fault
-        assert cut.total_visits == bound * 9
-    enough = relax(problem.free, problem.goals, most_sweeps=full.total_sweeps, **how)
+        assert sum(stage.visits for stage in cut.stages) == bound * 9
+    enough = relax(problem.free, problem.goals, most_sweeps=sum(stage.sweeps for stage in full.stages), **how)
     assert not enough.fault
     assert enough.field == full.field
 

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from codesign.ground.memo import Memo
+from codesign.planners.harmonic.plan.arguments import Stage, Visits
 from codesign.planners.harmonic.plan.fixed_point import Field
 from codesign.planners.harmonic.plan.parameters import RelaxParameters
 from codesign.planners.harmonic.plan.relax import relax
-from codesign.planners.harmonic.plan.stages import Stage, Visits
 from codesign.planners.harmonic.styles.steps import StageRuns
 from codesign.planners.interface import Problem
 

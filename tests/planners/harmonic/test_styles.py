@@ -17,6 +17,7 @@ from codesign.planners.counted import counted_activity
 from codesign.planners.harmonic import published
 from codesign.planners.harmonic.plan.parameters import MAX_PRECISION, RelaxParameters
 from codesign.planners.harmonic.styles import ARCHITECTURES, resources, timing
+from codesign.planners.harmonic.styles.designs import block_designs
 from codesign.planners.harmonic.styles.resources import Machine
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
@@ -165,7 +166,7 @@ def test_designs_that_are_worth_a_try_fit_their_part(stages: int) -> None:
     full = resources.totals(Machine(12, 12, 63, down=1, across=1, stages=stages), "ECP5")
     budget = {kind: replace(chip.resources[kind], value=amount) for kind, amount in full.items()}
     chip = chip.model_copy(update={"resources": budget})
-    chains = BIT_SERIAL.designs(Job(problem(12, 12), None, part=chip))
+    chains = block_designs((12, 12), chip, decision=True)
     designs = [RelaxParameters.model_validate(design) for chain in chains for design in chain]
     whole = [design.precisions for design in designs if design.block == (12, 12)]
     assert ((15, 31, 47, 63) in whole) is (stages == 4)

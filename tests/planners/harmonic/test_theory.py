@@ -12,13 +12,19 @@ from reference_harmonic import relax_reference
 
 from codesign.ground.errors import InputError
 from codesign.maps import reachable
-from codesign.planners.harmonic.paper import closed_forms as theory
+from codesign.planners.harmonic.paper import theory
 from codesign.planners.harmonic.plan.precision import RequiredPrecision, required_precision
+
+
+def corridor_value(i, length):
+    """x_i of the corridor of section 3.2.2, exactly: the solution of x_i = (x_(i−1) + x_(i+1)) / 4."""
+    values = theory.corridor(length)
+    return Fraction(values[i], values[length])
 
 
 @given(st.integers(2, 60))
 def test_corridor_solves_its_equation(length):
-    x = [theory.corridor_value(i, length) for i in range(length + 1)]
+    x = [corridor_value(i, length) for i in range(length + 1)]
     assert (x[0], x[-1]) == (0, 1)
     assert all(4 * x[i] == x[i - 1] + x[i + 1] for i in range(1, length))
 
@@ -26,13 +32,13 @@ def test_corridor_solves_its_equation(length):
 @given(st.integers(1, 400), st.data())
 def test_corridor_closed_form_is_the_exact_value(length, data):
     i = data.draw(st.integers(0, length))
-    exact = theory.corridor_value(i, length)
+    exact = corridor_value(i, length)
     assert theory.corridor_estimate(i, length) == pytest.approx(float(exact), rel=1e-11, abs=0.0)
 
 
 @given(st.integers(1, 200))
 def test_corridor_bits_are_the_least_that_tell_the_first_cell_from_the_obstacle(length):
-    bits, first = theory.corridor_bits(length), theory.corridor_value(1, length)
+    bits, first = theory.corridor_bits(length), corridor_value(1, length)
     assert first >= Fraction(1, 2**bits)
     assert bits == 0 or first < Fraction(1, 2 ** (bits - 1))
 
@@ -48,7 +54,7 @@ def test_corridor_is_an_oracle_for_the_relaxed_field(length, precision):
     free = np.ones((1, length), bool)
     result = relax_reference(free, [(0, length - 1)], block=(1, length), iterations=10**6, schedule=[precision])
     for i in range(1, length + 1):
-        loss = theory.corridor_value(i, length) * 2**precision - int(result.values[0, i - 1])
+        loss = corridor_value(i, length) * 2**precision - int(result.values[0, i - 1])
         assert 0 <= loss <= Fraction(3, 2)
 
 
@@ -112,7 +118,6 @@ def test_equation_6_term_by_term():
     "call",
     [
         lambda: theory.corridor(0),
-        lambda: theory.corridor_value(5, 4),
         lambda: theory.corridor_estimate(-1, 4),
         lambda: theory.gamma(0, 4),
         lambda: theory.noise_gain(4, 0),

@@ -22,8 +22,7 @@ from codesign.planners.interface import Problem, Quality
 from codesign.planners.job import Job
 from codesign.planners.relaxation.plan import PUBLISHED_TOLERANCE, Boundary, End, Method, Search, solve
 from codesign.planners.relaxation.plan.parameters import ACCELERATION, SCALE, RelaxParameters
-from codesign.planners.relaxation.plan.planner import PLANNER, Plan
-from codesign.planners.relaxation.plan.quality import ANOTHER_PLANNER
+from codesign.planners.relaxation.plan.planner import ANOTHER_PLANNER, PLANNER, Plan
 
 Cell = tuple[int, int]
 Run = Callable[..., Result]

@@ -10,11 +10,9 @@ from findings_page import check_figures, check_statements, figures
 from places import ROOT
 
 from codesign import maps
-from codesign.hardware.reproduce import Reproduction
 from codesign.planners.relaxation import published
 from codesign.planners.relaxation.paper import measures as saudi2016
-from codesign.planners.relaxation.paper import runs as saudi2016_runs
-from codesign.planners.relaxation.paper.runs import (
+from codesign.planners.relaxation.paper.measures import (
     GOAL,
     Key,
     MethodRun,
@@ -26,7 +24,7 @@ from codesign.planners.relaxation.paper.runs import (
 )
 from codesign.planners.relaxation.plan import Boundary, Method
 from codesign.planners.relaxation.published import RelaxationSettings
-from codesign.planners.reproduction import Progress, Use, silent
+from codesign.planners.reproduction import Progress, Reproduction, Use, silent
 
 SHIPPED = ROOT / "workloads" / "maps" / "floor-plan.png"
 
@@ -63,9 +61,9 @@ def run_but_gauss_seidel(keys: Iterable[Key], progress: Progress) -> dict[Key, M
 @pytest.fixture(scope="module")
 def reproduction() -> Reproduction:
     patch = pytest.MonkeyPatch()
-    patch.setattr(saudi2016_runs, "run_all", run_but_gauss_seidel)
-    patch.setattr(saudi2016_runs, "tabulated", lambda quick: FEW)
-    patch.setattr(saudi2016_runs, "beyond", lambda quick, omegas: BESIDE)
+    patch.setattr(saudi2016, "run_all", run_but_gauss_seidel)
+    patch.setattr(saudi2016, "tabulated", lambda quick: FEW)
+    patch.setattr(saudi2016, "beyond", lambda quick, omegas: BESIDE)
     patch.setattr(saudi2016, "MOST_FOLLOWED", 250)
     try:
         return saudi2016.PAPER()
@@ -137,7 +135,7 @@ def test_findings_name_what_was_found(reproduction: Reproduction) -> None:
 
 def test_findings_follow_the_data(reproduction: Reproduction, monkeypatch: pytest.MonkeyPatch) -> None:
     """With SOR made slow the statement fails: no verdict is typed in."""
-    monkeypatch.setattr("codesign.planners.relaxation.paper.runs.until_followed", lambda key, most: 30)
+    monkeypatch.setattr("codesign.planners.relaxation.paper.measures.until_followed", lambda key, most: 30)
     outcomes = {
         Key(Method.GS): MethodRun(50_000, False, 0, 1),
         Key(Method.AM, 1.97): MethodRun(1700, False, 0, 1),
@@ -168,7 +166,7 @@ def test_outcomes_and_times_are_reproducible(monkeypatch: pytest.MonkeyPatch) ->
     keys = [Key(Method.AM, 1.96), Key(Method.SOR, 1.95), Key(Method.SOR, 1.95)]
     told: list[str] = []
     first = run_all(keys, told.append)
-    monkeypatch.setattr(saudi2016_runs.os, "cpu_count", lambda: 1)
+    monkeypatch.setattr(saudi2016.os, "cpu_count", lambda: 1)
     assert run_all(keys) == first
     assert len(first) == 2
     assert told

@@ -20,8 +20,8 @@ from codesign import maps
 from codesign.ground.errors import InputError, MapError
 from codesign.planners.relaxation.plan import PUBLISHED_TOLERANCE, Boundary, Method, Search
 from codesign.planners.relaxation.plan import solve as solve_by_default
-from codesign.planners.relaxation.plan.layout import diagonals
 from codesign.planners.relaxation.plan.parameters import ACCELERATION
+from codesign.planners.relaxation.plan.solve import diagonals
 
 # The paper's convention: kernels and convergence do not depend on how a run ends (``test_relaxation_descents``).
 solve = partial(solve_by_default, tolerance=PUBLISHED_TOLERANCE, boundary=Boundary.LOW_GOAL)
@@ -84,7 +84,7 @@ def test_kernels_give_the_bits_of_the_plain_loops(
 def test_cutting_a_run_into_calls_changes_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     import sys
 
-    module = sys.modules["codesign.planners.relaxation.plan.run"]
+    module = sys.modules["codesign.planners.relaxation.plan.solve"]
     free = maps.rooms(20, 31, room=(9, 9), door=3, seed=4).free
     for method in ITERATED:
         monkeypatch.setattr(module, "_UPDATES_A_CALL", 1 << 26)

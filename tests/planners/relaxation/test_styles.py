@@ -18,7 +18,7 @@ from codesign.hardware.calibrate.host_costs import FOLLOWING, OCCUPANCY, all_pro
 from codesign.inputs import load_part, load_platform
 from codesign.inputs.files import data_folder
 from codesign.inputs.platform import Platform
-from codesign.planners.breadth_first.styles.probes import PROBES as BREADTH_FIRST
+from codesign.planners.breadth_first.styles.software import PROBES as BREADTH_FIRST
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
 from codesign.planners.relaxation import published
@@ -26,7 +26,7 @@ from codesign.planners.relaxation.plan import Method
 from codesign.planners.relaxation.plan.parameters import RelaxParameters, settle
 from codesign.planners.relaxation.plan.planner import PLANNER, Plan, search_of
 from codesign.planners.relaxation.styles import ARCHITECTURES, Host
-from codesign.planners.relaxation.styles.costs import (
+from codesign.planners.relaxation.styles.host import (
     BARRIER_UNITS,
     CHECK_KERNEL,
     DIAGONAL_KERNEL,
@@ -40,7 +40,7 @@ from codesign.planners.relaxation.styles.costs import (
     unit,
 )
 from codesign.planners.styles import Step
-from codesign.planners.wavefront.styles.probes import PROBES as WAVEFRONT
+from codesign.planners.wavefront.styles.software import PROBES as WAVEFRONT
 from codesign.system import Result, catalog, point_of
 from codesign.system.place import RENDER_KERNEL
 from codesign.system.scenarios import simulate

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import reference_robots
 from avoidance_scenes import assert_same_run
 from examples import examples
 from hypothesis import given, settings
@@ -16,7 +17,6 @@ from pydantic import ValidationError
 from codesign.ground.errors import InputError
 from codesign.planners.job import Job
 from codesign.planners.velocity_obstacle.plan import AvoidParameters, avoid, generate
-from codesign.planners.velocity_obstacle.plan import reference as plain
 from codesign.planners.velocity_obstacle.plan.arithmetic import fixed, fraction_bits, least_width
 from codesign.planners.velocity_obstacle.plan.parameters import Gains
 from codesign.planners.velocity_obstacle.plan.planner import PLANNER
@@ -65,7 +65,7 @@ def test_a_value_that_leaves_its_word_ends_the_run() -> None:
     run = avoid(problem, wild)
     assert run.departure is not None
     assert "left its words of 16 bits" in str(run.departure)
-    history = plain.run(fixed(problem, wild), problem, wild)
+    history = reference_robots.run(fixed(problem, wild), problem, wild)
     assert history.overflow
     assert_same_run(run, history)
     assert max(np.abs(run.positions).max(), np.abs(run.velocities).max()) < 2**15

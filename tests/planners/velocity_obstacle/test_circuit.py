@@ -19,8 +19,7 @@ from codesign.planners.velocity_obstacle.plan.avoid import avoid
 from codesign.planners.velocity_obstacle.plan.parameters import AvoidParameters, Detector, Unit
 from codesign.planners.velocity_obstacle.plan.problem import generate
 from codesign.planners.velocity_obstacle.published import TABLE_II, Style
-from codesign.planners.velocity_obstacle.rtl import CIRCUITS, RobotCircuit
-from codesign.planners.velocity_obstacle.rtl.robot import KINDS, TAKEN
+from codesign.planners.velocity_obstacle.rtl import CIRCUITS, KINDS, TAKEN, RobotCircuit
 from codesign.planners.velocity_obstacle.styles import timing
 
 FEW, MANY = range(2), range(2, 102)
@@ -116,7 +115,7 @@ def test_a_circuit_is_described_without_a_plan(monkeypatch: pytest.MonkeyPatch) 
     def planned(*_: object) -> None:
         raise AssertionError("a plan is computed")
 
-    monkeypatch.setattr("codesign.planners.velocity_obstacle.rtl.robot.avoid", planned)
+    monkeypatch.setattr("codesign.planners.velocity_obstacle.rtl.avoid", planned)
     circuit = CIRCUITS[0].circuit(Job(generate("circle", 4), AvoidParameters()))
     assert circuit.phases == timing.PHASES
     with pytest.raises(AssertionError, match="computed"):

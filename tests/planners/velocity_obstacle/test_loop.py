@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import reference_robots
 from avoidance_scenes import assert_same_run, scenes
 from examples import examples
 from hypothesis import given, settings
@@ -17,11 +18,10 @@ from pydantic import ValidationError
 from codesign.planners.velocity_obstacle.plan import Avoidance, AvoidParameters, RobotsProblem, avoid, generate, quality
 from codesign.planners.velocity_obstacle.plan import reference as plain
 from codesign.planners.velocity_obstacle.plan.arithmetic import fixed
-from codesign.planners.velocity_obstacle.plan.gaps import pair_gaps
+from codesign.planners.velocity_obstacle.plan.kernels import pair_gaps
 from codesign.planners.velocity_obstacle.plan.loop import Loop
 from codesign.planners.velocity_obstacle.plan.parameters import Gains, Responsibility
-from codesign.planners.velocity_obstacle.plan.quality import arrival_steps, run_gaps
-from codesign.planners.velocity_obstacle.plan.shortfall import MOST_TRIED
+from codesign.planners.velocity_obstacle.plan.planner import MOST_TRIED, arrival_steps, run_gaps
 
 # Late decisions
 
@@ -46,7 +46,7 @@ def test_late_decisions_are_those_of_the_reference_state_by_state(
 ) -> None:
     problem, parameters = scene
     run = flown(problem, parameters, unit)
-    history = plain.run(
+    history = reference_robots.run(
         fixed(problem, parameters),
         problem,
         parameters,

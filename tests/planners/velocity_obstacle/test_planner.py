@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import reference_robots
 from avoidance_scenes import assert_same_run, scenes
 from examples import examples
 from hypothesis import given, settings
@@ -28,7 +29,7 @@ from codesign.planners.velocity_obstacle.plan.reference import BRAKE, STAY, Robo
 @given(scenes())
 def test_kernel_is_the_reference_bit_for_bit(scene: tuple[RobotsProblem, AvoidParameters]) -> None:
     problem, parameters = scene
-    history = plain.run(fixed(problem, parameters), problem, parameters)
+    history = reference_robots.run(fixed(problem, parameters), problem, parameters)
     run = avoid(problem, parameters)
     assert (run.departure is not None) == history.overflow
     assert_same_run(run, history)
@@ -123,7 +124,7 @@ def test_fixed_point_and_doubles_choose_alike_within_the_bound(
     formats = numbers.formats
     assert formats is not None
     limits = bounds(problem, parameters, formats)
-    robots = plain.start(numbers, problem)
+    robots = reference_robots.start(numbers, problem)
     for update in range(parameters.updates):
         if update % 5 == offset:
             for index in range(problem.count):
@@ -135,7 +136,7 @@ def test_fixed_point_and_doubles_choose_alike_within_the_bound(
                     # A brake is cut to the unit below, beside what a candidate is rounded by.
                     allowed = limits.velocity + 2.0 * 2.0**-formats.velocity
                     assert math.hypot(*apart) <= allowed
-        if plain.update(numbers, robots, parameters)[1]:
+        if reference_robots.update(numbers, robots, parameters)[1]:
             return
 
 
@@ -149,11 +150,11 @@ def test_the_bound_is_not_so_wide_that_nothing_leaves_it(monkeypatch: pytest.Mon
 
     monkeypatch.setattr(agreement, "double", larger)
     numbers = fixed(problem, parameters)
-    robots = plain.start(numbers, problem)
+    robots = reference_robots.start(numbers, problem)
     seen = set()
     for _ in range(40):
         seen |= {agreement.compare(problem, parameters, robots, index)[0] for index in range(problem.count)}
-        plain.update(numbers, robots, parameters)
+        reference_robots.update(numbers, robots, parameters)
     assert Verdict.BEYOND_BOUND in seen
 
 

@@ -15,10 +15,10 @@ from codesign.ground.figures import RESOURCES
 from codesign.ground.models import Part
 from codesign.inputs import load_part
 from codesign.planners.job import Job
-from codesign.planners.velocity_obstacle import published
+from codesign.planners.velocity_obstacle import published, styles
 from codesign.planners.velocity_obstacle.plan import AvoidParameters, generate
 from codesign.planners.velocity_obstacle.plan.parameters import Responsibility, Unit
-from codesign.planners.velocity_obstacle.styles import ARCHITECTURES, Style, levers, resources
+from codesign.planners.velocity_obstacle.styles import ARCHITECTURES, Style, resources
 from codesign.planners.velocity_obstacle.styles import resources as multipliers
 from codesign.planners.velocity_obstacle.styles.resources import LAWS
 from codesign.planners.velocity_obstacle.styles.timing import cycles_of_trial
@@ -34,15 +34,15 @@ def part() -> Part:
 
 def test_table_i_within_its_rounding(part: Part) -> None:
     for style, (slices, luts, _) in published.TABLE_I.items():
-        need = levers.totals(style, 2, AvoidParameters(), part)
+        need = styles.totals(style, 2, AvoidParameters(), part)
         assert abs(100 * need["lut4"] / 9312 - luts) <= 0.5
         assert abs(100 * need["slices"] / 4656 - slices) <= 0.5
 
 
 @pytest.mark.parametrize(("robots", "wanted"), [(2, 6), (4, 16), (8, 36)])
 def test_multipliers_of_the_hybrid_circuit(robots: int, wanted: int, part: Part) -> None:
-    assert levers.totals(Style.HYBRID, robots, AvoidParameters(), part)["multipliers"] == wanted
-    assert levers.totals(Style.PIPELINED, robots, AvoidParameters(), part)["multipliers"] == 5
+    assert styles.totals(Style.HYBRID, robots, AvoidParameters(), part)["multipliers"] == wanted
+    assert styles.totals(Style.PIPELINED, robots, AvoidParameters(), part)["multipliers"] == 5
 
 
 @pytest.mark.parametrize(("width", "wanted"), [(16, 4), (17, 8), (18, 8), (24, 9)])
@@ -140,11 +140,11 @@ def test_hybrid_with_8_robots_is_infeasible_by_three_budgets_and_says_what_mends
     assert "pipelined fits XC3S500E, 84 cycles" in advice
     assert "at least 36 multipliers" in advice
     mended = AvoidParameters(update_units=3, detect_units=3)
-    assert not levers.shortages(Style.HYBRID, 8, mended, part)
+    assert not styles.shortages(Style.HYBRID, 8, mended, part)
     assert cycles_of_trial(Style.HYBRID, 8, mended) == 37
     for update, detect in ((4, 4), (3, 4)):
         more = AvoidParameters(update_units=update, detect_units=detect)
-        assert levers.shortages(Style.HYBRID, 8, more, part)
+        assert styles.shortages(Style.HYBRID, 8, more, part)
 
 
 @pytest.mark.parametrize("kind", ["update_units", "detect_units"])
@@ -164,16 +164,16 @@ def test_the_sequential_style_refuses_units_that_it_cannot_have(kind: str, part:
 
 @pytest.mark.parametrize("robots", [2, 4])
 def test_hybrid_with_2_and_4_robots_fits(robots: int, part: Part) -> None:
-    assert not levers.shortages(Style.HYBRID, robots, AvoidParameters(), part)
+    assert not styles.shortages(Style.HYBRID, robots, AvoidParameters(), part)
 
 
 def test_every_lever_names_a_lanes_that_fits(part: Part) -> None:
     for robots in (5, 8, 12, 16):
         for width in (16, 18):
             parameters = AvoidParameters(width=width)
-            lanes = levers.widest_lanes(robots, parameters, part)
+            lanes = styles.widest_lanes(robots, parameters, part)
             assert lanes is not None
-            assert not levers.shortages(Style.HYBRID, robots, lanes, part)
+            assert not styles.shortages(Style.HYBRID, robots, lanes, part)
 
 
 @settings(max_examples=60)
@@ -181,11 +181,11 @@ def test_every_lever_names_a_lanes_that_fits(part: Part) -> None:
 def test_demand_never_falls_with_robots_or_width(robots: int, style: Style, width: int) -> None:
     part = load_part("XC3S500E-4")
     parameters = AvoidParameters(width=width)
-    need = levers.totals(style, robots, parameters, part)
+    need = styles.totals(style, robots, parameters, part)
     # From six robots on a unit keeps their states in LUTs as memory, not in registers, which takes less.
     stored = style is not Style.HYBRID and robots + 1 == 6
-    more_robots = need if stored else levers.totals(style, robots + 1, parameters, part)
-    wider = levers.totals(style, robots, parameters.model_copy(update={"width": width + 1}), part)
+    more_robots = need if stored else styles.totals(style, robots + 1, parameters, part)
+    wider = styles.totals(style, robots, parameters.model_copy(update={"width": width + 1}), part)
     for kind in RESOURCES:
         assert more_robots[kind] >= need[kind]
         assert wider[kind] >= need[kind]

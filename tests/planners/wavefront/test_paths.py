@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import reference_paths
 import reference_tiles
 from examples import examples
 from hypothesis import given, settings
@@ -15,7 +16,7 @@ from codesign import maps
 from codesign.ground.errors import InputError, MapError
 from codesign.planners.interface import Problem, judge_paths
 from codesign.planners.job import Job
-from codesign.planners.wavefront.plan import obstacle_potentials, octile_length, propagate, reference, skeleton, track
+from codesign.planners.wavefront.plan import obstacle_potentials, octile_length, propagate, skeleton, track
 from codesign.planners.wavefront.plan.grid import check_map
 from codesign.planners.wavefront.plan.parameters import PropagateParameters
 from codesign.planners.wavefront.plan.planner import PLANNER
@@ -54,7 +55,7 @@ def test_shortest_ways_add_up_to_the_potential(
     entered = 0 if extra is None else int(extra[tuple(way[:-1].T)].sum())
     assert int((1 + moved.sum(axis=1)).sum()) + entered == potentials[start]
     if not penalised:
-        assert way.tolist() == [list(cell) for cell in reference.track(free, potentials, start)]
+        assert way.tolist() == [list(cell) for cell in reference_paths.track(free, potentials, start)]
         assert potentials[start] / 2 >= octile_length(way) - 1e-9
 
 
@@ -68,7 +69,7 @@ def test_safe_ways_arrive_by_equations_4_and_5(
     way = track(free, potentials, start, obstacle_potentials=distances)
     assert tuple(way[-1]) == source
     assert (np.diff(potentials[tuple(way.T)]) < 0).all()
-    assert way.tolist() == [list(cell) for cell in reference.track(free, potentials, start, distances)]
+    assert way.tolist() == [list(cell) for cell in reference_paths.track(free, potentials, start, distances)]
 
 
 def test_a_safe_way_keeps_off_the_walls() -> None:
@@ -104,7 +105,7 @@ def test_the_skeleton_is_a_local_rule_that_turns_with_the_map(seed: int, density
     free = np.random.default_rng(seed).random((13, 17)) >= density
     distances = obstacle_potentials(free)
     found = skeleton(distances)
-    assert (found == reference.skeleton(distances)).all()
+    assert (found == reference_paths.skeleton(distances)).all()
     assert not (found & ~free).any()
     assert (skeleton(distances.T) == found.T).all()
     assert (skeleton(distances[::-1]) == found[::-1]).all()

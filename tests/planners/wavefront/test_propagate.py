@@ -16,13 +16,13 @@ from places import SHARED
 
 from codesign import maps
 from codesign.ground.errors import InputError, MapError
+from codesign.planners.wavefront.paper import measures as reference
 from codesign.planners.wavefront.plan import (
     UNREACHED,
     longest_distance,
     obstacle_potentials,
     octile_length,
     propagate,
-    reference,
     register_bits,
     stop_cycle,
     track,

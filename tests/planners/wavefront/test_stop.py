@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 
 from codesign.inputs import Platform, Workload
 from codesign.maps import OccupancyGrid
+from codesign.planners.wavefront.paper.measures import adder_circuit, dijkstra
 from codesign.planners.wavefront.plan import register_bits
-from codesign.planners.wavefront.plan.reference import adder_circuit, dijkstra
 from codesign.system import Result
 from codesign.system.scenarios import simulate
 

@@ -24,12 +24,13 @@ from codesign.planners.job import Demand, Job
 from codesign.planners.measured import ResourceRow, resource_rows
 from codesign.planners.styles import Architecture, Step
 from codesign.planners.wavefront import published
+from codesign.planners.wavefront.paper import measures as reference
 from codesign.planners.wavefront.paper.measures import PAPER
-from codesign.planners.wavefront.plan import longest_distance, reference, register_bits
+from codesign.planners.wavefront.plan import longest_distance, register_bits
 from codesign.planners.wavefront.plan.parameters import PropagateParameters
 from codesign.planners.wavefront.plan.planner import PLANNER
 from codesign.planners.wavefront.styles import ARCHITECTURES, AdderComparator, DelayLine, Software, Tiled, resources
-from codesign.planners.wavefront.styles.layout import ArrayLayout
+from codesign.planners.wavefront.styles.resources import ArrayLayout
 from codesign.planners.wavefront.styles.software import SEED_CELLS
 from codesign.planners.wavefront.styles.tile import PIECES, TileLayout, lut4
 
@@ -359,7 +360,7 @@ def test_design_points_share_their_waves() -> None:
 
 
 def test_the_platform_s_pentium_is_the_fitted_one() -> None:
-    from codesign.planners.wavefront.paper.maps import SAMPLES, make_sample, unit_seconds
+    from codesign.planners.wavefront.paper.measures import SAMPLES, make_sample, unit_seconds
 
     samples = tuple(make_sample(name) for name in SAMPLES)
     cost = load_platform("wavefront-array").components["host"].costs["wavefront_cell"]

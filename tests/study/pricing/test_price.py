@@ -20,11 +20,11 @@ from codesign.ground.memo import Memo
 from codesign.inputs import Platform, Workload, design_point
 from codesign.inputs.exploration import Exploration
 from codesign.study.blocks import block_of, plan_of, read_block, read_plan
+from codesign.study.bounds import least
 from codesign.study.evaluation import Pricer
 from codesign.study.explored import Explored
 from codesign.study.partition import Alone, Together, apart, parted
 from codesign.study.pricing.computation import Computation, record
-from codesign.study.pricing.least import least
 from codesign.study.pricing.price import PRICED, Priced, why_alone
 from codesign.study.shared import Parts
 from codesign.study.space import Space

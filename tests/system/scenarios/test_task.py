@@ -15,10 +15,10 @@ from codesign.ground.records import TrajectoryRecord
 from codesign.planners.interface import Problem, Quality
 from codesign.system import point_of
 from codesign.system.energy import watts_of
-from codesign.system.ready import ready
 from codesign.system.results.result import Result, TaskFigures
 from codesign.system.scenarios import bind, simulate
 from codesign.system.scenarios.requests import requests_of
+from codesign.system.scenarios.run import ready
 
 MAZE = {"generate": "maze", "rows": 24, "columns": 40, "corridor": 4, "wall": 1, "loops": 0.2, "seed": 3}
 GOAL = [2, 37]

@@ -7,8 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from codesign.components.kernels import cast
-from codesign.components.range_kernels import ranges
+from codesign.components.kernels import cast, ranges
 from codesign.components.sensor import RaySensor
 
 

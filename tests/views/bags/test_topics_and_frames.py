@@ -330,7 +330,7 @@ def test_a_bag_of_two_robots_needs_a_namespace(hwsw: Callable[..., Result], flee
 
 def test_a_board_that_answers_no_goal_has_no_latency() -> None:
     from codesign.ground.records import GoalRecord, PlanRecord
-    from codesign.views.report.bag_tables import board_latencies
+    from codesign.views.report.scenario_tables import board_latencies
 
     fields: dict[str, Any] = {"component": "robot"}
     goal = lambda time: _record(GoalRecord, time, fields)  # noqa: E731

@@ -13,8 +13,7 @@ from click.testing import CliRunner
 from trace_samples import a_mission, write
 
 from codesign.cli import main
-from codesign.views.exports.blueprint import write_blueprint
-from codesign.views.exports.layouts import Shown
+from codesign.views.exports.layouts import Shown, write_blueprint
 from codesign.views.trace import open_trace
 
 

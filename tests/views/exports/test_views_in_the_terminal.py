@@ -16,8 +16,7 @@ from codesign.cli import main
 from codesign.ground.activity import share_over_time, union
 from codesign.ground.records import MessageRecord, Record, SummaryRecord, TaskRecord
 from codesign.views.exports.difference import difference
-from codesign.views.exports.gantt import gantt
-from codesign.views.exports.statistics import latencies_table, shares_table, statistics
+from codesign.views.exports.statistics import gantt, latencies_table, shares_table, statistics
 
 A_CHAIN: list[Record] = [
     MessageRecord(0, "pci", "host", "fpga", "map", 8, 0, 1_000),

@@ -19,8 +19,7 @@ from codesign.planners.reproduction import Finding, Row, Use
 from codesign.study.outcomes import Outcomes
 from codesign.study.study import Study
 from codesign.views.report import Picture, study_page
-from codesign.views.report.columns import Columns
-from codesign.views.report.page import template_text
+from codesign.views.report.page import Columns, template_text
 from codesign.views.report.reproduction_page import reproduction_html
 from codesign.views.report.result_page import result_html
 from codesign.views.report.study_answer import study_sentence

@@ -26,7 +26,7 @@ from codesign.ground.records import (
     RobotRecord,
     TrajectoryRecord,
 )
-from codesign.views.report.columns import Columns
+from codesign.views.report.page import Columns
 from codesign.views.report.result_page import (
     MOST_EVENTS,
     MOST_TICKS,

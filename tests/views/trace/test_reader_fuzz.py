@@ -18,10 +18,9 @@ from trace_samples import a_mission, a_run
 
 from codesign.ground.errors import TraceError
 from codesign.ground.records import ACTIVITY_KINDS, RECORD_TYPES, Record
-from codesign.views.exports.gantt import gantt
 from codesign.views.exports.perfetto import write_perfetto
 from codesign.views.exports.poses import POSE_KINDS, poses_csv
-from codesign.views.exports.statistics import latencies_table, shares_table, statistics
+from codesign.views.exports.statistics import gantt, latencies_table, shares_table, statistics
 from codesign.views.exports.waveform import waveform_of, write_waveform
 from codesign.views.report.render import render_text
 from codesign.views.trace import MOMENT_KINDS, Trace, moment, moment_lines, open_trace, timeline, trace_thumbnail

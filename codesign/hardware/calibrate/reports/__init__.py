@@ -11,9 +11,17 @@ from __future__ import annotations
 from pathlib import Path
 
 from codesign.ground.errors import SpecError
-from codesign.hardware.calibrate.reports.engine import ClockReading, Reading, Report, Stage, Text, Tool, read_text
+from codesign.hardware.calibrate.reports.engine import (
+    YOSYS,
+    ClockReading,
+    Reading,
+    Report,
+    Stage,
+    Text,
+    Tool,
+    read_text,
+)
 from codesign.hardware.calibrate.reports.tools import GOWIN, ISE, LATTICE, NEXTPNR, QUARTUS, VIVADO
-from codesign.hardware.calibrate.reports.yosys import YOSYS
 
 TOOLS: tuple[Tool, ...] = (VIVADO, ISE, QUARTUS, LATTICE, GOWIN, YOSYS, NEXTPNR)
 """Every tool whose reports are read."""
@@ -40,7 +48,6 @@ def read_report(path: Path) -> Report:
 
 
 def _unknown(text: Text) -> SpecError:
-    """The fault of a file that no reader knows."""
     hint = f"reports of {', '.join(tool.name for tool in TOOLS)} are read, as text or JSON"
     named = next((name for name in _NAMES if name in text.whole), None)
     foreign = next((number for number, line in enumerate(text.lines, 1) if _is_foreign(line)), None)

@@ -640,7 +640,6 @@ class _Tables(HTMLParser):
 
 
 def _tables(text: Text) -> Mapping[str, list[Row]]:
-    """The tables of a page by their headings."""
     if not text.has("</html>"):
         raise text.cut_off("</html>")
     return map_reduce(_Tables(text).rows, lambda each: each[0], lambda each: each[1])

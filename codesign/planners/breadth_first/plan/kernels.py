@@ -1,4 +1,4 @@
-"""The search compiled (imported on first use): the twin of ``reference``.
+"""The search compiled (imported on first use): with a plain twin in the tests.
 
 The map is flattened with a ring of obstacles around it, so that no neighbour needs a bounds check.
 """

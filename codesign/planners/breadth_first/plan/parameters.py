@@ -6,7 +6,6 @@ All of them describe the layout on a chip; none changes the answer. A processor 
 from __future__ import annotations
 
 from enum import StrEnum
-from typing import Annotated
 
 from pydantic import Field
 
@@ -58,39 +57,33 @@ class VgaController(StrEnum):
 class SearchParameters(TaskParameters):
     """The layout of the state machine."""
 
-    micro_architecture: Annotated[
-        MicroArchitecture, Field(description="cycles a neighbour: three_cycles, two_cycles or pipelined")
-    ] = MicroArchitecture.THREE_CYCLES
-    address: Annotated[
-        Address,
-        Field(
-            description="address of a cell: side_by_side (row and column), or linear, which takes fewer memories where"
-            " a side is a little over a power of two"
-        ),
-    ] = Address.SIDE_BY_SIDE
-    memory: Annotated[MemoryPlace, Field(description="where the cells, the directions and the queue are kept")] = (
-        MemoryPlace.BLOCK_RAM
+    micro_architecture: MicroArchitecture = Field(
+        default=MicroArchitecture.THREE_CYCLES, description="cycles a neighbour: three_cycles, two_cycles or pipelined"
     )
-    display: Annotated[VgaController, Field(description="VGA controller: none, shared (second port) or copy")] = (
-        VgaController.SHARED
+    address: Address = Field(
+        default=Address.SIDE_BY_SIDE,
+        description="address of a cell: side_by_side (row and column), or linear, which takes fewer memories where"
+        " a side is a little over a power of two",
     )
-    queue_words: Annotated[
-        int | None,
-        Field(
-            ge=1,
-            le=MAX_QUEUE_WORDS,
-            description="words of a circular queue; by default one for every cell, which never overflows",
-        ),
-    ] = None
-    external_cycles: Annotated[
-        int,
-        Field(
-            ge=1,
-            le=10_000,
-            description="clock cycles of one access to the external memory; the memory sets the time of an access, so"
-            " a faster clock takes more cycles",
-        ),
-    ] = 15
+    memory: MemoryPlace = Field(
+        default=MemoryPlace.BLOCK_RAM, description="where the cells, the directions and the queue are kept"
+    )
+    display: VgaController = Field(
+        default=VgaController.SHARED, description="VGA controller: none, shared (second port) or copy"
+    )
+    queue_words: int | None = Field(
+        default=None,
+        ge=1,
+        le=MAX_QUEUE_WORDS,
+        description="words of a circular queue; by default one for every cell, which never overflows",
+    )
+    external_cycles: int = Field(
+        default=15,
+        ge=1,
+        le=10_000,
+        description="clock cycles of one access to the external memory; the memory sets the time of an access, so"
+        " a faster clock takes more cycles",
+    )
 
     def unused(self, external_memory: bool) -> tuple[str, ...]:
         """A result leaves out ``external_cycles`` where the platform declares the memory, or all is on the chip."""

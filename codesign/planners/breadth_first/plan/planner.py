@@ -18,8 +18,14 @@ from codesign.ground.errors import InputError
 from codesign.ground.late import late
 from codesign.ground.models import Task, TaskParameters
 from codesign.planners.breadth_first.plan.parameters import SearchParameters, TrackParameters
-from codesign.planners.breadth_first.plan.reference import NEIGHBOURS, UNKNOWN, Cell
-from codesign.planners.breadth_first.plan.search import BreadthFirstPlan, search_everywhere, search_nearest
+from codesign.planners.breadth_first.plan.search import (
+    NEIGHBOURS,
+    UNKNOWN,
+    BreadthFirstPlan,
+    Cell,
+    search_everywhere,
+    search_nearest,
+)
 from codesign.planners.interface import (
     LoadParameters,
     Planner,

@@ -18,7 +18,16 @@ from numpy.typing import NDArray
 from codesign.ground.late import late
 from codesign.maps.grid import as_free
 from codesign.maps.reach import check_cells
-from codesign.planners.breadth_first.plan.reference import Cell
+
+NEIGHBOURS = ((-1, 0), (1, 0), (0, -1), (0, 1))
+"""(row, column) steps in the paper's order: north, south, west, east (section 2.1)."""
+
+NORTH, SOUTH, WEST, EAST = range(4)
+UNKNOWN = -1
+"""The direction of a cell without a discoverer: the start, or a cell that was not reached."""
+
+Cell = tuple[int, int]
+
 
 kernels = late("codesign.planners.breadth_first.plan.kernels")
 

@@ -7,12 +7,11 @@ smaller" (4). There is no figure. All laws here are assumed, and err on the slow
 - Design and memory share the memory's clock, so the search runs no faster than the memory. With two clocks the
   search would keep its own, and every access would cross between them.
 - Nothing overlaps: the circuit stands still for each access.
-- A cell and a direction take a byte each. A memory with byte enables writes a byte without reading it first. Each
-  access is a random one: it takes the latency, and for DRAM it opens a row, though neighbours often lie in one row.
-- The queue is read and written in order. So it goes through two buffers of ``BUFFERED`` entries on the chip, which
-  move 16 entries as one run, even where the queue is so short that it never leaves the buffers.
-- State Init clears the cells in order. It takes the larger of two counts: one cycle a cell, and the cycles of the
-  memory.
+- A cell and a direction take a byte each, written without being read first (byte enables). Each access is a random
+  one: it takes the latency, and for DRAM it opens a row, though neighbours often lie in one row.
+- The queue goes through two buffers of ``BUFFERED`` entries on the chip, which move 16 entries as one run, even where
+  it is so short that it never leaves them.
+- State Init clears the cells in order: one cycle a cell, or the cycles of the memory where these are more.
 """
 
 from __future__ import annotations
@@ -24,7 +23,7 @@ from codesign.planners.breadth_first.plan.parameters import MemoryPlace, SearchP
 from codesign.planners.breadth_first.plan.search import BreadthFirstPlan
 from codesign.planners.breadth_first.styles import timing
 from codesign.planners.breadth_first.styles.resources import address_bits
-from codesign.planners.breadth_first.styles.steps import expansions, pushes_of_each_pop
+from codesign.planners.breadth_first.styles.timing import expansions, pushes_of_each_pop
 from codesign.planners.external_memory import ExternalMemoryLaw, Traffic
 from codesign.planners.interface import Problem
 from codesign.planners.job import Lever, Line

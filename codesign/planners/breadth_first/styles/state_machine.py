@@ -23,7 +23,7 @@ from codesign.planners.breadth_first.plan.planner import searched
 from codesign.planners.breadth_first.plan.search import BreadthFirstPlan
 from codesign.planners.breadth_first.styles import external as outside
 from codesign.planners.breadth_first.styles import resources, timing
-from codesign.planners.breadth_first.styles.steps import (
+from codesign.planners.breadth_first.styles.timing import (
     INIT,
     PATH,
     SEARCH,
@@ -59,6 +59,7 @@ class StateMachine(Architecture):
     description = "one cell after the other by a state machine, its memories in block RAM or outside"
     component_type = "fpga"
     supports_external = True
+    beyond = "a queue of fewer words, a map in the logic, other forms of its addresses"
 
     def designs(self, job: Job[Problem, Any]) -> Designs:
         """Every micro-architecture without a screen, the fastest first; memories on the chip, or in the one outside."""

@@ -15,7 +15,7 @@ from codesign.planners.breadth_first.plan.planner import PLANNER
 from codesign.planners.breadth_first.plan.search import BreadthFirstPlan
 from codesign.planners.breadth_first.styles import resources, timing
 from codesign.planners.breadth_first.styles.state_machine import StateMachine
-from codesign.planners.breadth_first.styles.steps import PATH, TRACK, step
+from codesign.planners.breadth_first.styles.timing import PATH, TRACK, step
 from codesign.planners.interface import Problem
 from codesign.planners.job import Demand, Job, Line
 from codesign.planners.map_flood import CELL_KERNEL

@@ -1,4 +1,4 @@
-"""The searches compiled (imported on first use): the twins of ``reference``, and the sums of ``potential``.
+"""The searches compiled (imported on first use), and the sums of ``potential``. Tests have each in plain lines.
 
 A cell of the flat, padded map has a state: 0 for an obstacle, else FREE, OPEN (in the heap) or CLOSED.
 """
@@ -12,7 +12,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from codesign.planners.grid_search.plan.reference import (
+from codesign.planners.grid_search.plan.parameters import (
     ANY,
     CLOSED,
     DIAGONAL,
@@ -31,7 +31,7 @@ MOST_PUSHED = 8
 ROOT_TWO = math.sqrt(2.0)
 
 DOWN, RIGHT = (-1, 1, 0, 0, -1, -1, 1, 1), (0, 0, -1, 1, -1, 1, -1, 1)
-"""Rows and columns of a step to each side, as ``reference.STEPS``."""
+"""Rows and columns of a step to each side, as ``parameters.STEPS``."""
 
 
 @njit(cache=True, nogil=True)
@@ -103,7 +103,7 @@ def heap_sort(keys: Any, held: Any) -> Any:
 
 @njit(cache=True, nogil=True, inline="always")
 def estimate(rows: Any, columns: Any, heuristic: Any) -> Any:
-    """``reference.estimate``."""
+    """The least length between cells that lie so many rows and columns apart; 0 without a heuristic."""
     if heuristic == NONE:
         return 0
     if heuristic == EUCLIDEAN:
@@ -188,7 +188,7 @@ def _jump(cells: Any, cell: Any, side: Any, stride: Any, target: Any, cutting: b
 
 @njit(cache=True, nogil=True, inline="always")
 def _key(length: Any, left: Any) -> Any:
-    """``reference.key_of``."""
+    """The key of a cell with ``length`` behind it and an estimate of ``left``: of equal sums the nearer goes first."""
     return ((length + left) << TIE_BITS) | min(left >> TIE_SHIFT, MOST_TIE)
 
 
@@ -210,13 +210,13 @@ def _open(cells: Any, sources: Any, keys: Any, items: Any, first: Any) -> Any:
 def astar(
     cells: Any, stride: Any, sources: Any, target: Any, heuristic: Any, successors: Any, cutting: bool, jumping: bool
 ) -> Any:
-    """``reference.astar``.
+    """A* from the goals, as ``search`` explains.
 
     Args:
         cells: uint8, padded and flat; overwritten: a cell that was expanded is CLOSED.
         stride: length of a padded row. sources: their indices. target: its index, or -1.
         heuristic: OCTILE, EUCLIDEAN or NONE.
-        successors: uint8 9 × 256, of ``reference.successors(cutting)``.
+        successors: uint8 9 × 256, of ``search.successors(cutting)``.
 
     Returns:
         end (the target, or -1), lengths (int64, valid where a cell is not FREE), before (int32, as lengths), expanded,
@@ -300,7 +300,7 @@ def way(before: Any, cell: Any, stride: Any, exact: bool) -> Any:
 
 @njit(cache=True, nogil=True)
 def in_sight(cells: Any, stride: Any, begin: Any, end: Any) -> Any:
-    """``reference.in_sight``: whether the line crosses free cells only, and how many it was asked of."""
+    """Whether the cells of Bresenham's line, and both beside its diagonal steps, are free; how many were asked."""
     row, column, last_row, last_column = begin // stride, begin % stride, end // stride, end % stride
     down, right = abs(last_row - row), abs(last_column - column)
     down_step, right_step = (stride if last_row > row else -stride), (1 if last_column > column else -1)
@@ -330,7 +330,7 @@ def _apart(cell: Any, other: Any, stride: Any) -> Any:
 
 @njit(cache=True, nogil=True)
 def theta_star(cells: Any, stride: Any, sources: Any, target: Any) -> Any:
-    """``reference.theta_star``. Arguments and results are those of ``astar``, with lengths in cells (float64)."""
+    """Lazy theta* as Nav2's ``ThetaStar``. Arguments and results as of ``astar``, with lengths in cells (float64)."""
     lengths, through = np.empty(cells.size), np.empty(cells.size)
     before = np.empty(cells.size, np.int32)
     offsets = np.array((-stride, stride, -1, 1, -stride - 1, -stride + 1, stride - 1, stride + 1))

@@ -3,11 +3,31 @@
 from __future__ import annotations
 
 from enum import StrEnum
-from typing import Annotated
 
 from pydantic import Field
 
 from codesign.ground.models import TaskParameters
+
+STRAIGHT, DIAGONAL = 15_994_428, 22_619_537
+"""The integer lengths of a straight and of a diagonal step: their ratio is a convergent of √2 from above.
+
+A fraction between it and √2 has a larger denominator than ``STRAIGHT``. So two paths with fewer diagonal steps than
+that compare as their true lengths a + b √2 do, and equal integers are equal lengths.
+"""
+
+STEPS = ((-1, 0), (1, 0), (0, -1), (0, 1), (-1, -1), (-1, 1), (1, -1), (1, 1))
+"""(row, column) of a step to each side: north, south, west, east, then the diagonals. Bit n of a mask is side n."""
+
+ANY = 8
+"""The side of arrival of a source: none."""
+
+OCTILE, EUCLIDEAN, NONE = range(3)
+
+FREE, OPEN, CLOSED = 1, 2, 3
+"""States of a free cell in ``kernels``: not seen, in the heap, expanded."""
+
+TIE_BITS, TIE_SHIFT = 13, 26
+"""A key of the heap is the length through a cell, then the estimate in these bits of these units; then the cell."""
 
 
 class Method(StrEnum):
@@ -36,24 +56,20 @@ class Heuristic(StrEnum):
 class SearchParameters(TaskParameters):
     """The search and its rules."""
 
-    method: Annotated[
-        Method,
-        Field(
-            description="astar, jump_point (the same lengths, fewer entries of the heap), theta_star (paths at any"
-            " angle), or navfn (the potential of Nav2's default planner)"
-        ),
-    ] = Method.ASTAR
-    heuristic: Annotated[
-        Heuristic,
-        Field(description="of astar and jump_point: octile, euclidean, or none, which is Dijkstra's algorithm"),
-    ] = Heuristic.OCTILE
-    corner_cutting: Annotated[
-        bool,
-        Field(
-            description="of astar and jump_point: whether a diagonal step may pass the corner of an obstacle; a drive"
-            " needs false"
-        ),
-    ] = False
+    method: Method = Field(
+        default=Method.ASTAR,
+        description="astar, jump_point (the same lengths, fewer entries of the heap), theta_star (paths at any"
+        " angle), or navfn (the potential of Nav2's default planner)",
+    )
+    heuristic: Heuristic = Field(
+        default=Heuristic.OCTILE,
+        description="of astar and jump_point: octile, euclidean, or none, which is Dijkstra's algorithm",
+    )
+    corner_cutting: bool = Field(
+        default=False,
+        description="of astar and jump_point: whether a diagonal step may pass the corner of an obstacle; a drive"
+        " needs false",
+    )
 
     @property
     def exact(self) -> bool:

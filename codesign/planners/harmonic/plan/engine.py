@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from codesign.ground.errors import RunError
 from codesign.planners.harmonic.plan import kernels
-from codesign.planners.harmonic.plan.arguments import Arguments
+from codesign.planners.harmonic.plan.arguments import Arguments, Stage, StageEnd, VisitBatch
 from codesign.planners.harmonic.plan.fixed_point import Field, limbs_needed
 from codesign.planners.harmonic.plan.layout import addresses, better_transposed, make_layout, make_state, segmented
 from codesign.planners.harmonic.plan.limbs import (
@@ -20,7 +20,6 @@ from codesign.planners.harmonic.plan.limbs import (
     raise_field,
     residual_bits,
 )
-from codesign.planners.harmonic.plan.stages import Stage, StageEnd, VisitBatch
 
 VISITS_PER_BATCH = 1 << 14
 # Words times iterations between two chances for an interrupt: some tenth of a second.

@@ -37,23 +37,384 @@ the kernel (reference counts at every use, 5 times slower), hence addresses; cal
 and state on the stack each, a fifth of a visit), hence ``forceinline``, which takes less time to compile than
 ``inline="always"``; smaller segments (up to 1.4 times slower).
 
-``planes`` does the arithmetic of a group, ``visits`` the work of a block, ``borders`` the exchange between blocks;
-here are the sweeps. Numba keeps the compiled ``advance`` and ``lift`` until *this* file changes, and sees no edit in
-the functions that they call. So CALLED_DIGEST is here, and a test compares it with those files. After an edit there,
-the new digest here makes numba compile anew.
+``planes`` does the arithmetic of a group. Here are the visit of a block, the exchange between blocks, and the sweeps.
+Within a turn all groups of a segment have one width, as a step never takes more planes than the widest step around it
+took before. So a turn counts planes once, not at every iteration.
+
+Numba keeps the compiled ``advance`` and ``lift`` until *this* file changes, and sees no edit in ``CALLED``. A test
+compares CALLED_DIGEST with those files. After an edit there, the new digest here makes numba compile anew.
 """
 
 from __future__ import annotations
 
+import numpy as np
 from numba import njit
 
-from codesign.planners.harmonic.plan.borders import add_visit, push_all
-from codesign.planners.harmonic.plan.lanes import get, load, put, store
-from codesign.planners.harmonic.plan.layout import LANES
-from codesign.planners.harmonic.plan.visits import trim, visit_block
+from codesign.planners.harmonic.plan.lanes import any_bit, get, load, put, spread, store, zeros
+from codesign.planners.harmonic.plan.layout import EAST, INSIDE, LANES, NORTH, SLOTS, SOUTH, WEST, WORD_BITS, WORD_BYTES
+from codesign.planners.harmonic.plan.planes import (
+    add_gains,
+    add_signed_gains,
+    clear_planes,
+    iterate_group,
+    needed_planes,
+    sum_more_steps,
+    sum_signed_steps,
+    sum_steps,
+    sum_three_steps,
+)
 
-CALLED = ("borders", "lanes", "layout", "planes", "visits")
-CALLED_DIGEST = "38af34f02e3233e5"
+
+@njit(forceinline=True, nogil=True)
+def iterate(layout, state, block, source, target, signed):
+    """One iteration of a block, from the planes at one address to those at another."""
+    # h(t + 1) = floor((N + E + S + W) / 4), section 5.2, in terms of r (``kernels``), for all nodes of the block at
+    # once. Two copies of r, because a group is read again as the neighbour of those that follow.
+    step, mask = layout.plane * WORD_BYTES, state.mask + block * layout.plane * WORD_BYTES
+    for segment in range(layout.segments):
+        width, read = get(state.turn_width, segment), get(state.read_width, segment)
+        begin, end = get(state.begin, segment), get(state.end, segment)
+        at, last = begin * WORD_BYTES, end * WORD_BYTES
+        if width > 0 and layout.beside > 0:
+            while at < last:
+                free, beside = load(mask + at, 0), layout.beside * WORD_BYTES
+                iterate_group(source + at, target + at, free, step, width, layout.pitch, beside, signed)
+                at += LANES * WORD_BYTES
+        elif width > 0:
+            while at < last:
+                free = load(mask + at, 0)
+                iterate_group(source + at, target + at, free, step, width, layout.pitch, 0, signed)
+                at += LANES * WORD_BYTES
+        # Wider segments nearby read more planes than this one has. A segment that does not step in this turn keeps
+        # r = r mod 4: its two low planes stay where they are, and no other segment reads them.
+        if read > width:
+            clear_planes(target, begin, end, layout.plane, width + 2, read + 2)
+
+
+@njit(nogil=True)
+def _widest_around(layout, widths, spread_widths):
+    """The greatest width of each segment and of those that touch it."""
+    #   s - each - 1   s - 1   s + each - 1
+    #   s - each         s     s + each         s + each: the same rows in the next word column
+    #   s - each + 1   s + 1   s + each + 1
+    each, widest = layout.each, 0
+    for column in range(layout.columns):
+        for row in range(each):
+            widest = 0
+            for beside in range(max(column - 1, 0), min(column + 2, layout.columns)):
+                for near in range(max(row - 1, 0), min(row + 2, each)):
+                    widest = max(widest, get(widths, beside * each + near))
+            put(spread_widths, column * each + row, widest)
+
+
+@njit(forceinline=True, nogil=True)
+def _begin_turn(layout, state, block, own):
+    """Settle the widths of a turn: ``turn_width``, and ``read_width`` that nearby segments read."""
+    # In a turn of at most ``SLOTS`` iterations nothing gets further than the next group, whichever side of it.
+    widths, active = state.width + block * layout.segments * WORD_BYTES, get(state.active, block)
+    level = True
+    for segment in range(layout.segments):
+        level &= get(widths, segment) == active
+    if level:
+        for segment in range(layout.segments):
+            put(state.turn_width, segment, active)
+            put(state.read_width, segment, active)
+        return
+    _widest_around(layout, widths, state.turn_width)
+    _widest_around(layout, state.turn_width, state.read_width)
+    for segment in range(layout.segments):
+        begin, end = get(state.begin, segment), get(state.end, segment)
+        clear_planes(own, begin, end, layout.plane, get(widths, segment) + 2, get(state.read_width, segment) + 2)
+
+
+@njit(nogil=True)
+def _copy(layout, state, source, target):
+    step = layout.plane
+    for segment in range(layout.segments):
+        for word in range(get(state.begin, segment), get(state.end, segment), LANES):
+            for plane in range(get(state.read_width, segment) + 2):
+                store(target, plane * step + word, load(source, plane * step + word))
+
+
+@njit(nogil=True)
+def _widest_step(slots, begin, end, step, width):
+    """The planes that the steps of a segment take in any iteration of a turn, ``width`` or fewer."""
+    least = 0
+    for slot in slots:
+        least = max(least, needed_planes(slot, begin, end, step, width + 2, least + 2, False) - 2)
+    return least
+
+
+@njit(forceinline=True, nogil=True)
+def _sum(slots, visit, begin, end, step, width, have, count, signed):
+    """Add the steps of a turn of ``count`` iterations to the sums of a segment; the planes that they may have then."""
+    if signed:
+        for word in range(begin, end, LANES):
+            sum_signed_steps(slots, word + 2 * step, visit, word, step, width, have)
+        return max(have, width + 3) + 1
+    if count <= 3:
+        for word in range(begin, end, LANES):
+            sum_three_steps(slots, word + 2 * step, visit, word, step, width, have)
+        return max(have, width + 2) + 1
+    if have > 0:
+        for word in range(begin, end, LANES):
+            sum_more_steps(slots, word + 2 * step, visit, word, step, width, have)
+        return max(have, width + 3) + 1
+    for word in range(begin, end, LANES):
+        sum_steps(slots, word + 2 * step, visit, word, step, width)
+    return width + 3
+
+
+@njit(forceinline=True, nogil=True)
+def _accumulate(layout, state, block, own, count, signed):
+    """Add the steps of a turn of ``count`` iterations to the sums of the visit."""
+    step, slot = layout.plane, layout.planes * layout.plane * WORD_BYTES
+    # d of the visit += t of all iterations. The steps are not stored: they are r of each slot from plane 2 on. A turn
+    # of fewer iterations adds zeros in place of the steps that it does not make.
+    first, nothing = state.ring - slot, state.ring + (SLOTS - 1) * slot
+    slots = (
+        own,
+        first + slot if count > 1 else nothing,
+        first + 2 * slot if count > 2 else nothing,
+        first + 3 * slot if count > 3 else nothing,
+        first + 4 * slot if count > 4 else nothing,
+        first + 5 * slot if count > 5 else nothing,
+    )
+    most = 0
+    for segment in range(layout.segments):
+        width, have = get(state.turn_width, segment), get(state.visit_width, segment)
+        begin, end = get(state.begin, segment), get(state.end, segment)
+        if not signed and width > get(state.width, block * layout.segments + segment):
+            # A wider segment beside this one may or may not have led to wider steps here.
+            width = _widest_step(slots, begin, end, step, width)
+        if width > 0:
+            total = _sum(slots, state.visit, begin, end, step, width, have, count, signed)
+            have = needed_planes(state.visit, begin, end, step, total, 0, signed)
+            put(state.visit_width, segment, have)
+        most = max(most, have)
+    if signed:
+        # As with r, all segments have one width.
+        for segment in range(layout.segments):
+            put(state.visit_width, segment, most)
+
+
+@njit(nogil=True)
+def trim(layout, state, block, signed):
+    """Lower the widths of a block to what r needs. Visits rely on it: settled and of width 0 are the same."""
+    own = state.residual + block * layout.planes * layout.plane * WORD_BYTES
+    widths, most = block * layout.segments, 0
+    for segment in range(layout.segments):
+        count = get(state.width, widths + segment) + 2
+        begin, end = get(state.begin, segment), get(state.end, segment)
+        width = needed_planes(own, begin, end, layout.plane, count, 2, signed) - 2
+        put(state.width, widths + segment, width)
+        most = max(most, width)
+    if signed:
+        # All segments of a block get the width of the widest where r has a sign.
+        for segment in range(layout.segments):
+            put(state.width, widths + segment, most)
+    put(state.active, block, most)
+
+
+@njit(nogil=True)
+def _steps_made(layout, state, count):
+    """The number of iterations that changed something in a turn of ``count``, after which the block is settled."""
+    for made in range(1, count):
+        slot, stepped = state.ring + (made - 1) * layout.planes * layout.plane * WORD_BYTES, False
+        for segment in range(layout.segments):
+            begin, end = get(state.begin, segment), get(state.end, segment)
+            planes = get(state.turn_width, segment) + 2
+            stepped |= needed_planes(slot, begin, end, layout.plane, planes, 2, False) > 2
+        if not stepped:
+            return made
+    return count
+
+
+@njit(forceinline=True, nogil=True)
+def visit_block(layout, state, block, done, iterations, budget, signed):
+    """Iterate a block until it settles, ``iterations`` are done or the budget is spent.
+
+    ``done``: earlier iterations of this visit. Returns all iterations so far, and the rest of the budget.
+    """
+    # The inner loop of the paper's listing (section 4): ``while ((i < I) and (not (block_cvg)))``, where block_cvg is
+    # that all steps are 0 (width 0). A turn makes up to six iterations:
+    #
+    #   r of the block    slot 0    slot 1  ..  slot 4        r of the block
+    #            r_0  ->    r_1  ->   r_2   ..    r_5    ->    r_6
+    #             t          t         t           t           these six steps are summed before r_6 overwrites r_0
+    #
+    # A settled block stays as it is. So whether it settled is asked after the turn, and when, only then.
+    slot = layout.planes * layout.plane * WORD_BYTES
+    own = state.residual + block * slot
+    while get(state.active, block) > 0 and done < iterations and budget > 0:
+        # Turns of about the same length, so that none is left with a single iteration.
+        turns = (iterations - done + SLOTS - 1) // SLOTS
+        count = (iterations - done + turns - 1) // turns
+        _begin_turn(layout, state, block, own)
+        source = own
+        for made in range(count):
+            target = state.ring + made * slot
+            if made == count - 1:
+                _accumulate(layout, state, block, own, count, signed)
+                if count == 1:
+                    _copy(layout, state, own, target)
+                    source = target
+                target = own
+            iterate(layout, state, block, source, target, signed)
+            source = target
+        for segment in range(layout.segments):
+            put(state.width, block * layout.segments + segment, get(state.turn_width, segment))
+        trim(layout, state, block, signed)
+        done += count if get(state.active, block) > 0 else _steps_made(layout, state, count)
+        budget -= count * layout.columns * layout.words
+    return done, budget
+
+
+@njit(forceinline=True, nogil=True)
+def add_visit(layout, state, block, signed):
+    """Add the sums of the visit to d of its block."""
+    step, none = layout.plane, zeros()
+    # d of the stage += d of the visit, all nodes of the block at their own places.
+    planes = state.odometer + block * layout.planes * step * WORD_BYTES
+    for segment in range(layout.segments):
+        count, own = get(state.visit_width, segment), block * layout.segments + segment
+        if count == 0:
+            continue
+        have, begin, end = get(state.odometer_width, own), get(state.begin, segment), get(state.end, segment)
+        total = max(have, count)
+        if signed:
+            for word in range(begin, end, LANES):
+                add_signed_gains(planes, word, have, state.visit, word, count, none, INSIDE, none, step)
+            total = needed_planes(planes, begin, end, step, total + 1, 0, True)
+        else:
+            over = zeros()
+            for word in range(begin, end, LANES):
+                over |= add_gains(planes, word, have, state.visit, word, count, none, INSIDE, none, step)
+            total += any_bit(over)
+        put(state.odometer_width, own, total)
+        put(state.deepest, block, max(get(state.deepest, block), total))
+
+
+@njit(nogil=True)
+def _widen(layout, state, block, total):
+    """Give r of all segments of a block ``total`` planes, by repeating the sign."""
+    step = layout.plane
+    planes = state.residual + block * layout.planes * step * WORD_BYTES
+    for segment in range(layout.segments):
+        own = block * layout.segments + segment
+        have = get(state.width, own) + 2
+        for word in range(get(state.begin, segment), get(state.end, segment), LANES):
+            sign = load(planes, (have - 1) * step + word) if have > 2 else zeros()
+            for plane in range(have, total):
+                store(planes, plane * step + word, sign)
+        put(state.width, own, total - 2)
+
+
+@njit(forceinline=True, nogil=True)
+def _push(layout, state, block, segment, first, last, away, shift, side, count, signed):
+    """Add ``count`` planes of gains of border nodes of the visited block to r of their neighbours beyond ``side``.
+
+    Those are in the words from ``first`` to ``last`` of a segment of ``block``; the gains are ``away`` bytes off.
+    """
+    # r = N + E + S + W - 4h, so where N of a node gains d during the visit of its block, r of the node gains d too.
+    # Inside the visited block the iterations have done that; here it is done for the nodes just beyond the border.
+    step, visit, own = layout.plane, state.visit + away, block * layout.segments + segment
+    planes = state.residual + block * layout.planes * step * WORD_BYTES
+    mask, sides = state.mask + block * step * WORD_BYTES, state.sides + side * step * WORD_BYTES
+    begin, end = get(state.begin, segment), get(state.end, segment)
+    wide = get(state.width, own)
+    have = wide + 2
+    if signed:
+        # The sum of two signed numbers takes one bit more than the longer; all segments of the block widen with it.
+        # The two planes of a settled block have no sign, so it takes one bit more in any case.
+        have = max(have + 1, count)
+        _widen(layout, state, block, have + 1)
+        for word in range(first, last, LANES):
+            select = load(mask, word) & load(sides, word)
+            add_signed_gains(planes, word, have, visit, word, count, shift, side, select, step)
+        trim(layout, state, block, signed)
+        return
+    if have < count:
+        clear_planes(planes, begin, end, step, have, count)
+        have = count
+    over = zeros()
+    for word in range(first, last, LANES):
+        select = load(mask, word) & load(sides, word)
+        over |= add_gains(planes, word, have, visit, word, count, shift, side, select, step)
+    if any_bit(over):
+        # All groups have the plane of the carries now.
+        clear_planes(planes, begin, first, step, have, have + 1)
+        clear_planes(planes, last, end, step, have, have + 1)
+        have += 1
+    elif wide == 0 or have > wide + 2:
+        have = needed_planes(planes, begin, end, step, have, 2, signed)
+    # Else no plane is redundant: some r has the highest, as before.
+    put(state.width, own, have - 2)
+    put(state.active, block, max(get(state.active, block), have - 2))
+
+
+@njit(forceinline=True, nogil=True)
+def _level(layout, state):
+    """The most planes of the sums of the visit; all segments have as many then."""
+    most, least = 0, get(state.visit_width, 0)
+    for segment in range(layout.segments):
+        width = get(state.visit_width, segment)
+        most, least = max(most, width), min(least, width)
+    if least < most:
+        for segment in range(layout.segments):
+            begin, end = get(state.begin, segment), get(state.end, segment)
+            clear_planes(state.visit, begin, end, layout.plane, get(state.visit_width, segment), most)
+    return most
+
+
+@njit(forceinline=True, nogil=True)
+def push_all(layout, state, block, signed):
+    """Add the gains of the border nodes to r in the four neighbouring blocks."""
+    #                  block - across
+    #                  . . bottom . .
+    #                +----------------+
+    #  block - 1   . | row 0          | .   block + 1
+    #  last column . |                | .   column 0
+    #                | row `bottom`   |
+    #                +----------------+
+    #                  . . row 0  . .
+    #                  block + across
+    count = _level(layout, state)
+    if count == 0:
+        return
+    row, column = block // layout.across, block % layout.across
+    each, easternmost = layout.each, (layout.columns - 1) * layout.each
+    # A column moves by whole bytes and then, within its bytes, by bits: from column 0 (bit 0) to the last column (bit
+    # ``shift`` of a byte) of the block before. All blocks but the last of a row are whole, so that column exists.
+    # East is the reverse.
+    last_column = layout.block_columns - 1
+    shift = spread(np.uint64(last_column % 8))
+    away = (layout.columns - 1) * layout.stride * WORD_BYTES + last_column % WORD_BITS // 8
+    for segment in range(each):
+        if column > 0:
+            beside = easternmost + segment
+            first, last = get(state.begin, beside), get(state.end, beside)
+            _push(layout, state, block - 1, beside, first, last, -away, shift, WEST, count, signed)
+        if column < layout.across - 1:
+            first, last = get(state.begin, segment), get(state.end, segment)
+            _push(layout, state, block + 1, segment, first, last, away, shift, EAST, count, signed)
+    # A row moves by whole bytes: from row 0 to row ``bottom``, or back. It may lie in two groups.
+    bottom = (layout.block_rows - 1) * layout.pitch
+    begin = bottom // WORD_BYTES // LANES * LANES
+    end = (bottom + layout.pitch - 1) // WORD_BYTES // LANES * LANES + LANES
+    for segment in range(layout.segments):
+        top = layout.first + segment // each * layout.stride
+        first, last = max(get(state.begin, segment), top + begin), min(get(state.end, segment), top + end)
+        if row > 0 and first < last:
+            above = block - layout.across
+            _push(layout, state, above, segment, first, last, -bottom, shift, NORTH, count, signed)
+        if row < layout.down - 1 and segment % each == 0:
+            below = block + layout.across
+            _push(layout, state, below, segment, top, top + LANES, bottom, shift, SOUTH, count, signed)
+
+
+CALLED = ("lanes", "layout", "planes")
+CALLED_DIGEST = "574c29995b96a520"
 
 RUNNING, CONVERGED, GROW, CYCLE = range(4)
 POSITION, DONE_ITERATIONS, UNSETTLED, SWEEPS, POWER, SINCE = range(6)
@@ -112,7 +473,6 @@ def _has_room(layout, state, block, iterations):
 
 @njit(nogil=True)
 def _same(layout, state):
-    """True if r equals the snapshot."""
     for block in range(layout.down * layout.across):
         if get(state.active, block) != get(state.snapshot_active, block):
             return False

@@ -31,7 +31,7 @@ from codesign.ground.errors import RunError
 # none is tested for a border.
 #
 # This halo may be 0 because it stands for *steps*: while a block is visited no other one steps, and what their steps
-# were before has been added to r already (``borders.push_all``).
+# were before has been added to r already (``kernels.push_all``).
 WORD_BITS = 64
 WORD_BYTES = 8
 LANES = 8

@@ -114,7 +114,6 @@ def _place(layout, row, column):
 
 @njit(cache=True, nogil=True)
 def _segment(layout, word):
-    """Segment of a word of a plane."""
     column, below = (word - layout.first) // layout.stride, (word - layout.first) % layout.stride
     return column * layout.each + below // layout.segment
 

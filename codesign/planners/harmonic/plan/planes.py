@@ -119,7 +119,6 @@ def clear_planes(planes, begin, end, step, first, last):
 
 @njit(inline="always", nogil=True)
 def _steps(slots, at):
-    """The planes of six steps."""
     s0, s1, s2, s3, s4, s5 = slots
     return load(s0, at), load(s1, at), load(s2, at), load(s3, at), load(s4, at), load(s5, at)
 

@@ -25,10 +25,10 @@ from numpy.typing import NDArray
 
 from codesign.ground.errors import InputError
 from codesign.maps.reach import reachable
-from codesign.planners.harmonic.plan.decision import goal_mask
 from codesign.planners.harmonic.plan.fixed_point import Field
 from codesign.planners.harmonic.plan.parameters import MAX_PRECISION
 from codesign.planners.harmonic.plan.relax import relax
+from codesign.planners.harmonic.plan.trajectory import goal_mask
 from codesign.planners.harmonic.plan.warm_start import FieldBounds
 
 WHOLE_MAP_ITERATIONS = 1 << 16

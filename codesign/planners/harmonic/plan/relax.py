@@ -27,9 +27,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from codesign.planners.harmonic.plan.arguments import Arguments, check_arguments
+from codesign.planners.harmonic.plan.arguments import Arguments, Stage, StageEnd, VisitBatch, check_arguments
 from codesign.planners.harmonic.plan.fixed_point import Field, LowerBound
-from codesign.planners.harmonic.plan.stages import Stage, StageEnd, VisitBatch
 
 NEVER: Mapping[int, int] = MappingProxyType({})
 """No stage is left before it has settled."""
@@ -78,16 +77,6 @@ class HarmonicPlan:
     def local_maxima(self) -> int:
         """Local maxima left at the end."""
         return self.stages[-1].local_maxima
-
-    @property
-    def total_sweeps(self) -> int:
-        """Sweeps of all stages."""
-        return sum(stage.sweeps for stage in self.stages)
-
-    @property
-    def total_visits(self) -> int:
-        """Visits of all stages."""
-        return sum(stage.visits for stage in self.stages)
 
     @property
     def total_iterations(self) -> int:
@@ -206,7 +195,6 @@ def relax(
 
 
 def _record(batches: list[VisitBatch]) -> VisitRecord:
-    """All batches as one."""
     return VisitRecord(
         stage=np.concatenate([np.full(len(batch.block), batch.stage_index, np.int32) for batch in batches]),
         block=np.concatenate([batch.block for batch in batches]),

@@ -30,9 +30,9 @@ from numpy.typing import NDArray
 
 from codesign.ground.errors import InputError
 from codesign.maps.reach import reachable
-from codesign.planners.harmonic.plan.decision import goal_mask
 from codesign.planners.harmonic.plan.fixed_point import Field, LowerBound
 from codesign.planners.harmonic.plan.parameters import MAX_PRECISION
+from codesign.planners.harmonic.plan.trajectory import goal_mask
 
 GUARD_BITS = 16
 RESIDUAL_AT_MOST = 1 << (GUARD_BITS - 7)
@@ -151,7 +151,6 @@ class FieldBounds:
         return self._values
 
     def _residual(self, values: NDArray[Any], precision: int) -> NDArray[Any]:
-        """Σx' − 4·x, exactly."""
         around = np.append(values, np.array([0, 1 << precision], object))[self._neighbours]
         return np.asarray(around[0] + around[1] + around[2] + around[3] - 4 * values)
 

@@ -14,18 +14,18 @@ from codesign.ground.figures import Figure
 from codesign.ground.memo import Same
 from codesign.ground.models import Part
 from codesign.planners.counted import counted_activity, slice_power
+from codesign.planners.harmonic.plan.arguments import Visits
 from codesign.planners.harmonic.plan.fixed_point import LowerBound
 from codesign.planners.harmonic.plan.parameters import RelaxParameters, Stop, Termination
 from codesign.planners.harmonic.plan.relax import HarmonicPlan
-from codesign.planners.harmonic.plan.stages import Visits
 from codesign.planners.harmonic.styles import resources, timing
-from codesign.planners.harmonic.styles.designs import block_designs
+from codesign.planners.harmonic.styles.designs import BEYOND
 from codesign.planners.harmonic.styles.families import BlockSpace
 from codesign.planners.harmonic.styles.find import find_schedule
 from codesign.planners.harmonic.styles.steps import DECIDE, LOAD, READ, Costs, notes, relax_steps
 from codesign.planners.interface import LOWER_BOUND, Problem
 from codesign.planners.job import Demand, Job, Line, short_resources
-from codesign.planners.styles import Architecture, Designs, Family, Found, Memory, Step, one_step
+from codesign.planners.styles import Architecture, Family, Found, Memory, Step, one_step
 
 
 class BitSerial(Architecture):
@@ -35,6 +35,7 @@ class BitSerial(Architecture):
     style = "bit_serial"
     description = "a bit-serial circuit for each node of a block: p + 2 cycles an iteration, whatever the block"
     component_type = "fpga"
+    beyond = f"{BEYOND}, digits of several bits, registers in the pipeline"
 
     def notes(self, job: Job[Problem, RelaxParameters]) -> tuple[str, ...]:
         """See ``steps.notes``."""
@@ -49,12 +50,8 @@ class BitSerial(Architecture):
         fits = not broken and not short_resources(demand.items, job.chip)
         return find_schedule(self.style, job, relax_costs(job), fits=fits)
 
-    def designs(self, job: Job[Problem, Any]) -> Designs:
-        """Blocks that fit the part, each at rising precisions."""
-        return block_designs(job.problem.shape, job.chip, job.does(DECIDE))
-
     def families(self, job: Job[Problem, Any]) -> Iterator[Family]:
-        """Blocks of every shape that is no larger than the map, at the precisions and visits of ``designs``."""
+        """Blocks of every shape that is no larger than the map, at rising precisions."""
         yield from BlockSpace(job.problem, job.chip, job.does(DECIDE), not job.does(LOWER_BOUND)).families()
 
     def demand(self, job: Job[Problem, RelaxParameters]) -> Demand:

@@ -25,6 +25,12 @@ MOST_BLOCKS = 3
 VISITS = (8, 32)
 """Most iterations of a visit."""
 
+BEYOND = (
+    f"schedules other than {FIRST}, {FIRST + STEP}, {FIRST + 2 * STEP} ... bits, other than {VISITS[0]} or {VISITS[1]}"
+    " iterations a visit, promoted blocks, other ends of a run"
+)
+"""The designs that no style proposes."""
+
 
 def host_designs(last: int) -> Designs:
     """The whole map as one block, at the last precisions up to ``last``."""

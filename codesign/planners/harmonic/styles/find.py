@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 from codesign.ground.memo import Memo
+from codesign.planners.harmonic.plan.arguments import Visits
 from codesign.planners.harmonic.plan.best_schedule import Schedule, optimise_schedule
 from codesign.planners.harmonic.plan.parameters import RelaxParameters, Start
-from codesign.planners.harmonic.plan.stages import Visits
 from codesign.planners.harmonic.styles.steps import DETECT, Costs
 from codesign.planners.interface import LOWER_BOUND, Problem
 from codesign.planners.job import Job

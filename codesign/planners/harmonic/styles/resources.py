@@ -188,11 +188,6 @@ def decision_slices(precision: int) -> int:
     return published.DECISION_SLICES_A_BIT * precision + published.DECISION_SLICES
 
 
-def array_slices(nodes: int) -> int:
-    """Slices of a block's nodes with their control: 13N + 10, exact on Table 3."""
-    return NODE_SLICES * nodes + ARRAY_SLICES
-
-
 def _slices_a_border_node() -> float:
     """The rest of 99.4 % of an XC2V6000 for each of the 204 border nodes of the 36×66 block, all else by its own law.
 
@@ -201,7 +196,8 @@ def _slices_a_border_node() -> float:
     # Section 5.4, solved for x: 0.994 · 33,792 = (13N + 10) + 844 + (3 · 255 + 682) + 10 + 204x with N = 36 · 66.
     rows, columns = published.WHOLE_DESIGN_ROWS, published.WHOLE_DESIGN_COLUMNS
     listed = (
-        array_slices(rows * columns)
+        NODE_SLICES * rows * columns
+        + ARRAY_SLICES
         + published.CONTROL_SLICES
         + decision_slices(published.WHOLE_DESIGN_PRECISION)
         + published.ADDRESS_SLICES

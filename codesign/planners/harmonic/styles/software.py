@@ -10,23 +10,29 @@ of ``software_limbs`` costs a unit for each 64-bit limb of a value of p + 1 bits
 
 from __future__ import annotations
 
-from collections.abc import Generator, Iterator
+from collections.abc import Callable, Generator, Iterator, Mapping
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from codesign import maps
 from codesign.ground.figures import Figure
+from codesign.ground.late import late
+from codesign.planners.harmonic.plan import relax
+from codesign.planners.harmonic.plan.arguments import Visits
 from codesign.planners.harmonic.plan.fixed_point import limbs_needed
 from codesign.planners.harmonic.plan.parameters import RelaxParameters
 from codesign.planners.harmonic.plan.relax import HarmonicPlan
-from codesign.planners.harmonic.plan.stages import Visits
-from codesign.planners.harmonic.styles.designs import FIRST, LAST, WORD, host_designs
+from codesign.planners.harmonic.plan.trajectory import directions
+from codesign.planners.harmonic.plan.warm_start import warm_start
+from codesign.planners.harmonic.styles.designs import BEYOND, FIRST, LAST, WORD, host_designs
 from codesign.planners.harmonic.styles.families import QUICK, least_stages
 from codesign.planners.harmonic.styles.find import find_schedule
 from codesign.planners.harmonic.styles.steps import DECIDE, Costs, notes, relax_steps
 from codesign.planners.interface import LOWER_BOUND, Problem
 from codesign.planners.job import Job
+from codesign.planners.plug_in import Probe
 from codesign.planners.styles import Designs, Family, Found, HostStyle, Step, assumed_bytes
 
 DECISION_UPDATES = 4
@@ -46,6 +52,7 @@ class Software(HostStyle):
 
     planner = "harmonic"
     kernel = "harmonic_node_update"
+    beyond = f"blocks smaller than the map, {BEYOND}"
 
     def __init__(self, style: str, *, limbs: bool = False) -> None:
         cost = "a unit for each 64 bits of a value" if limbs else "one unit at any precision"
@@ -108,3 +115,40 @@ class Software(HostStyle):
     def decision(self, plan: HarmonicPlan) -> Step:
         """One decision, in units of ``kernel``."""
         return Step(DECIDE, np.array([DECISION_UPDATES * self.units(plan.precision)], np.int64))
+
+
+node_kernels = late("codesign.planners.harmonic.styles.node_kernels")
+
+
+def _harmonic() -> Probe:
+    """Iterations over a maze as one block, from zero, node after node.
+
+    Its values fill 2.1 MB. On smaller maps, which the caches hold, an iteration is faster, and on larger ones slower.
+    """
+    free = maps.maze(360, 360, corridor=6, seed=1).free
+
+    def run() -> Any:
+        return node_kernels.relax_nodes(free, [(3, 3)], (31,), most=100)[1]
+
+    return Probe(sum(run()) * free.size, run)
+
+
+def _harmonic_decision() -> Probe:
+    """Directions at all free cells of a map of rooms, at 62 bits."""
+    free = maps.rooms(128, 128, room=(40, 40), door=8, wall=2, seed=4).free
+    field = relax(free, [(64, 64)], block=free.shape, iterations=64, schedule=(62,), record_visits=False).field
+    return Probe(int(free.sum()), lambda: directions(field, free))
+
+
+def _sparse_solve() -> Probe:
+    """A start nowhere above the field at 63 bits: factors, refinement, certificate."""
+    free = maps.rooms(128, 128, room=(40, 40), door=8, wall=2, seed=4).free
+    return Probe(int(free.sum()), lambda: warm_start(free, [(64, 64)], 63))
+
+
+PROBES: Mapping[str, Callable[[], Probe]] = {
+    "harmonic_node_update": _harmonic,
+    "harmonic_decision": _harmonic_decision,
+    "sparse_solve_cell": _sparse_solve,
+}
+"""The measurement of each kernel, by the name of its cost in a platform."""

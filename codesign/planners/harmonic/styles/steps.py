@@ -15,12 +15,11 @@ from codesign.ground.memo import Memo
 from codesign.ground.progress import Track, plan_track
 from codesign.ground.records import StageRecord, VisitsRecord
 from codesign.maps.reach import reachable
-from codesign.planners.harmonic.plan.arguments import check_arguments
+from codesign.planners.harmonic.plan.arguments import Stage, StageEnd, VisitBatch, Visits, check_arguments
 from codesign.planners.harmonic.plan.fixed_point import Field, LowerBound
 from codesign.planners.harmonic.plan.parameters import RelaxParameters, Stop, Termination
-from codesign.planners.harmonic.plan.pockets import sent_map
+from codesign.planners.harmonic.plan.planner import sent_map
 from codesign.planners.harmonic.plan.relax import HarmonicPlan, work
-from codesign.planners.harmonic.plan.stages import Stage, StageEnd, VisitBatch, Visits
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
 from codesign.planners.styles import Exchange, Step, beyond_map, one_step
@@ -147,7 +146,6 @@ class StageRuns:
         return ends[asked]
 
     def _engine(self, precision: int, start: Field | None) -> Engine:
-        """An engine before its first stage."""
         from codesign.planners.harmonic.plan.engine import Engine
 
         problem, parameters = self.problem, self.parameters
@@ -163,7 +161,6 @@ class StageRuns:
         return Engine(arguments)
 
     def _run(self, engine: Engine, precision: int) -> StageSums:
-        """One stage of an engine."""
         blocks = self.parameters.block_count(*self.problem.shape)
         visits = Visits.none(blocks)
         last: NDArray[np.int32] = np.zeros(0, np.int32)

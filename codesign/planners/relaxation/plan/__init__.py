@@ -6,9 +6,8 @@ relatives (Jacobi, red-black), the paper's outlook (half-sweep AM), and a sparse
 """
 
 from codesign.planners.relaxation.plan.parameters import PUBLISHED_TOLERANCE, Boundary, Method
-from codesign.planners.relaxation.plan.run import End
-from codesign.planners.relaxation.plan.search import Descent, Ending, Search, descend
-from codesign.planners.relaxation.plan.solve import Solution, solve
+from codesign.planners.relaxation.plan.planner import Descent, Ending, Search, descend
+from codesign.planners.relaxation.plan.solve import End, Solution, solve
 
 __all__ = [
     "PUBLISHED_TOLERANCE",

@@ -1,4 +1,4 @@
-"""Compiled sweeps over the layout of ``layout``, many nodes at a time: bit for bit the same as loops in raster order.
+"""Compiled sweeps over the layout of ``solve``, many nodes at a time: bit for bit the same as loops in raster order.
 
 Limits of a node and sweep: in raster order every node waits for its western neighbour: two additions, a multiplication
 and an addition, 12 to 16 cycles. Nodes of a diagonal have no such chain. Their limit is the traffic between registers

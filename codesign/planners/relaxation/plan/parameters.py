@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from enum import StrEnum
-from typing import Annotated, Any, Literal
+from typing import Any, Literal
 
 from pydantic import Field, model_validator
 
@@ -135,36 +135,32 @@ def check_method(method: Any) -> Method:
 class RelaxParameters(TaskParameters):
     """The computation of the potential, and the search over it."""
 
-    method: Annotated[Method, Field(description="gs, sor, am, mam, red_black, jacobi, half_sweep_am or direct")] = (
-        DEFAULT_METHOD
+    method: Method = Field(
+        default=DEFAULT_METHOD, description="gs, sor, am, mam, red_black, jacobi, half_sweep_am or direct"
     )
-    omega: Annotated[
-        float | None,
-        Field(description="over-relaxation of sor, red_black, am, mam, half_sweep_am, between 0 and 2; left out: 1"),
-    ] = None
-    r: Annotated[
-        float | None, Field(description="over-relaxation of mam's second level, between 0 and 2; left out: 1")
-    ] = None
-    tolerance: Annotated[
-        float | None,
-        Field(
-            gt=0,
-            le=1,
-            description="a run ends once no value changes by this share of the goal's in one iteration; left out: once"
-            " every cell that can reach a goal has a lower neighbour",
-        ),
-    ] = None
-    boundary: Annotated[
-        Boundary,
-        Field(
-            description="values of obstacles and goals; deep_goal: 0 and -2^1000; low_goal: 0 and -1; high_walls: 1"
-            " and 0; high_goal: 0 and 1"
-        ),
-    ] = DEFAULT_BOUNDARY
-    max_iterations: Annotated[int, Field(ge=1, le=MOST_ITERATIONS, description="most iterations of a run")] = (
-        DEFAULT_MAX_ITERATIONS
+    omega: float | None = Field(
+        default=None,
+        description="over-relaxation of sor, red_black, am, mam, half_sweep_am, between 0 and 2; left out: 1",
     )
-    neighbours: Annotated[Literal[4, 8], Field(description="cells that a step of the search chooses from")] = 8
+    r: float | None = Field(
+        default=None, description="over-relaxation of mam's second level, between 0 and 2; left out: 1"
+    )
+    tolerance: float | None = Field(
+        default=None,
+        gt=0,
+        le=1,
+        description="a run ends once no value changes by this share of the goal's in one iteration; left out: once"
+        " every cell that can reach a goal has a lower neighbour",
+    )
+    boundary: Boundary = Field(
+        default=DEFAULT_BOUNDARY,
+        description="values of obstacles and goals; deep_goal: 0 and -2^1000; low_goal: 0 and -1; high_walls: 1"
+        " and 0; high_goal: 0 and 1",
+    )
+    max_iterations: int = Field(
+        default=DEFAULT_MAX_ITERATIONS, ge=1, le=MOST_ITERATIONS, description="most iterations of a run"
+    )
+    neighbours: Literal[4, 8] = Field(default=8, description="cells that a step of the search chooses from")
 
     @model_validator(mode="after")
     def _acceleration(self) -> RelaxParameters:

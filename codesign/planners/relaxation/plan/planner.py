@@ -1,17 +1,22 @@
-"""Relaxation as a plug-in: the members of ``codesign.planners.interface.Planner``."""
+"""Relaxation as a plug-in, the descent over its potential (section V), and the quality of both."""
 
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping
+import math
+import operator
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from enum import StrEnum
 from typing import Any
 from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import NDArray
 
+from codesign.ground.errors import InputError, outside_map
 from codesign.ground.models import TaskParameters
+from codesign.maps.reach import check_cells, reachable
 from codesign.planners.interface import (
     Cell,
     LoadParameters,
@@ -22,12 +27,255 @@ from codesign.planners.interface import (
     by_sides,
     cell_of,
     from_position,
+    judge_arrival,
+    judge_paths,
 )
 from codesign.planners.job import Flow, Job
-from codesign.planners.relaxation.plan.parameters import DEFAULT_METHOD, Method, RelaxParameters, SearchParameters
-from codesign.planners.relaxation.plan.quality import quality
-from codesign.planners.relaxation.plan.search import Search
-from codesign.planners.relaxation.plan.solve import Solution, refusal, solve
+from codesign.planners.relaxation.plan.parameters import (
+    DEFAULT_METHOD,
+    Boundary,
+    Method,
+    RelaxParameters,
+    SearchParameters,
+)
+from codesign.planners.relaxation.plan.solve import End, Solution, refusal, solve
+
+STEPS = ((-1, 0), (0, 1), (1, 0), (0, -1), (-1, 1), (1, 1), (1, -1), (-1, -1))
+"""North, east, south, west, then the diagonals. The first of equal neighbours in this order is taken."""
+
+
+class Ending(StrEnum):
+    """The end of a descent: at a goal; where no neighbour is lower; or at its start, as no path joins it to a goal."""
+
+    GOAL = "goal"
+    FLAT = "flat"
+    UNREACHABLE = "unreachable"
+
+
+@dataclass(frozen=True, eq=False)
+class Descent:
+    """A path from a start.
+
+    ``cells``: int64 n × 2, (row, column), start first. ``ending``: the reason of its end. ``length``: in cells, √2 for
+    a diagonal step.
+    """
+
+    cells: NDArray[np.int64]
+    ending: Ending
+
+    @property
+    def arrived(self) -> bool:
+        """True if it ends at a goal."""
+        return self.ending is Ending.GOAL
+
+    @property
+    def length(self) -> float:
+        """Length in cells."""
+        return float(np.sqrt((np.diff(self.cells, axis=0) ** 2).sum(axis=1)).sum())
+
+
+class Search:
+    """A potential prepared for descents: the lowest neighbour of every cell, computed once.
+
+    A step never enters an obstacle, and never cuts a corner: a diagonal step needs both cells beside it free. Values
+    fall strictly along a path, so it enters no cell twice and ends.
+
+    Args:
+        potential: float64, rows × columns. free: bool of that shape. goals: (row, column) pairs on free cells.
+        neighbours: 8, or 4 for steps along rows and columns only. The paper does not say which it takes.
+        upwards: look for the highest instead (``Boundary.HIGH_GOAL``).
+
+    Raises:
+        MapError: the map or a goal cannot be used. InputError: another argument cannot be used.
+    """
+
+    def __init__(
+        self,
+        potential: NDArray[np.float64],
+        free: NDArray[np.bool_],
+        goals: Sequence[tuple[int, int]],
+        *,
+        neighbours: int = 8,
+        upwards: bool = False,
+    ) -> None:
+        cells = check_cells(free, goals)
+        if potential.shape != free.shape or potential.dtype != np.float64:
+            what = f"a potential of {potential.dtype} {potential.shape} for a map of {free.shape}"
+            raise InputError(what, "potential", "give what solve returned for this map")
+        if neighbours not in {4, 8}:
+            raise InputError(f"{neighbours!r} neighbours", "neighbours", "give 4 or 8")
+        self.free = free
+        self.goal = np.zeros(free.shape, np.bool_)
+        self.goal[cells[:, 0], cells[:, 1]] = True
+        self.reachable = reachable(free, goals)
+        self.best = _lowest(-potential if upwards else potential, free, neighbours)
+
+    def follow(self, start: tuple[int, int]) -> Descent:
+        """The path from ``start``. Raises InputError if ``start`` is no free cell of the map."""
+        row, column = self._check_start(start)
+        if not self.reachable[row, column]:
+            return Descent(np.array([(row, column)], np.int64), Ending.UNREACHABLE)
+        cells = [(row, column)]
+        while not self.goal[row, column] and self.best[row, column] >= 0:
+            down, right = STEPS[self.best[row, column]]
+            row, column = row + down, column + right
+            cells.append((row, column))
+        ending = Ending.GOAL if self.goal[row, column] else Ending.FLAT
+        return Descent(np.array(cells, np.int64), ending)
+
+    def flat(self) -> NDArray[np.bool_]:
+        """Bool rows × columns: reachable cells, goals left out, with no lower neighbour."""
+        return np.asarray(self.reachable & ~self.goal & (self.best < 0))
+
+    def arriving(self) -> NDArray[np.bool_]:
+        """Bool rows × columns: reachable cells with a path that ends at a goal (goals included).
+
+        Every cell points at its lowest neighbour, then at the target of its target, and so on: cells × log cells.
+        """
+        offsets = np.array([down * self.free.shape[1] + right for down, right in STEPS] + [0])
+        ends_here = self.goal.ravel()
+        target = np.arange(self.best.size) + np.where(ends_here, 0, offsets[self.best.ravel()])
+        while True:
+            further = target[target]
+            if np.array_equal(further, target):
+                break
+            target = further
+        return np.asarray(ends_here[target].reshape(self.free.shape) & self.reachable)
+
+    def _check_start(self, start: tuple[int, int]) -> tuple[int, int]:
+        try:
+            row, column = (operator.index(value) for value in start)
+        except (TypeError, ValueError):
+            raise InputError(f"start {start!r:.80} is not a cell", "start", "give (row, column)") from None
+        rows, columns = self.free.shape
+        if not (0 <= row < rows and 0 <= column < columns):
+            what, hint = outside_map((row, column), self.free.shape, "start")
+            raise InputError(what, "start", hint)
+        if not self.free[row, column]:
+            raise InputError(f"start ({row}, {column}) is on an obstacle", "start", "move it to a free cell")
+        return row, column
+
+
+def descend(
+    potential: NDArray[np.float64],
+    free: NDArray[np.bool_],
+    goals: Sequence[tuple[int, int]],
+    start: tuple[int, int],
+    *,
+    neighbours: int = 8,
+    upwards: bool = False,
+) -> Descent:
+    """One path down a potential; ``Search`` serves for several."""
+    return Search(potential, free, goals, neighbours=neighbours, upwards=upwards).follow(start)
+
+
+def _lowest(potential: NDArray[np.float64], free: NDArray[np.bool_], neighbours: int) -> NDArray[np.int8]:
+    """Int8 rows × columns: index into ``STEPS`` of the lowest strictly lower neighbour, -1 where there is none."""
+    open_cells = np.pad(free, 1)
+    values = np.full(open_cells.shape, math.inf)
+    values[1:-1, 1:-1][free] = potential[free]
+    lowest = np.where(free, potential, -math.inf)
+    best = np.full(free.shape, -1, np.int8)
+    for index, (down, right) in enumerate(STEPS[:neighbours]):
+        there = _shifted(values, down, right)
+        lower = there < lowest
+        if down and right:
+            lower &= _shifted(open_cells, down, 0) & _shifted(open_cells, 0, right)
+        best[lower] = index
+        lowest[lower] = there[lower]
+    return best
+
+
+def _shifted(padded: NDArray[Any], down: int, right: int) -> NDArray[Any]:
+    rows, columns = padded.shape
+    return padded[1 + down : rows - 1 + down, 1 + right : columns - 1 + right]
+
+
+MOST_TRIED = 1 << 17
+"""Cells of the largest map on which a warning tries its proposals: a fraction of a second."""
+
+LEAST_NORMAL = float(np.finfo(np.float64).tiny)
+"""Below it doubles lose digits, 1e-308, and below 5e-324 they are 0."""
+
+ANOTHER_PLANNER = "take planner harmonic with more bits, or wavefront"
+
+
+def quality(problem: Problem, search: Search, solution: Solution) -> Quality:
+    """The quality of following ``search`` over the potential of ``solution`` on ``problem``.
+
+    ``local_maxima`` counts the cells from which no step leads on: flat areas, where neighbouring doubles are equal;
+    cells that the run did not reach before its end; and cells where its errors are larger than the slope. ``warnings``
+    has a sentence where cells lead nowhere, whether or not the run converged. ``wrong_cells`` does not apply: doubles
+    settle at no exact value.
+
+    Raises:
+        InputError: a start is not in a free cell.
+    """
+    cells = search.reachable & ~search.goal
+    lost = cells & ~search.arriving()
+    count = int(cells.sum())
+    descents = ((start, search.follow(start)) for start in problem.starts)
+    paths = ((start, descent.cells if descent.arrived else None) for start, descent in descents)
+    return Quality(
+        local_maxima=int(search.flat().sum()),
+        wrong_cells=None,
+        warnings=(_warning(problem, solution, lost, count),) if lost.any() else (),
+        **judge_arrival(count - int(lost.sum()), count),
+        **judge_paths(problem, paths),
+    )
+
+
+def _warning(problem: Problem, solution: Solution, lost: NDArray[np.bool_], count: int) -> str:
+    """The number of cells that lead nowhere, the cause, and the remedy."""
+    nowhere = int(lost.sum())
+    tenths = 1000 * nowhere // count
+    share = f"{tenths / 10:g} %" if tenths else "under 0.1 %"
+    cause, advice = _cause(solution, lost)
+    begun = {End.CONVERGED: "converged, but ", End.STAGNATED: "stagnated: "}.get(solution.ended, "")
+    return f"{begun}{nowhere:,} of {count:,} cells ({share}) lead nowhere: {cause}; {advice or _mend(problem)}"
+
+
+def _cause(solution: Solution, lost: NDArray[np.bool_]) -> tuple[str, str]:
+    """The cause why cells lead nowhere, and the remedy; "" where the defaults may be the remedy."""
+    if solution.ended is End.LIMIT:
+        return "the run met its bound on iterations", "raise max_iterations"
+    if solution.method is Method.HALF_SWEEP_AM:
+        return "half sweeps see a passage one cell wide as closed, and errors may exceed the slope", ""
+    if solution.boundary is Boundary.HIGH_WALLS:
+        return "next to 1 doubles lie 1e-16 apart, and far cells differ by less", ""
+    if max(solution.omega or 1.0, solution.r or 1.0) > 1.0:
+        shown = "" if solution.r is None else f", r = {solution.r:g}"
+        cause = f"over-relaxation (ω = {solution.omega:g}{shown}) leaves errors larger than the potential of far rooms"
+        return cause, ""
+    return _cause_without_over_relaxation(solution, lost)
+
+
+def _cause_without_over_relaxation(solution: Solution, lost: NDArray[np.bool_]) -> tuple[str, str]:
+    wall, _ = solution.boundary.values
+    depth = float(np.abs(solution.potential[lost] - wall).min())
+    by_tolerance = solution.method is not Method.DIRECT and solution.checks == 0
+    if by_tolerance and depth == 0.0:
+        return "the run ended before values came to far cells", ""
+    if depth < LEAST_NORMAL:
+        return "far potentials are below the least double of full precision", ""
+    return "neighbouring doubles are equal, or differ by less than the error", ""
+
+
+def _mend(problem: Problem) -> str:
+    """The remedy: the defaults, else the direct solver, else another planner; tried on this map if it is small."""
+    defaults = "leave method, omega, r, tolerance and boundary out"
+    if problem.free.size > MOST_TRIED:
+        return f"{defaults}, or {ANOTHER_PLANNER}"
+    for method, advice in (
+        (DEFAULT_METHOD, defaults),
+        (Method.DIRECT, "take method direct, and leave omega, r, tolerance and boundary out"),
+    ):
+        tried = solve(problem.free, problem.goals, method=method)
+        search = Search(tried.potential, problem.free, problem.goals)
+        if not (search.reachable & ~search.arriving()).any():
+            return f"{advice}: then every cell of this map leads to a goal"
+    return f"{ANOTHER_PLANNER}: on this map neither the defaults nor method direct lead from every cell"
+
 
 CELL_BITS = 2
 """A cell of the map on the link to the planner: free, obstacle or goal."""

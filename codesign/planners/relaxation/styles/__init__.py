@@ -4,8 +4,7 @@
 - ``two_core``: levels 1 and 2 in parallel, which their conclusion names: "can be carried out independently".
 """
 
-from codesign.planners.relaxation.styles.host import Host
-from codesign.planners.relaxation.styles.tasks import TASK_STYLES
+from codesign.planners.relaxation.styles.host import TASK_STYLES, Host
 
 ARCHITECTURES = (Host("sequential"), Host("two_core", cores=2))
 

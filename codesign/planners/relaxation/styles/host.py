@@ -1,7 +1,7 @@
 """Styles ``sequential`` and ``two_core``: the relaxation on one core of a processor, or on two of them.
 
 A processor has no clock law: a cycle of a step stands for one unit of the kernel ``relaxation_node_update``, or of
-``relaxation_direct_cell`` in the direct solution. The platform gives these kernels costs (see ``costs``). On two cores
+``relaxation_direct_cell`` in the direct solution. The platform gives these kernels costs (see below). On two cores
 a cycle passes on both, so that cycles are time.
 
 Two cores: levels 1 and 2 of the arithmetic means run side by side, and meet before and after level 3, which one core
@@ -13,33 +13,132 @@ platform's busy power counts once for one core or two: assumed, and too little w
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Generator, Iterator
+import math
+from collections.abc import Callable, Generator, Iterator, Mapping
 from dataclasses import dataclass, replace
+from statistics import fmean
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from codesign.ground.figures import Figure
+from codesign import maps
+from codesign.ground.figures import Figure, Status
 from codesign.ground.records import StageRecord
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
-from codesign.planners.relaxation.plan import Method, Solution
-from codesign.planners.relaxation.plan.parameters import RelaxParameters
+from codesign.planners.plug_in import Probe
+from codesign.planners.relaxation import published
+from codesign.planners.relaxation.plan import PUBLISHED_TOLERANCE, Solution, solve
+from codesign.planners.relaxation.plan.parameters import Method, RelaxParameters
 from codesign.planners.relaxation.plan.planner import PLANNER, Plan, factor_bytes, search_of
-from codesign.planners.relaxation.styles.costs import (
-    BARRIER_UNITS,
-    CHECK_KERNEL,
-    DIAGONAL_KERNEL,
-    DIRECT_KERNEL,
-    MAP_KERNEL,
-    MEANS,
-    SEARCH_UNITS,
-    diagonals,
-    direct_units,
-    level_3_units,
-    sweep_units,
-)
-from codesign.planners.styles import Designs, Family, HostStyle, Step, assumed_bytes, map_read
+from codesign.planners.relaxation.plan.solve import CHECK_EVERY
+from codesign.planners.styles import Designs, Family, HostStyle, HostTask, Step, assumed_bytes, map_read, one_step
+
+# The cost of an iteration on a processor, in updates of a node.
+#
+# The unit, kernel ``relaxation_node_update``, is one cell of the map passed by one sweep, occupied cells included: four
+# loads, three additions, a multiplication, a comparison. On the paper's machine it is 16.8 ns: 77.12 s for 51,454
+# iterations of Gauss-Seidel over 330 × 270 cells (Table I). The number of free cells is not published.
+#
+# An iteration of AM took 2.6 times as long (the 9 rows of Table I up to ω = 1.90 agree within 2.3 %). Two sweeps are
+# two units by their arithmetic. The remaining 0.60 are the mean of level 3, with the test for the end and the traffic
+# of a third and a fourth array. That split is assumed.
+
+MEANS = frozenset({Method.AM, Method.MAM, Method.HALF_SWEEP_AM})
+"""Methods of two levels and their mean."""
+
+FITTED = tuple(run for run in published.AM if run.omega is not None and run.omega <= 1.90)
+"""Rows that the cost of AM is fitted to. Held out: the other 13 of AM and all 63 of MAM."""
+
+BARRIER_UNITS = 60
+"""Units that one meeting of two cores takes: about 1 µs on the paper's machine. Assumed."""
+
+SEARCH_UNITS = 2
+"""Units of a step of the search: eight neighbours compared, in place of four averaged. Assumed."""
+
+DIRECT_KERNEL = "relaxation_direct_cell"
+"""The unit of a direct solution: one cell passed by a sweep in raster order as a compiled loop, node after node.
+
+On the paper's machine this is the unit of the sweeps. Where the sweeps are vectorised it is about seven of their units,
+so platforms give it a cost of its own.
+"""
+
+MAP_KERNEL = "relaxation_map_cell"
+"""One cell of the map: packed and unpacked for the sweeps, and the lowest of its neighbours found for the search."""
+
+CHECK_KERNEL = "relaxation_check_cell"
+"""One cell of a check for cells without a descent. Branches that are hard to predict make it slower than an update."""
+
+DIAGONAL_KERNEL = "relaxation_diagonal"
+"""One diagonal of a sweep, besides its cells: the sweeps run over whole diagonals, which are short on small maps."""
+
+DIRECT_COEFFICIENT, DIRECT_EXPONENT = 22.0, 1.31
+"""Units of ``DIRECT_KERNEL`` of a direct solution over n unknowns: 22 n^1.31.
+
+Measured on our machine, for empty squares of 10,000 to 260,000 cells: SciPy's SuperLU against that loop. The floor plan
+takes 20 % less. ``benchmarks/bench_relaxation`` repeats it. It serves where the factors are not known.
+"""
+
+FACTOR_COEFFICIENT, FACTOR_EXPONENT, FILL_EXPONENT = 5.1, 1.28, 0.55
+"""Units of ``DIRECT_KERNEL`` of a solution over n unknowns with f values in its factors: 5.1 n^1.28 (f / n)^0.55.
+
+Mazes fill the factors with 6 values an unknown, open maps with 65. Fitted to six real maps and to empty squares
+(docs/laws.md).
+"""
+
+
+def seconds_an_iteration(run: published.Run) -> float:
+    """Seconds of one iteration of a published run."""
+    return run.seconds / run.iterations
+
+
+def unit() -> Figure:
+    """Seconds of one unit on the paper's 3.4 GHz machine."""
+    value = seconds_an_iteration(published.GS) / published.CELLS
+    source = f"{published.PAPER}, Table I: 77.12 s for 51454 Gauss-Seidel iterations of 330 × 270 cells"
+    return Figure(value, "s", Status.CALIBRATED, source)
+
+
+def mean_units() -> Figure:
+    """Units a cell and iteration of the two-level arithmetic mean, with the range of the rows it is fitted to."""
+    ratios = [seconds_an_iteration(run) / seconds_an_iteration(published.GS) for run in FITTED]
+    source = f"{published.PAPER}, Table I: mean of the {len(ratios)} rows of AM with ω ≤ 1.90 over the row of GS"
+    return Figure(fmean(ratios), "updates", Status.CALIBRATED, source, min(ratios), max(ratios))
+
+
+def sweep_units(method: Method, cells: int) -> int:
+    """Units of one sweep over a map of ``cells`` cells: half of them for half sweeps.
+
+    >>> sweep_units(Method.AM, 100), sweep_units(Method.HALF_SWEEP_AM, 101)
+    (100, 51)
+    """
+    return -(-cells // 2) if method is Method.HALF_SWEEP_AM else cells
+
+
+def level_3_units(method: Method, cells: int) -> int:
+    """Units of the mean of the two levels."""
+    return max(1, round((mean_units().value - 2.0) * sweep_units(method, cells)))
+
+
+def diagonals(method: Method, shape: tuple[int, int], cores: int = 1) -> int:
+    """Diagonals that an iteration passes over a map. Levels 2 and 3 together count as two of level 1 (measured).
+
+    >>> diagonals(Method.GS, (10, 20)), diagonals(Method.AM, (10, 20)), diagonals(Method.AM, (10, 20), 2)
+    (29, 87, 58)
+    """
+    if method not in MEANS:
+        return sum(shape) - 1
+    return (sum(shape) - 1) * (3 if cores == 1 else 2)
+
+
+def direct_units(unknowns: int, factors: int = 0) -> int:
+    """Units of one direct solution; ``factors``: values in its factors, 0 where they are not known."""
+    if not factors:
+        return max(1, math.ceil(DIRECT_COEFFICIENT * math.pow(unknowns, DIRECT_EXPONENT)))
+    fill = math.pow(factors / unknowns, FILL_EXPONENT)
+    return max(1, math.ceil(FACTOR_COEFFICIENT * math.pow(unknowns, FACTOR_EXPONENT) * fill))
+
 
 SEARCH = "search"
 
@@ -56,6 +155,7 @@ class Host(HostStyle):
     planner = "relaxation"
     description = "sweeps in raster order, in doubles; levels 1 and 2 side by side where there are two cores"
     kernel = "relaxation_node_update"
+    beyond = "other methods, values of omega and r, tolerances and boundaries"
 
     def __init__(self, style: str, *, cores: int = 1) -> None:
         self.style = style
@@ -126,7 +226,6 @@ class Host(HostStyle):
         return plan
 
     def _relaxation(self, solution: Solution, problem: Problem, batches: int) -> list[Step]:
-        """The steps of the relaxation, in order."""
         cells, method = problem.free.size, solution.method
         steps = [replace(map_read("prepare", problem, MAP_KERNEL), record=None)]
         if method is Method.DIRECT:
@@ -194,3 +293,105 @@ def _stage_record(solution: Solution, flat: int, clock: _StageClock) -> Callable
         )
 
     return record_stage
+
+
+class HostSearch(HostTask):
+    """Two units for each step of the path, as in the styles of the whole planner. Assumed."""
+
+    planner = "relaxation"
+    task = SEARCH
+    description = "from cell to cell, each time to the lowest neighbour"
+    kernel = "relaxation_node_update"
+
+    def outcome(self, job: Job[Problem, RelaxParameters]) -> tuple[int, tuple[NDArray[np.float64], bool]]:
+        """The path from the position."""
+        points, arrived = PLANNER.path_from(job.problem, job.plan, job.position)
+        return SEARCH_UNITS * max(1, len(points) - 1), (points, arrived)
+
+    def again(self, _job: Job[Problem, RelaxParameters], /) -> Generator[Step, None, None]:
+        """The next cell alone, as only that cell is sent."""
+        yield one_step(self.task, SEARCH_UNITS)
+
+
+TASK_STYLES = (HostSearch(),)
+
+
+_SHORT, _LONG = 10, 300
+"""Iterations of two relaxations; the difference of their times is measured."""
+
+
+_ROWS, _COLUMNS = 270, 330
+"""The size of Saudi and Sulaiman's area."""
+
+
+def _rooms() -> Any:
+    return maps.rooms(_ROWS, _COLUMNS, room=(64, 80), door=12, wall=3, seed=1).free
+
+
+def _thin() -> Any:
+    return np.ones((2, _ROWS + _COLUMNS - 2), np.bool_)
+
+
+def _sweeps(free: Any, count: int) -> Callable[[], object]:
+    """Sweeps of SOR, to a tolerance, so that no check for cells without a descent is timed."""
+    return lambda: solve(
+        free,
+        [(1, 1)],
+        method="sor",
+        omega=1.95,
+        tolerance=PUBLISHED_TOLERANCE,
+        boundary="low_goal",
+        max_iterations=count,
+    )
+
+
+def _relaxation() -> Probe:
+    rooms, long = _rooms(), _sweeps(_rooms(), _LONG)
+    short, diagonals = _sweeps(rooms, _SHORT), _sweeps(_thin(), _LONG - _SHORT)
+    return Probe((_LONG - _SHORT) * rooms.size, long, lambda: (short(), diagonals()))
+
+
+def _diagonal() -> Probe:
+    """Diagonals of two cells at most."""
+    thin = _thin()
+    number = (_LONG - _SHORT) * (sum(thin.shape) - 1)
+    return Probe(number, _sweeps(thin, _LONG), _sweeps(thin, _SHORT))
+
+
+def _check() -> Probe:
+    """Checks after every tenth iteration, over rooms that take more iterations than these."""
+    rooms = _rooms()
+
+    def run(tolerance: float | None) -> Callable[[], object]:
+        return lambda: solve(rooms, [(10, 10)], method="gs", tolerance=tolerance, max_iterations=_LONG)
+
+    # The flood fill counts as one check more, as in the law.
+    return Probe((1 + _LONG // CHECK_EVERY) * rooms.size, run(None), run(PUBLISHED_TOLERANCE))
+
+
+def _map() -> Probe:
+    """An iteration over rooms, and the search prepared."""
+    problem = Problem(_rooms(), ((10, 10),), ())
+    parameters = RelaxParameters(method=Method.GS, tolerance=1e-15, max_iterations=1)
+    job = Job(problem, parameters)
+    return Probe(problem.free.size, lambda: search_of(problem, PLANNER.plan(job)))
+
+
+def _relaxation_direct() -> Probe:
+    """A direct solution over rooms of a quarter of that area, shared out over the units of its law."""
+    free = maps.rooms(135, 165, room=(32, 40), door=6, wall=2, seed=1).free
+
+    def run() -> Solution:
+        return solve(free, [(10, 10)], method="direct")
+
+    return Probe(direct_units((first := run()).updates, first.factors), run)
+
+
+PROBES: Mapping[str, Callable[[], Probe]] = {
+    "relaxation_node_update": _relaxation,
+    DIRECT_KERNEL: _relaxation_direct,
+    DIAGONAL_KERNEL: _diagonal,
+    CHECK_KERNEL: _check,
+    MAP_KERNEL: _map,
+}
+"""The probe of each kernel, by the name of its cost in platforms."""

@@ -15,7 +15,7 @@ from codesign.inputs import load_part
 from codesign.planners.interface import RobotsQuality
 from codesign.planners.papers import Case, Paper, Runs, Words
 from codesign.planners.reproduction import Series, Use
-from codesign.planners.velocity_obstacle import published
+from codesign.planners.velocity_obstacle import published, styles
 from codesign.planners.velocity_obstacle.paper.agreement import Verdict, compare
 from codesign.planners.velocity_obstacle.plan import Avoidance, AvoidParameters, RobotsProblem, avoid, generate, quality
 from codesign.planners.velocity_obstacle.plan.arithmetic import fixed
@@ -23,8 +23,8 @@ from codesign.planners.velocity_obstacle.plan.parameters import Detection, Detec
 from codesign.planners.velocity_obstacle.plan.problem import ARRANGEMENTS
 from codesign.planners.velocity_obstacle.plan.reference import STAY, RobotState
 from codesign.planners.velocity_obstacle.published import CLOCK, Style, VelocityObstacleSettings
-from codesign.planners.velocity_obstacle.styles import levers, power, resources, timing
-from codesign.planners.velocity_obstacle.styles.schedule import DETECT, module_cycles
+from codesign.planners.velocity_obstacle.styles import resources, timing
+from codesign.planners.velocity_obstacle.styles.resources import DETECT, module_cycles
 
 PARAMETERS = AvoidParameters()
 LABELS = {
@@ -152,14 +152,14 @@ def module(_runs: RobotsRuns, case: Case) -> int:
 def share_of_part(_runs: RobotsRuns, case: Case) -> float:
     """Percent of the part that a style takes for two robots."""
     part = chip()
-    need = levers.totals(Style(case.style), 2, PARAMETERS, part)
+    need = styles.totals(Style(case.style), 2, PARAMETERS, part)
     return 100.0 * need[case.kind] / part.resources[case.kind].value
 
 
 @measure
 def power_law(_runs: RobotsRuns, case: Case) -> Words:
     """Power of a style by the law, mW."""
-    fit, style, fitted = power.power_fit(), Style(case.style), case.robots in power.FITTED_ROBOTS
+    fit, style, fitted = styles.power_fit(), Style(case.style), case.robots in styles.FITTED_ROBOTS
     return {
         "value": fit.power(style, case.robots),
         "base": fit.base,
@@ -174,8 +174,8 @@ def power_law(_runs: RobotsRuns, case: Case) -> Words:
 def fits(_runs: RobotsRuns, case: Case) -> Words:
     """True if a hybrid design fits the part."""
     part = chip()
-    short = levers.shortages(Style.HYBRID, case.robots, PARAMETERS, part)
-    need = levers.totals(Style.HYBRID, case.robots, PARAMETERS, part)
+    short = styles.shortages(Style.HYBRID, case.robots, PARAMETERS, part)
+    need = styles.totals(Style.HYBRID, case.robots, PARAMETERS, part)
     listed = ", ".join(
         f"{need[kind]:,} of {int(part.resources[kind].value):,} {kind}" for kind in sorted(need)
     ).replace("_", " ")
@@ -243,7 +243,7 @@ def cycles_by_robots(_runs: RobotsRuns, _case: Case) -> Iterator[Series]:
 @measure
 def power_by_robots(_runs: RobotsRuns, _case: Case) -> Iterator[Series]:
     """Power over the number of robots: the table and the law."""
-    fit, robots = power.power_fit(), (2, 3, 4, 6, 8)
+    fit, robots = styles.power_fit(), (2, 3, 4, 6, 8)
     for style, listed in published.TABLE_III.items():
         yield Series(f"{style}, Table III", tuple(map(float, listed)), tuple(map(float, listed.values())))
         law = tuple(fit.power(style, n) for n in robots)
@@ -260,7 +260,7 @@ def paths(runs: RobotsRuns, _case: Case) -> Iterator[Series]:
 @measure
 def power_miss(_runs: RobotsRuns, _case: Case) -> Words:
     """The miss of the power law at the rows that it has not seen."""
-    fit, miss = power.power_fit(), power.power_miss()
+    fit, miss = styles.power_fit(), styles.power_miss()
     return {"form": fit.form, "base": fit.base, "miss": miss, "holds": miss < 0.05}
 
 
@@ -299,7 +299,7 @@ def luts_of_style(_runs: RobotsRuns, case: Case) -> Words:
 @measure
 def fewer_units(_runs: RobotsRuns, _case: Case) -> Words:
     """The widest hybrid circuit for eight robots that fits the part."""
-    lanes = levers.widest_lanes(8, PARAMETERS, chip())
+    lanes = styles.widest_lanes(8, PARAMETERS, chip())
     assert lanes is not None
     cycles, theirs = timing.cycles_of_trial(Style.HYBRID, 8, lanes), published.TABLE_II[Style.PIPELINED][8]
     units = {"update_units": lanes.update_units, "detect_units": lanes.detect_units}

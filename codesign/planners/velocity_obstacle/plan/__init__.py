@@ -2,7 +2,7 @@
 
 Each of n robots samples velocities, the one towards its target first, and takes the first that its acceleration
 allows and that is on no collision course with any other robot (equation 4). ``avoid`` runs all of them in the
-closed loop in fixed point; ``reference`` holds the same in plain lines, in fixed point and in doubles.
+closed loop in fixed point; ``reference`` holds the choice of a robot in plain lines, in fixed point and in doubles.
 
 Choices where the paper is silent:
 
@@ -20,8 +20,8 @@ Choices where the paper is silent:
 from codesign.planners.velocity_obstacle.plan.avoid import avoid
 from codesign.planners.velocity_obstacle.plan.avoidance import Avoidance
 from codesign.planners.velocity_obstacle.plan.parameters import AvoidParameters, RobotsSpec, RobotsWorkload
+from codesign.planners.velocity_obstacle.plan.planner import quality
 from codesign.planners.velocity_obstacle.plan.problem import RobotsProblem, generate
-from codesign.planners.velocity_obstacle.plan.quality import quality
 
 __all__ = [
     "AvoidParameters",

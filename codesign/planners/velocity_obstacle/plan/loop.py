@@ -201,7 +201,6 @@ class Loop:
 
 
 def _constants(numbers: Arithmetic) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Constants and shifts as the kernel takes them."""
     formats, shifts = numbers.formats, numbers.shifts
     assert formats is not None
     assert shifts is not None

@@ -7,7 +7,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,6 +40,13 @@ class RobotsProblem:
     speed: float
     acceleration: float
     arena: tuple[float, float] = (300.0, 300.0)
+
+    # A map's: the paper gives no metres, and the arena is never cropped nor read from a file.
+    resolution: ClassVar[None] = None
+    corner: ClassVar[tuple[int, int]] = (0, 0)
+    origin: ClassVar[None] = None
+    unknown: ClassVar[None] = None
+    optimal_lengths: ClassVar[tuple[float, ...]] = ()
 
     def __post_init__(self) -> None:
         for name in ("positions", "targets"):
@@ -121,31 +128,6 @@ class RobotsProblem:
     def starts(self) -> tuple[int, ...]:
         """The numbers of the robots, as ``trajectory`` takes them."""
         return tuple(range(self.count))
-
-    @property
-    def resolution(self) -> None:
-        """Metres a cell: the paper gives none."""
-        return
-
-    @property
-    def corner(self) -> tuple[int, int]:
-        """The first row and column: the arena is never cropped."""
-        return 0, 0
-
-    @property
-    def origin(self) -> None:
-        """The lower left corner in metres: there is none."""
-        return
-
-    @property
-    def unknown(self) -> None:
-        """The cells that the source of the map calls unknown: there are none."""
-        return
-
-    @property
-    def optimal_lengths(self) -> tuple[float, ...]:
-        """Lengths by a ``.scen`` file: there is none."""
-        return ()
 
 
 def distances(places: NDArray[np.float64]) -> NDArray[np.float64]:

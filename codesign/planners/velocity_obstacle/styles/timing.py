@@ -32,8 +32,14 @@ from codesign.planners.measured import clock_rows
 from codesign.planners.velocity_obstacle.plan.avoidance import Avoidance
 from codesign.planners.velocity_obstacle.plan.parameters import AvoidParameters, Detection
 from codesign.planners.velocity_obstacle.published import CLOCK, FAMILY, PAPER, Style
-from codesign.planners.velocity_obstacle.styles.resources import halvings, units_of
-from codesign.planners.velocity_obstacle.styles.schedule import DETECT, UPDATE, module_cycles, trial_cycles
+from codesign.planners.velocity_obstacle.styles.resources import (
+    DETECT,
+    UPDATE,
+    halvings,
+    module_cycles,
+    trial_cycles,
+    units_of,
+)
 
 LOAD, TARGET_CHECK, SELECT, ACCELERATION_CHECK, VERIFY, PID = (
     "load",

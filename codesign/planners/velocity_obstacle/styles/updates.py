@@ -9,11 +9,11 @@ from numpy.typing import NDArray
 
 from codesign.planners.styles import FleetUpdates, Step
 from codesign.planners.velocity_obstacle.plan.avoidance import Avoidance
-from codesign.planners.velocity_obstacle.plan.gaps import first_touches
+from codesign.planners.velocity_obstacle.plan.kernels import first_touches
 from codesign.planners.velocity_obstacle.plan.loop import Loop
 from codesign.planners.velocity_obstacle.plan.parameters import AvoidParameters
+from codesign.planners.velocity_obstacle.plan.planner import arrival_updates, run_gaps
 from codesign.planners.velocity_obstacle.plan.problem import RobotsProblem
-from codesign.planners.velocity_obstacle.plan.quality import arrival_updates, run_gaps
 from codesign.planners.velocity_obstacle.styles import timing
 
 

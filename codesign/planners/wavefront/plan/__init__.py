@@ -1,8 +1,7 @@
 """Shortest and safe paths by a wave with delays as costs (Möller and Paschke 1998)."""
 
 from codesign.planners.wavefront.plan.grid import UNREACHED
-from codesign.planners.wavefront.plan.skeleton import skeleton
-from codesign.planners.wavefront.plan.tracking import octile_length, track
+from codesign.planners.wavefront.plan.tracking import octile_length, skeleton, track
 from codesign.planners.wavefront.plan.wave import (
     longest_distance,
     obstacle_potentials,

@@ -43,7 +43,8 @@ class VisitBounds:
     def __post_init__(self) -> None:
         before = np.where((self.potentials >= 0) & (self.potentials < self.until), self.potentials, np.int32(-1))
         self.potentials = np.where(self.potentials < 0, np.int32(NEVER), self.potentials)
-        self._begin, self._end = _around(self.potentials, NEVER, np.minimum), _around(before, -1, np.maximum)
+        begin, end = _around(self.potentials, NEVER, np.minimum), _around(before, -1, np.maximum)
+        self._least = _doubled(np.stack([self.potentials, begin, -end]))
         self.cells, self.latest = int((before >= 0).sum()), max(0, int(before.max()))
 
     def visits(self, height: int, widths: tuple[int, int]) -> NDArray[np.int64]:
@@ -57,9 +58,10 @@ class VisitBounds:
         """``table`` and ``least`` as the kernel takes them."""
         tops = np.arange(0, self.potentials.shape[0], height)
         bottoms = np.append(tops[1:], self.potentials.shape[0]) - 1
-        least, first, last = (
-            np.minimum.reduceat(values, tops) for values in (self.potentials, self._begin, -self._end)
-        )
+        level = height.bit_length() - 1
+        # Two windows of 2^level rows cover those of a tile; the last tile may have fewer.
+        windows = self._least[level]
+        least, first, last = np.minimum(windows[:, tops], windows[:, np.maximum(tops, bottoms + 1 - (1 << level))])
         columns = self.potentials.shape[1]
         table = np.empty((columns.bit_length(), 4, *least.shape), np.int32)
         table[0] = first, last, self.potentials[tops], self.potentials[bottoms]
@@ -76,3 +78,13 @@ def _around(values: NDArray[np.int32], outside: int, least: np.ufunc) -> NDArray
     padded = np.pad(values, 1, constant_values=outside)
     across = least(least(padded[:, :-2], padded[:, 1:-1]), padded[:, 2:])
     return np.asarray(least(least(across[:-2], across[1:-1]), across[2:]))
+
+
+def _doubled(values: NDArray[np.int32]) -> list[NDArray[np.int32]]:
+    """The least of 1, 2, 4 ... rows from each row on, as far as there are rows: int32, n × rows × columns each."""
+    tables = [values]
+    while (reach := 1 << len(tables) - 1) < values.shape[1]:
+        wider = tables[-1].copy()
+        np.minimum(wider[:, :-reach], wider[:, reach:], out=wider[:, :-reach])
+        tables.append(wider)
+    return tables

@@ -55,10 +55,8 @@ class Penalty(SpecModel):
     The map marks these nodes when it is loaded. The plan's time does not count how they are determined.
     """
 
-    distance: Annotated[
-        int, Field(ge=1, le=65_535, description="largest obstacle potential of a penalised cell, 2 a cell")
-    ]
-    delay: Annotated[int, Field(ge=1, le=MAX_EXTRA_DELAY, description="cycles more to enter such a cell")]
+    distance: int = Field(ge=1, le=65_535, description="largest obstacle potential of a penalised cell, 2 a cell")
+    delay: int = Field(ge=1, le=MAX_EXTRA_DELAY, description="cycles more to enter such a cell")
 
 
 def _power_of_two(cells: int) -> int:
@@ -71,41 +69,35 @@ def _power_of_two(cells: int) -> int:
 class PropagateParameters(TaskParameters):
     """The run of the wave, the tracked paths, and the width of the registers."""
 
-    stop: Annotated[
-        WaveEnd,
-        Field(
-            description="starts: when the wave reaches the start that asks, as in the paper; whole_map: at its own end."
-            " For problem.task: field every wave runs to its own end"
-        ),
-    ] = WaveEnd.STARTS
-    paths: Annotated[
-        Paths, Field(description="shortest: equation 2; safe: equations 4 and 5, with a wave from all obstacles")
-    ] = Paths.SHORTEST
-    course: Annotated[
-        Course,
-        Field(
-            description="local: only the next steps are tracked, in a drive again at every control turn;"
-            " complete: the whole path of the first start"
-        ),
-    ] = Course.LOCAL
-    steps: Annotated[int, Field(ge=1, le=65_535, description="steps of a local course")] = 1
-    register_bits: Annotated[
-        int | None,
-        Field(ge=1, le=31, description="width of each node's register; by default as wide as this problem needs"),
-    ] = None
-    corner_cutting: Annotated[
-        bool,
-        Field(description="whether a diagonal step may pass between obstacles, as in the paper; a drive needs false"),
-    ] = True
-    delays: Annotated[tuple[Delay, Delay], Field(description="cycles of a straight and of a diagonal step")] = DELAYS
-    penalty: Annotated[Penalty | None, Field(description="extra delay near obstacles")] = None
-    read_out: Annotated[
-        ReadOut,
-        Field(
-            description="addressed: a node is read by row and column, like a RAM; chain: the registers shift the"
-            " potentials out after the wave, one a cycle, into a memory"
-        ),
-    ] = ReadOut.ADDRESSED
+    stop: WaveEnd = Field(
+        default=WaveEnd.STARTS,
+        description="starts: when the wave reaches the start that asks, as in the paper; whole_map: at its own end."
+        " For problem.task: field every wave runs to its own end",
+    )
+    paths: Paths = Field(
+        default=Paths.SHORTEST,
+        description="shortest: equation 2; safe: equations 4 and 5, with a wave from all obstacles",
+    )
+    course: Course = Field(
+        default=Course.LOCAL,
+        description="local: only the next steps are tracked, in a drive again at every control turn;"
+        " complete: the whole path of the first start",
+    )
+    steps: int = Field(default=1, ge=1, le=65_535, description="steps of a local course")
+    register_bits: int | None = Field(
+        default=None, ge=1, le=31, description="width of each node's register; by default as wide as this problem needs"
+    )
+    corner_cutting: bool = Field(
+        default=True,
+        description="whether a diagonal step may pass between obstacles, as in the paper; a drive needs false",
+    )
+    delays: tuple[Delay, Delay] = Field(default=DELAYS, description="cycles of a straight and of a diagonal step")
+    penalty: Penalty | None = Field(default=None, description="extra delay near obstacles")
+    read_out: ReadOut = Field(
+        default=ReadOut.ADDRESSED,
+        description="addressed: a node is read by row and column, like a RAM; chain: the registers shift the"
+        " potentials out after the wave, one a cycle, into a memory",
+    )
     element_cells: Annotated[
         int,
         Field(
@@ -116,10 +108,9 @@ class PropagateParameters(TaskParameters):
         ),
         AfterValidator(_power_of_two),
     ] = 1
-    tile: Annotated[
-        tuple[Side, Side] | None,
-        Field(description="rows and columns of the array of style tiled; by default the whole map"),
-    ] = None
+    tile: tuple[Side, Side] | None = Field(
+        default=None, description="rows and columns of the array of style tiled; by default the whole map"
+    )
 
     @model_validator(mode="after")
     def _rising(self) -> PropagateParameters:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 import numpy as np
@@ -11,7 +11,17 @@ from numpy.typing import NDArray
 from codesign.ground.errors import MapError
 from codesign.ground.models import Task, TaskParameters
 from codesign.maps.reach import reachable
-from codesign.planners.interface import Cell, LoadParameters, Planner, Problem, Quality, cell_of, from_position
+from codesign.planners.interface import (
+    Cell,
+    LoadParameters,
+    Planner,
+    Problem,
+    Quality,
+    cell_of,
+    from_position,
+    judge_arrival,
+    judge_paths,
+)
 from codesign.planners.job import Flow, Job
 from codesign.planners.wavefront.plan.grid import check_cells
 from codesign.planners.wavefront.plan.parameters import MAX_TILES, Course, Paths, PropagateParameters, TrackParameters
@@ -23,8 +33,43 @@ from codesign.planners.wavefront.plan.plan import (
     sizing_stops,
     waits,
 )
-from codesign.planners.wavefront.plan.quality import quality, reaching
-from codesign.planners.wavefront.plan.wave import longest_distance, register_bits
+from codesign.planners.wavefront.plan.tracking import Tracker
+from codesign.planners.wavefront.plan.wave import longest_distance, register_bits, run_wave
+
+
+def quality(problem: Problem, plan: WavefrontPlan) -> Quality:
+    """The quality of ``plan`` on ``problem``.
+
+    The plan covers the cells that the wave reached before it ended. Each of them has a path, as equation 2 always finds
+    a neighbour. So ``local_maxima`` is 0, and ``share_reaching_goal`` is 1 where the plan covers a cell. Cells beyond
+    the wave have no path.
+
+    Paths are tracked from the starts by the rule of the plan. A start beyond the wave of this plan is judged by the
+    wave of its own request: up to a start, that wave has the same potentials as a wave to its own end. Lengths are
+    octile. A path that cuts corners can be shorter than the shortest path that does not, so ratios below 1 occur. The
+    mean clearance weighs every step by its length.
+    """
+    cells = reachable(problem.free, problem.goals, corner_cutting=plan.wave_map.neighbours.corner_cutting)
+    cells[tuple(np.array(problem.goals).T)] = False
+    planned = int((cells & (plan.potentials >= 0)).sum())
+    potentials, tracker = reaching(problem, plan, problem.starts)
+    paths = ((start, tracker.follow(start) if potentials[start] >= 0 else None) for start in problem.starts)
+    return Quality(
+        local_maxima=0,
+        wrong_cells=0,
+        **judge_arrival(planned, planned, int(cells.sum())),
+        **judge_paths(problem, paths),
+    )
+
+
+def reaching(problem: Problem, plan: WavefrontPlan, starts: Iterable[Cell]) -> tuple[NDArray[np.int32], Tracker]:
+    """Potentials and tracker of the plan; where that wave stopped before some starts, of a wave to its own end."""
+    if plan.stop_potential is None or all(plan.potentials[start] >= 0 for start in starts):
+        return plan.potentials, plan.tracker
+    sources = np.array(problem.goals, np.int64)
+    potentials, _ = run_wave(plan.wave_map, sources, np.zeros((0, 2), np.int64))
+    return potentials, Tracker(plan.wave_map, potentials, plan.obstacle_potentials)
+
 
 CELL_BITS = 2
 """F and Z of a cell."""

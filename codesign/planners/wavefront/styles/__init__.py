@@ -6,8 +6,7 @@
 - ``software`` on a processor: the improved Dijkstra algorithm.
 """
 
-from codesign.planners.wavefront.styles.adder_comparator import AdderComparator
-from codesign.planners.wavefront.styles.delay_line import DelayLine
+from codesign.planners.wavefront.styles.array import AdderComparator, DelayLine
 from codesign.planners.wavefront.styles.software import Software
 from codesign.planners.wavefront.styles.tasks import TASK_STYLES
 from codesign.planners.wavefront.styles.tiled import Tiled

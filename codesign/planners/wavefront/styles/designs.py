@@ -1,4 +1,4 @@
-"""The parameters that are worth a try: paths that a robot can follow, and tiles that fit the part."""
+"""The parameters that are worth a try: paths that a robot can follow."""
 
 from __future__ import annotations
 
@@ -16,14 +16,8 @@ from codesign.planners.wavefront.plan.plan import from_farthest
 DESIGNS: Designs = tuple(({"stop": stop, "corner_cutting": False},) for stop in ("starts", "whole_map"))
 """A robot cannot pass between two obstacles that touch at a corner."""
 
-MOST_CELLS = 2**18
-"""Cells of the map times starts up to which tiles are visited for each start by itself. A search would take minutes
-beyond. The wave over the whole map takes at least as long on the array, and one computation for all starts."""
-
-TILE_SIDES = (8, 16, 24, 32, 48, 64, 96, 128, 192, 256)
-MOST_TILES = 3
-"""The number of tiles that are tried, the largest that fit: a larger tile is visited less often, a smaller one has a
-faster clock."""
+BEYOND = "other delays of a step, any-angle courses, safe paths, penalties, several steps an answer"
+"""The designs that no style proposes: their paths are of another kind."""
 
 
 def exact_families(

@@ -7,17 +7,22 @@ eight neighbours. The paper's 63 ms on a 133 MHz Pentium and an assumed number o
 
 from __future__ import annotations
 
-from collections.abc import Generator, Iterator
+from collections.abc import Callable, Generator, Iterator, Mapping
 from typing import Any
 
+import numpy as np
+
+from codesign import maps
 from codesign.ground.figures import Figure
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
+from codesign.planners.plug_in import Probe
 from codesign.planners.styles import Designs, Family, HostStyle, Step, assumed_bytes, map_read, one_step
+from codesign.planners.wavefront.plan import propagate
 from codesign.planners.wavefront.plan.parameters import Paths, PropagateParameters
 from codesign.planners.wavefront.plan.plan import WavefrontPlan
-from codesign.planners.wavefront.styles.designs import DESIGNS, exact_families
-from codesign.planners.wavefront.styles.steps import OBSTACLES, PROPAGATE, TRACK, planned, tracked_steps
+from codesign.planners.wavefront.styles.designs import BEYOND, DESIGNS, exact_families
+from codesign.planners.wavefront.styles.timing import OBSTACLES, PROPAGATE, TRACK, planned, tracked_steps
 
 MAP_KERNEL = "wavefront_map_cell"
 """One cell of the map, prepared for a wave or for the tracking of paths."""
@@ -46,6 +51,7 @@ class Software(HostStyle):
     planner = "wavefront"
     description = "one node after the other as the wave reaches it"
     kernel = "wavefront_cell"
+    beyond = BEYOND
 
     def designs(self, _job: Job[Problem, Any]) -> Designs:
         """For the starts and for the whole map."""
@@ -82,3 +88,37 @@ class Software(HostStyle):
             yield preparation(job)
             yield one_step(TRACK, tracked_steps(job, plan))
         return plan
+
+
+_SIDE = 256
+_LAST = 4 * _SIDE
+"""About the last time of a wave over a square of rooms."""
+
+
+def _prepare() -> object:
+    return propagate(np.ones((_SIDE, _SIDE), np.bool_), [(0, 0)], limit=0)
+
+
+def _times() -> object:
+    """A wave along a corridor of one cell, until that time."""
+    return propagate(np.ones((1, _LAST), np.bool_), [(0, 0)], limit=_LAST)
+
+
+def _wavefront() -> Probe:
+    """The nodes of a wave over small rooms; its preparation and its times are left out."""
+    free = maps.rooms(_SIDE, _SIDE, room=(15, 15), door=2, wall=1, seed=1).free
+    reached = int((propagate(free, [(8, 8)], limit=_LAST) >= 0).sum())
+    return Probe(reached, lambda: propagate(free, [(8, 8)], limit=_LAST), lambda: (_prepare(), _times()))
+
+
+def _map() -> Probe:
+    return Probe(_SIDE * _SIDE, _prepare)
+
+
+def _time() -> Probe:
+    long = np.ones((1, 20 * _LAST), np.bool_)
+    return Probe(19 * _LAST, lambda: propagate(long, [(0, 0)], limit=20 * _LAST), _times)
+
+
+PROBES: Mapping[str, Callable[[], Probe]] = {"wavefront_cell": _wavefront, MAP_KERNEL: _map, TIME_KERNEL: _time}
+"""The probe of each kernel, by the name of its cost in platforms."""

@@ -19,7 +19,7 @@ from codesign.planners.wavefront.plan.parameters import PropagateParameters
 from codesign.planners.wavefront.plan.planner import PLANNER, value_bits
 from codesign.planners.wavefront.styles import timing
 from codesign.planners.wavefront.styles.software import MAP_KERNEL, preparation
-from codesign.planners.wavefront.styles.steps import TRACK, tracked_steps
+from codesign.planners.wavefront.styles.timing import TRACK, tracked_steps
 
 Path = tuple[NDArray[np.float64], bool]
 

@@ -16,8 +16,15 @@ from codesign.planners.breadth_first.styles.resources import block_rams
 from codesign.planners.counted import CountedLaws
 from codesign.planners.job import Line
 from codesign.planners.wavefront.styles import resources
-from codesign.planners.wavefront.styles.layout import ArrayLayout, Shape, side_bits
-from codesign.planners.wavefront.styles.resources import CONTROL, NODES, READ_OUT, TRACKER
+from codesign.planners.wavefront.styles.resources import (
+    CONTROL,
+    NODES,
+    READ_OUT,
+    TRACKER,
+    ArrayLayout,
+    Shape,
+    side_bits,
+)
 
 HALO, COLUMNS, SCHEDULER, CURSOR = "halo", "column memories", "scheduler", "cursor"
 PIECES = NODES, HALO, COLUMNS, SCHEDULER, TRACKER, CURSOR, READ_OUT, CONTROL
@@ -147,7 +154,7 @@ class TileLayout:
             HALO: self.halo * (array.bits + HALO_BITS),
             SCHEDULER: scan + changes,
             TRACKER: self.whole.tracker_flip_flops,
-            CURSOR: self._map_place(2) + self.address + self.place,
+            CURSOR: sum(min(2, side_bits(side)) for side in self.map_shape) + self.address + self.place,
             CONTROL: self.control_flip_flops,
         }
 
@@ -156,10 +163,6 @@ class TileLayout:
         """Bits of the row and of the column of a tile."""
         down, across = self.tiles
         return down.bit_length() + across.bit_length()
-
-    def _map_place(self, most: int) -> int:
-        """Bits of a row and of a column of the map, at most so many of each."""
-        return sum(min(most, side_bits(side)) for side in self.map_shape)
 
     @property
     def control_flip_flops(self) -> int:
@@ -213,7 +216,6 @@ def tiled_items(array: ArrayLayout, map_shape: Shape, tile: Shape, part: Part) -
 
 
 def _words_of(piece: str, layout: TileLayout) -> str:
-    """The words of the memories of a piece, in words."""
     shapes = [shape for what, shape in layout.memories.items() if (what == SCHEDULER) == (piece == SCHEDULER)]
     of = " and ".join(f"{count:,} × {words:,} words of {bits} bits" for count, words, bits in shapes)
     return f"{of}, as synthesis counts the RTL of this package"

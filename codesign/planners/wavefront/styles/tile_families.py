@@ -28,7 +28,7 @@ from codesign.planners.job import largest
 from codesign.planners.styles import Family, Sides, side_classes
 from codesign.planners.wavefront.plan.bounds import VisitBounds
 from codesign.planners.wavefront.styles import timing
-from codesign.planners.wavefront.styles.layout import Shape
+from codesign.planners.wavefront.styles.resources import Shape
 
 PROMISING = 6
 """Shapes that stand before all families: of the widest that fit the part, those that seem the fastest."""
@@ -37,6 +37,26 @@ LONG = 12
 """The ratio of the sides of a tile whose bound is half as sharp as that of a square. Seen on rooms; it orders only."""
 WIDEST = 3
 """Widths that are looked at, as block RAMs may run out before nodes do."""
+
+
+class Frontier:
+    """Whether a shape may fit, asked of few: a shape takes no less than one that lies in it."""
+
+    def __init__(self, asked: Callable[[Shape], bool]) -> None:
+        self._asked = asked
+        self._fitting: list[Shape] = []
+        self._unfit: list[Shape] = []
+
+    def __call__(self, shape: Shape) -> bool:
+        """The answer for a shape."""
+        rows, columns = shape
+        if any(rows <= other[0] and columns <= other[1] for other in self._fitting):
+            return True
+        if any(other[0] <= rows and other[1] <= columns for other in self._unfit):
+            return False
+        fits = self._asked(shape)
+        (self._fitting if fits else self._unfit).append(shape)
+        return fits
 
 
 def fixed_cycles(map_shape: Shape, tile: Shape) -> tuple[int, int]:
@@ -147,7 +167,10 @@ class TileSpace:
         return replace(self._family(rows, columns, cycles, parts), clock_alone=True)
 
     def _shapes(self, rows: Sequence[Sides], columns: Sequence[Sides]) -> Iterator[Family]:
-        """The shapes of these classes, by halves, the one with the least bound first; then what cannot fit."""
+        """The shapes of these classes, by halves, the one with the least bound first; as one where none can fit."""
+        if not self.may_fit((rows[0][0], columns[0][0])):
+            yield self._family(_whole(rows), _whole(columns))
+            return
         halves: list[tuple[Sequence[Sides], Sequence[Sides]]]
         if len(rows) == len(columns) == 1:
             halves = [([down], [across]) for down, across in _halved(rows[0], columns[0])]
@@ -155,16 +178,9 @@ class TileSpace:
             halves = [(rows[: len(rows) // 2], columns), (rows[len(rows) // 2 :], columns)]
         else:
             halves = [(rows, columns[: len(columns) // 2]), (rows, columns[len(columns) // 2 :])]
-        found, unfit = [], []
-        for index, (down, across) in enumerate(halves):
-            first = down[0][0], across[0][0]
-            if self.may_fit(first):
-                found.append((self.cycles.of_shapes(_whole(down), _whole(across)), index))
-            else:
-                unfit.append(self._family(_whole(down), _whole(across)))
-        for least, index in sorted(found):
+        bounds = (self.cycles.of_shapes(_whole(down), _whole(across)) for down, across in halves)
+        for least, index in sorted((least, index) for index, least in enumerate(bounds)):
             yield from self._half(least, *halves[index])
-        yield from unfit
 
     def _half(self, least: int, rows: Sequence[Sides], columns: Sequence[Sides]) -> Iterator[Family]:
         """Some shapes as one family. In a class larger ones take no less of anything."""

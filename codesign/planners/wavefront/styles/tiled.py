@@ -17,10 +17,10 @@ from codesign.ground.memo import Memo
 from codesign.ground.models import Task
 from codesign.planners.interface import Cell, Problem
 from codesign.planners.job import Job, Line, short_resources
-from codesign.planners.styles import Designs, Family, Memory, Step, beyond_map, one_step
+from codesign.planners.styles import Family, Memory, Step, beyond_map, one_step
 from codesign.planners.wavefront.plan.bounds import VisitBounds
-from codesign.planners.wavefront.plan.grid import check_cells, tile_count
-from codesign.planners.wavefront.plan.parameters import MAX_TILES, Paths, PropagateParameters, ReadOut
+from codesign.planners.wavefront.plan.grid import check_cells
+from codesign.planners.wavefront.plan.parameters import Paths, PropagateParameters, ReadOut
 from codesign.planners.wavefront.plan.plan import (
     cached_plan,
     plan_key,
@@ -33,10 +33,10 @@ from codesign.planners.wavefront.plan.tiles import NEVER, NO_LIMIT, Visits, run_
 from codesign.planners.wavefront.plan.wave import longest_distance, obstacle_map, register_bits
 from codesign.planners.wavefront.styles import timing
 from codesign.planners.wavefront.styles.array import ArrayStyle
-from codesign.planners.wavefront.styles.designs import DESIGNS, MOST_CELLS, MOST_TILES, TILE_SIDES
-from codesign.planners.wavefront.styles.steps import EXCHANGE, OBSTACLES, PROPAGATE, TRACK
+from codesign.planners.wavefront.styles.designs import DESIGNS
 from codesign.planners.wavefront.styles.tile import TileLayout, tiled_items
-from codesign.planners.wavefront.styles.tile_families import TileCycles, TileSpace, fixed_cycles
+from codesign.planners.wavefront.styles.tile_families import Frontier, TileCycles, TileSpace, fixed_cycles
+from codesign.planners.wavefront.styles.timing import EXCHANGE, OBSTACLES, PROPAGATE, TRACK
 
 _kept = Memo(max_bytes=32 * 2**20)
 _bounds = Memo(max_bytes=64 * 2**20)
@@ -69,30 +69,6 @@ class Tiled(ArrayStyle):
         problem = job.problem
         map_shape = problem.shape
         return beyond_map("propagate.tile", "tile", job.parameters.tile_shape(*map_shape), map_shape)
-
-    def designs(self, job: Job[Problem, Any]) -> Designs:
-        """The largest squares that fit the part, cut to the map; the smallest of all where none fits.
-
-        The register is as wide as the plan needs: visits may need a bit more, which a run shows.
-        """
-        rows, columns = job.problem.shape
-        sized = sizing_plan(job.problem, PropagateParameters(corner_cutting=False))
-        bits = register_bits(sized.largest_potential)
-        tiles = dict.fromkeys((min(side, rows), min(side, columns)) for side in TILE_SIDES)
-        fitting: list[tuple[int, int]] = []
-        smallest = next(iter(tiles))
-        for tile in reversed(tiles):
-            if tile_count((rows, columns), tile) > MAX_TILES or len(fitting) == MOST_TILES:
-                continue
-            parameters = PropagateParameters(tile=tile, register_bits=bits, corner_cutting=False)
-            if not short_resources(self.items(replace(job, parameters=parameters)), job.chip):
-                fitting.append(tile)
-        few = job.problem.free.size * len(job.problem.starts) <= MOST_CELLS
-        return tuple(
-            tuple({**design, "tile": list(tile)} for design in chain)
-            for tile in fitting or [smallest]
-            for chain in (DESIGNS if few else DESIGNS[-1:])
-        )
 
     def families(self, job: Job[Problem, Any]) -> Iterator[Family]:
         """All tiles that are no larger than the map, without cut corners; the wave ends at the starts, or by itself."""
@@ -132,7 +108,7 @@ class Tiled(ArrayStyle):
             sized,
             timing.track_cycles(1) if job.does(TRACK) else 0,
             lambda tile: not short_resources(self.items(of(tile)), job.chip),
-            may_fit,
+            Frontier(may_fit),
             run,
         )
 

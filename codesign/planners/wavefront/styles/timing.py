@@ -13,7 +13,7 @@ chained operations over R bits in addition.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from functools import cache
 
@@ -21,13 +21,59 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codesign.ground.figures import Figure, Status
+from codesign.ground.late import late
 from codesign.ground.models import Part
 from codesign.planners.clock_law import LEAST_SHARE, MOST_SHARE, Placement, Registers, on_family
 from codesign.planners.harmonic.styles import timing as harmonic_timing
+from codesign.planners.interface import Cell, Problem
+from codesign.planners.job import Job
 from codesign.planners.measured import clock_rows
+from codesign.planners.styles import Step, one_step
 from codesign.planners.wavefront import published
-from codesign.planners.wavefront.plan.wave import stop_cycle
-from codesign.planners.wavefront.styles.layout import ArrayLayout
+from codesign.planners.wavefront.plan.grid import WaveMap
+from codesign.planners.wavefront.plan.parameters import Course, PropagateParameters, ReadOut
+from codesign.planners.wavefront.plan.plan import WavefrontPlan, cached_plan, plan_key
+from codesign.planners.wavefront.plan.wave import run_wave, stop_cycle
+from codesign.planners.wavefront.styles.resources import ArrayLayout
+
+kernels = late("codesign.planners.wavefront.plan.kernels")
+
+LOAD, OBSTACLES, PROPAGATE, EXCHANGE = "load", "propagate_obstacles", "propagate", "exchange"
+READ_OUT, TRACK = "read_out", "track"
+"""The phases to which cycles are booked."""
+
+
+def planned(job: Job[Problem, PropagateParameters]) -> WavefrontPlan:
+    """The plan, once for all design points that have it in common."""
+    return job.shared(plan_key(job.problem, job.parameters), lambda: cached_plan(job.problem, job.parameters))
+
+
+def read_out_steps(job: Job[Problem, PropagateParameters]) -> Iterator[Step]:
+    """The shift of a chain after a wave; an addressed array takes none."""
+    if job.parameters.read_out is ReadOut.CHAIN:
+        yield one_step(READ_OUT, read_out_cycles(job.problem.free.size))
+
+
+def tracked_steps(job: Job[Problem, PropagateParameters], plan: WavefrontPlan, start: Cell | None = None) -> int:
+    """Steps that are tracked before a decision: at least 1, even from a start on the goal.
+
+    ``start``: the first cell of the path; by default the first start of the problem.
+    """
+    if start is None:
+        start = job.problem.starts[0] if job.problem.starts else None
+    if start is None or plan.potentials[start] < 0:
+        return 1
+    most = job.parameters.steps if job.parameters.course is Course.LOCAL else None
+    return max(1, len(plan.tracker.follow(start, most)) - 1)
+
+
+def updates(wave_map: WaveMap, sources: NDArray[np.int64]) -> tuple[int, int]:
+    """The largest potential of a wave without a stop, and the parallel updates of equation 3 until it is final."""
+    potentials, order = run_wave(wave_map, sources, np.zeros((0, 2), np.int64))
+    unreached = np.where(wave_map.free, np.int32(kernels.OPEN), np.int32(kernels.CLOSED))
+    flat = wave_map.pad(np.where(potentials >= 0, potentials, unreached).astype(np.int32), kernels.CLOSED)
+    return int(potentials.max()), int(kernels.rounds(flat, order, *wave_map.arrays))
+
 
 LOAD_CELLS = 32
 """Cells of a word of the load stream: F and Z of each, and P where nodes are penalised. The words shift on."""

@@ -9,7 +9,7 @@ import numpy as np
 from codesign.ground.records import GoalRecord
 from codesign.system.scenarios.drive.log import Log
 from codesign.system.scenarios.drive.scene import Scene
-from codesign.system.scenarios.drive.world.frontier import Frontiers
+from codesign.system.scenarios.drive.world.belief import Frontiers
 
 Cell = tuple[int, int]
 

@@ -25,7 +25,7 @@ from codesign.planners.job import Flow
 from codesign.planners.styles import Step
 from codesign.system.bind import planner_code
 from codesign.system.build import CONTROL, SIDE, Machine
-from codesign.system.chain import Answer, MisreadMapError, plan_chain
+from codesign.system.chain import CHANGE_BITS, Answer, MisreadMapError, SentMap, plan_chain
 from codesign.system.messages import Content, LostMessageError
 from codesign.system.place import DISPLAY, RENDER_KERNEL
 from codesign.system.results.ledger import Ledger, Spent
@@ -35,8 +35,7 @@ from codesign.system.scenarios.drive.log import Fate, Log, PlanRequest, Sight, l
 from codesign.system.scenarios.drive.scene import Look, Scene
 from codesign.system.scenarios.drive.tasks import FOLLOWING, MOVE, OCCUPANCY, SEEN, SENSE
 from codesign.system.scenarios.drive.world.belief import Update
-from codesign.system.scenarios.records import tell_field
-from codesign.system.sent_map import CHANGE_BITS, SentMap
+from codesign.system.scenarios.scenario import tell_field
 
 # The plan that a robot follows, and the path that it makes of it.
 

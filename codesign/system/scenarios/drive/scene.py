@@ -26,7 +26,7 @@ from codesign.system.scenarios.drive.world.belief import Belief, Update
 from codesign.system.scenarios.drive.world.clearance import Clearance
 from codesign.system.scenarios.drive.world.obstacles import Appearing, Moving, random_appearing, rectangle
 from codesign.system.scenarios.drive.world.true_map import World
-from codesign.system.scenarios.records import tell_map
+from codesign.system.scenarios.scenario import tell_map
 
 Cell = tuple[int, int]
 

@@ -28,8 +28,7 @@ from codesign.system.place import DISPLAY, RENDER_KERNEL
 from codesign.system.results.ledger import Ledger
 from codesign.system.results.result import PACEMAKERS, FleetFigures, Frames, Pacemaker, Power, spread
 from codesign.system.scenario import Draft, ProgressOfMission
-from codesign.system.scenarios.records import tell_map
-from codesign.system.scenarios.scenario import Scenario
+from codesign.system.scenarios.scenario import Scenario, tell_map
 
 # The messages with the coordinates of all robots to the display, one an update.
 

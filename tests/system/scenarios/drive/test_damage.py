@@ -26,7 +26,7 @@ from codesign.ground.records import BeliefRecord, CommandRecord, MessageRecord, 
 from codesign.laws.acts import SerialLaw
 from codesign.planners.interface import Problem
 from codesign.system import Result
-from codesign.system.sent_map import CHANGE_BITS, GOAL, OBSTACLE, SentMap, states
+from codesign.system.chain import CHANGE_BITS, GOAL, OBSTACLE, SentMap, states
 from codesign.views.report import render_text
 from codesign.views.report.scenario_tables import links_table
 

@@ -14,7 +14,7 @@ from codesign.ground.records import FieldRecord, MessageRecord, MissionRecord, R
 from codesign.planners.harmonic.plan.precision import converged_field
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
-from codesign.planners.relaxation.styles.costs import SEARCH_UNITS
+from codesign.planners.relaxation.styles.host import SEARCH_UNITS
 from codesign.planners.wavefront.plan.parameters import PropagateParameters
 from codesign.planners.wavefront.plan.planner import PLANNER
 from codesign.system.chain import Answer

@@ -7,20 +7,20 @@ import math
 
 import numpy as np
 import pytest
+import reference_robots
 from examples import examples
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from codesign.inputs.library import load_part
-from codesign.planners.velocity_obstacle.paper.agreement import Verdict, compare
+from codesign.planners.velocity_obstacle.paper.measures import Verdict, compare
 from codesign.planners.velocity_obstacle.plan import AvoidParameters, RobotsProblem, avoid, generate, quality, reference
 from codesign.planners.velocity_obstacle.plan.arithmetic import double, fixed
-from codesign.planners.velocity_obstacle.plan.faults import fault_of, least_range
+from codesign.planners.velocity_obstacle.plan.avoid import fault_of, least_range
 from codesign.planners.velocity_obstacle.plan.kernels import on_course
 from codesign.planners.velocity_obstacle.plan.parameters import Detection, Detector, Unit
 from codesign.planners.velocity_obstacle.published import Style
-from codesign.planners.velocity_obstacle.styles.resources import items
-from codesign.planners.velocity_obstacle.styles.schedule import DETECT, UPDATE, module_cycles
+from codesign.planners.velocity_obstacle.styles.resources import DETECT, UPDATE, items, module_cycles
 from codesign.planners.velocity_obstacle.styles.timing import update_costs
 
 
@@ -73,7 +73,7 @@ def test_the_compiled_run_with_a_range_is_the_plain_one(count: int, arrangement:
     problem = generate(arrangement, count, seed=2)
     parameters = AvoidParameters(range=20.0, turn=turn, updates=120)
     run = avoid(problem, parameters)
-    plain = reference.run(fixed(problem, parameters), problem, parameters)
+    plain = reference_robots.run(fixed(problem, parameters), problem, parameters)
     assert np.array_equal(run.positions, np.array(plain.positions))
     choices = [[choice.candidate for choice in update] for update in plain.choices]
     assert np.array_equal(run.candidates, np.array(choices))
@@ -90,11 +90,11 @@ def test_fixed_point_and_doubles_differ_near_thresholds_only() -> None:
     problem = generate("random", 12, seed=5)
     parameters = AvoidParameters(range=20.0)
     numbers = fixed(problem, parameters)
-    robots = reference.start(numbers, problem)
+    robots = reference_robots.start(numbers, problem)
     verdicts = []
     for _ in range(120):
         verdicts += [compare(problem, parameters, robots, index)[0] for index in range(problem.count)]
-        reference.update(numbers, robots, parameters)
+        reference_robots.update(numbers, robots, parameters)
     assert Verdict.BEYOND_BOUND not in verdicts
     assert verdicts.count(Verdict.SAME) > 0.95 * len(verdicts)
 

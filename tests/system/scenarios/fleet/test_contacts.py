@@ -13,7 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from codesign.ground.records import MissionRecord, PositionsRecord, Record
-from codesign.planners.velocity_obstacle.plan.gaps import first_touches
+from codesign.planners.velocity_obstacle.plan.kernels import first_touches
 from codesign.system.scenarios.fleet.scenario import ARRIVED, fly
 
 FINE = 20_001

@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 from codesign.ground.errors import CodesignError, InputError, SpecError
 from codesign.inputs import load_platform
 from codesign.planners.velocity_obstacle.plan import AvoidParameters, avoid, generate
-from codesign.planners.velocity_obstacle.plan.faults import fault_of
+from codesign.planners.velocity_obstacle.plan.avoid import fault_of
 from codesign.system import catalog
 from codesign.system.scenarios import bind
 from codesign.system.scenarios.run import simulate_system

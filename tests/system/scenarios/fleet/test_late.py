@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import reference_robots
 from avoidance_scenes import assert_same_run
 from examples import examples
 from fleet_specs import SECOND, STEP, Ground
@@ -18,7 +19,6 @@ from hypothesis import strategies as st
 from codesign.components import ClockDomain
 from codesign.ground.records import MissionRecord, PositionsRecord, Record, TaskRecord
 from codesign.planners.velocity_obstacle.plan import AvoidParameters, RobotsProblem, avoid, generate, quality
-from codesign.planners.velocity_obstacle.plan import reference as plain
 from codesign.planners.velocity_obstacle.plan.arithmetic import fixed
 from codesign.planners.velocity_obstacle.plan.reference import Choice
 from codesign.planners.velocity_obstacle.published import Style
@@ -60,7 +60,7 @@ def test_a_fleet_in_real_time_is_the_reference_whose_decisions_act_when_their_cy
     flight = ground.fly(clock=f"{hz} Hz", scenario="pace: real_time", parameters="updates: 25", **settings)
     problem, parameters = generate(arrangement, count, seed=seed), AvoidParameters(updates=25)
     by_hand = Clockwork(problem, parameters, hz)
-    history = plain.run(fixed(problem, parameters), problem, parameters, by_hand.held)
+    history = reference_robots.run(fixed(problem, parameters), problem, parameters, by_hand.held)
     assert_same_run(flight.plan, history)
     assert list(flight.ends) == by_hand.ends
     assert flight.figures.missed_updates == by_hand.late

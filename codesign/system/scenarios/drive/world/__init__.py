@@ -4,8 +4,7 @@ Nothing here knows a spec or a simulation: arrays in, arrays out, times in integ
 the robot is a disc. ``Inflation`` has the cells that its middle may not enter, on the true map and the believed one.
 """
 
-from codesign.system.scenarios.drive.world.belief import Belief, Update
-from codesign.system.scenarios.drive.world.frontier import Frontiers
+from codesign.system.scenarios.drive.world.belief import Belief, Frontiers, Update
 from codesign.system.scenarios.drive.world.inflation import Inflation
 from codesign.system.scenarios.drive.world.obstacles import Appearing, Moving, random_appearing
 from codesign.system.scenarios.drive.world.true_map import Deferral, World

@@ -1,12 +1,8 @@
-"""The searches in plain lines: the reference of ``kernels``, bit for bit.
+"""The searches of ``grid_search`` in plain lines: the reference of its kernels, bit for bit.
 
 Maps are flat with a ring of obstacles around them, so that no neighbour needs a bounds check. ``free`` is such a list
 of bools, and ``stride`` the length of its rows. Every search runs from the goals (``sources``) to the start
-(``target``), so that all goals are served by one search with one estimate. NavFn runs from the start, as in Nav2.
-
-Lengths are integers. A straight step is ``STRAIGHT``, a diagonal one ``DIAGONAL``: their ratio is a convergent of √2
-from above. A fraction between it and √2 has a larger denominator than ``STRAIGHT``. So two paths with fewer diagonal
-steps than that compare as their true lengths a + b √2 do, and equal integers are equal lengths.
+(``target``), so that all goals are served by one search with one estimate. Lengths are those of ``plan.search``.
 """
 
 from __future__ import annotations
@@ -14,27 +10,22 @@ from __future__ import annotations
 import heapq
 import math
 from collections.abc import Sequence
-from functools import cache
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-STRAIGHT, DIAGONAL = 15_994_428, 22_619_537
-
-STEPS = ((-1, 0), (1, 0), (0, -1), (0, 1), (-1, -1), (-1, 1), (1, -1), (1, 1))
-"""(row, column) of a step to each side: north, south, west, east, then the diagonals. Bit n of a mask is side n."""
-
-ANY = 8
-"""The side of arrival of a source: none."""
-
-OCTILE, EUCLIDEAN, NONE = range(3)
-
-FREE, OPEN, CLOSED = 1, 2, 3
-"""States of a free cell in ``kernels``: not seen, in the heap, expanded."""
-
-TIE_BITS, TIE_SHIFT = 13, 26
-"""A key of the heap is the length through a cell, then the estimate in these bits of these units; then the cell."""
+from codesign.planners.grid_search.plan.parameters import (
+    ANY,
+    DIAGONAL,
+    NONE,
+    OCTILE,
+    STEPS,
+    STRAIGHT,
+    TIE_BITS,
+    TIE_SHIFT,
+)
+from codesign.planners.grid_search.plan.planner import sides, successors
 
 
 def estimate(rows: int, columns: int, heuristic: int) -> int:
@@ -49,49 +40,6 @@ def estimate(rows: int, columns: int, heuristic: int) -> int:
 def key_of(length: int, left: int) -> int:
     """The key of a cell with ``length`` behind it and an estimate of ``left``: of equal sums the nearer goes first."""
     return (length + left) << TIE_BITS | min(left >> TIE_SHIFT, (1 << TIE_BITS) - 1)
-
-
-@cache
-def successors(cutting: bool) -> NDArray[np.uint8]:
-    """The neighbours that a search looks at: uint8, 9 × 256 masks by side of arrival and mask of free neighbours.
-
-    Harabor and Grastien (2011): a neighbour is left out where a path from the cell before, around this one, is
-    shorter, or as long with its diagonal step first. ``cutting``: a diagonal step needs only its end to be free,
-    otherwise both cells beside it too.
-    """
-    table = np.zeros((9, 256), np.uint8)
-    for side in range(9):
-        for mask in range(256):
-            free = {step for bit, step in enumerate(STEPS) if mask >> bit & 1}
-            chosen = _natural(side, free, cutting) & {step for step in free if cutting or _sides(step) <= free}
-            table[side, mask] = sum(1 << bit for bit, step in enumerate(STEPS) if step in chosen)
-    return table
-
-
-def _sides(step: tuple[int, int]) -> set[tuple[int, int]]:
-    """The two cells beside a diagonal step; none of a straight one."""
-    return {(step[0], 0), (0, step[1])} if step[0] and step[1] else set()
-
-
-def _natural(side: int, free: set[tuple[int, int]], cutting: bool) -> set[tuple[int, int]]:
-    """The steps on from an arrival by ``side``: straight on, and those that an obstacle forces."""
-    if side == ANY:
-        return set(STEPS)
-    down, right = STEPS[side]
-    if down and right:
-        chosen = {(down, right), (down, 0), (0, right)}
-        if cutting:
-            chosen |= {(-down, right)} if (-down, 0) not in free else set()
-            chosen |= {(down, -right)} if (0, -right) not in free else set()
-        return chosen
-    chosen = {(down, right)}
-    for aside in ((right, down), (-right, -down)):
-        beyond = down + aside[0], right + aside[1]
-        if cutting:
-            chosen |= {beyond} if aside not in free else set()
-        elif (aside[0] - down, aside[1] - right) not in free:
-            chosen |= {aside, beyond}
-    return chosen
 
 
 class Found(NamedTuple):
@@ -249,7 +197,7 @@ def theta_star(free: Sequence[bool], stride: int, sources: Sequence[int], target
             through[cell] = straight + apart(cell, target)
         for side, offset in enumerate(offsets):
             near = cell + offset
-            beside = [cell + down * stride + right for down, right in _sides(STEPS[side])]
+            beside = [cell + down * stride + right for down, right in sides(STEPS[side])]
             if not free[near] or not all(free[each] for each in beside):
                 continue
             length = lengths[cell] + (1.0 if side < 4 else math.sqrt(2.0))

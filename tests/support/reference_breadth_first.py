@@ -1,4 +1,4 @@
-"""The search of Vacariu et al. (2008), Listing 1, in plain lines: the reference of the kernel."""
+"""The search of Vacariu et al. (2008), Listings 1 and 2, in plain lines: the reference of the kernel."""
 
 from __future__ import annotations
 
@@ -8,14 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-NEIGHBOURS = ((-1, 0), (1, 0), (0, -1), (0, 1))
-"""(row, column) steps in the paper's order: north, south, west, east (section 2.1)."""
-
-NORTH, SOUTH, WEST, EAST = range(4)
-UNKNOWN = -1
-"""The direction of a cell without a discoverer: the start, or a cell that was not reached."""
-
-Cell = tuple[int, int]
+from codesign.planners.breadth_first.plan.search import NEIGHBOURS, UNKNOWN, Cell
 
 
 @dataclass(frozen=True)

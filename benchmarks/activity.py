@@ -1,7 +1,7 @@
 """The rate at which the nets of a circuit toggle, counted in a simulation: dynamic power is proportional to it.
 
-The nets join the LUT and flip-flops of the circuit. In the Verilog of its source one net may have several names,
-and a name may have nets that no gate drives.
+The nets join the LUT and flip-flops of the circuit. In the Verilog of its source one net may have several names, and a
+name may have nets that no gate drives.
 """
 
 from __future__ import annotations
@@ -9,13 +9,85 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
 from codesign.ground.errors import RunError
-from codesign.ground.files import scratch
-from codesign.hardware.rtl.bench_runs import Waves, icarus
+from codesign.hardware.rtl.bench_runs import Waves, icarus, scratch
+from codesign.hardware.rtl.design import sources_of, top_name, write_design
+from codesign.hardware.rtl.tools import require, yosys
 from codesign.planners.circuits import Circuit, Expected
+
+# A circuit as a flattened netlist of LUT of four inputs, flip-flops and memories, which the bench runs as its source.
+
+NETLIST = "netlist.v"
+
+_MOST_SECONDS = 1800.0
+_PASSES = (
+    "proc",
+    "flatten",
+    "opt -full",
+    "wreduce",
+    "peepopt",
+    "opt_clean",
+    "alumacc",
+    "opt",
+    # Memories stay what they are.
+    "memory -nomap",
+    "opt_clean",
+    "opt -full",
+    "techmap",
+    "opt -fast",
+    "abc -lut 4",
+    "opt -fast",
+    "opt_clean -purge",
+    "setundef -zero -init",
+    f"write_verilog -noattr {NETLIST}",
+)
+
+_UNKNOWN_BITS = re.compile(r"'([hb])([0-9a-f]*x[0-9a-fx]*)")
+_REGISTER = re.compile(r"^( +reg (?:\[\d+:\d+\] )?\S+) *;", re.MULTILINE)
+_MEMORY = re.compile(r"^ +reg (?:\[\d+:\d+\] )?(\S+) +\[(\d+):0\];", re.MULTILINE)
+
+
+def write_gates(circuit: Circuit, folder: Path) -> str:
+    """Write the netlist of a circuit and the images that it reads into ``folder``; the name of the netlist.
+
+    Raises:
+        MissingToolError: pyosys is not installed.
+        RunError: Yosys refuses the Verilog.
+    """
+    require("pyosys")
+    write_design(circuit, folder)
+    script = [
+        *(f"read_verilog {name}" for name in sources_of(circuit)),
+        f"hierarchy -check -top {top_name(circuit)}",
+        *_PASSES,
+    ]
+    yosys("\n".join(script) + "\n", folder, f"the gates of {circuit.top}", seconds=_MOST_SECONDS)
+    path = folder / NETLIST
+    path.write_text(without_unknowns(path.read_text(encoding="utf-8")), encoding="utf-8")
+    return NETLIST
+
+
+def without_unknowns(verilog: str) -> str:
+    """A netlist of Yosys in which every register and memory begins at 0, and no constant has an unknown bit.
+
+    >>> without_unknowns("  reg [1:0] a ;")
+    '  reg [1:0] a = 0;'
+    """
+    known = _UNKNOWN_BITS.sub(lambda constant: f"'{constant[1]}{constant[2].replace('x', '0')}", verilog)
+    known = _REGISTER.sub(r"\1 = 0;", known)
+    counters = iter(range(len(known)))
+
+    def cleared(memory: re.Match[str]) -> str:
+        name, last, i = memory[1], memory[2], f"word_{next(counters)}"
+        loop = f"initial for ({i} = 0; {i} <= {last}; {i} = {i} + 1) {name} [{i}] = 0;"
+        return f"{memory[0]}\n  integer {i};\n  {loop}"
+
+    return _MEMORY.sub(cleared, known)
+
 
 MOST_CYCLES = 4000
 """Cycles of a run that toggles are counted in."""
@@ -49,7 +121,7 @@ def activity(circuit: Circuit, expected: Expected, most: int = MOST_CYCLES) -> A
     with scratch() as folder:
         file = folder / "waves.vcd"
         last = min(cycles, first + most) - 1
-        events = icarus(circuit, expected, Waves(file, first, last), gates=True).events
+        events = icarus(circuit, expected, Waves(file, first, last), netlist=write_gates).events
         if not np.array_equal(events.value, expected.events.value[: len(events.value)]):
             raise RunError(f"the netlist of {circuit.top} reports other values than the model")
         with file.open(encoding="utf-8") as lines:
