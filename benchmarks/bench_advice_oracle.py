@@ -2,7 +2,8 @@
 
 Each question is asked, then designs are drawn for every board that costs less than the recommended one, or for all
 where none suffices: any tile, block, schedule, method and placement, at the fastest clock that it reaches. A drawn
-design that meets every need, on a board of which the answer says that none does, is a contradiction.
+design that meets every need, on a board of which the answer says that none does, is a contradiction. Half of them are
+in the space that the answer speaks of, the others are free of it: what these find stands in a column of its own.
 """
 
 from __future__ import annotations
@@ -13,15 +14,21 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
 from inspect import isclass
+from itertools import chain
 from pathlib import Path
 from random import Random
 from typing import Any, get_args
+from unittest.mock import Mock
 
 from codesign import maps
 from codesign.ground.errors import CodesignError
 from codesign.ground.memo import Memo
 from codesign.inputs import design_point
 from codesign.inputs.components import FpgaComponent
+from codesign.inputs.workload import PLACE_KEYS
+from codesign.planners.grid_search.plan.parameters import SearchParameters
+from codesign.planners.harmonic.plan.parameters import RelaxParameters
+from codesign.planners.harmonic.styles.designs import FIRST, LAST, STEP, VISITS
 from codesign.study import advice
 from codesign.study.advice.certainty import shortfalls_of
 from codesign.study.advice.needs import Question, workload_tree
@@ -34,7 +41,7 @@ TIMES = 10
 
 LEAST_DRAWN = 200
 
-MOST_S = 15.0
+MOST_S = 60.0
 """Seconds of processor time after which no further design of a question is drawn."""
 
 REAL = Path(__file__).parents[1].parent / "shared" / "maps" / "movingai"
@@ -156,6 +163,45 @@ def parameters_of(planner: str, style: str, rows: int, columns: int, rng: Random
     return chosen
 
 
+AT_DEFAULT = {
+    "breadth_first": ("address", "queue_words", "external_cycles"),
+    "harmonic": ("pipeline", "digit_bits", "promote", "termination", "stop", "pockets", "start"),
+    "wavefront": ("paths", "course", "steps", "delays", "penalty"),
+}
+"""Parameters that the space of an answer holds at their defaults; see ``Architecture.beyond``."""
+
+
+def inside(planner: str, chosen: dict[str, Any], rng: Random) -> dict[str, Any]:
+    """A drawn design of a circuit, moved into the space of an answer."""
+    kept = {key: value for key, value in chosen.items() if key not in AT_DEFAULT.get(planner, ())}
+    if planner == "wavefront":
+        kept["corner_cutting"] = False
+    if planner == "harmonic":
+        kept |= {"iterations": rng.choice(VISITS), "schedule": {"first": FIRST, "step": STEP, "last": rng.choice(LAST)}}
+    return kept
+
+
+def is_beyond(planner: str, style: str, chosen: Mapping[str, Any]) -> bool:
+    """True if the statement of an answer is not about a design."""
+    of = catalog.planners()[planner]
+    architecture, model = catalog.architectures()[planner, style], of.tasks[of.planning_task]
+    own = model.model_validate(dict(chosen))
+    if isinstance(own, SearchParameters):
+        return own.cuts
+    if architecture.component_type != "fpga":
+        # A program has few designs, and each is tried.
+        proposed = chain.from_iterable(architecture.designs(Mock()))
+        return own not in [model.model_validate(dict(each)) for each in proposed]
+    plain = model.model_validate(inside(planner, dict(chosen), Random(0)))
+    if isinstance(own, RelaxParameters):
+        if own.iterations not in VISITS or own.precisions not in LADDERS:
+            return True
+        plain = plain.model_copy(update={"iterations": own.iterations, "schedule": own.schedule})
+    return own != plain
+
+
+LADDERS = [(*range(FIRST, last, STEP), last) for last in LAST]
+
 SHARES = {"wavefront": 12, "breadth_first": 4, "grid_search": 4, "harmonic": 2, "relaxation": 1}
 """The shares of the planners among the designs: those that a second simulates many of have most."""
 
@@ -168,6 +214,8 @@ def drawn(board: advice.Board, question: Question, rng: Random) -> tuple[str, di
     planner, style = rng.choices(styles, [SHARES[of] for of, _ in styles])[0]
     of = catalog.planners()[planner]
     chosen = parameters_of(planner, style, question.problem.rows, question.problem.columns, rng)
+    if isinstance(spec, FpgaComponent) and rng.random() < 0.5:
+        chosen = inside(planner, chosen, rng)
     mapping: dict[str, dict[str, Any]] = {of.planning_task: {"component": name, "style": style, **chosen}}
     others = [task for task in of.tasks if task not in (of.planning_task, "load")]
     elsewhere = [other for other in board.platform.components if other != name]
@@ -198,11 +246,15 @@ def suffices(
 
 @dataclass
 class Outcome:
-    """What drawing came to. ``finds``: designs that suffice on a board of which the answer says that none does."""
+    """What drawing came to. ``finds``: designs that suffice on a board of which the answer says that none does.
+
+    ``beyond``: those that suffice and are outside of the space that the answer speaks of.
+    """
 
     drawn: int = 0
     ran: int = 0
     finds: list[str] = field(default_factory=list)
+    beyond: list[str] = field(default_factory=list)
 
 
 def hunt(
@@ -234,7 +286,11 @@ def hunt(
             continue
         outcome.ran += 1
         if found:
-            outcome.finds.append(f"{board.name} ({board.price_usd} USD): {design[0]} {design[1]}")
+            planner, mapping, _ = design
+            planning = mapping[catalog.planners()[planner].planning_task]
+            chosen = {key: value for key, value in planning.items() if key not in PLACE_KEYS}
+            finds = outcome.beyond if is_beyond(planner, planning["style"], chosen) else outcome.finds
+            finds.append(f"{board.name} ({board.price_usd} USD): {planner} {mapping}")
     return outcome
 
 
@@ -248,6 +304,8 @@ def run() -> Iterator[dict[str, Any]]:
             spent, tried = time.process_time() - begun, answer.simulated + answer.kept
             outcome = hunt(answer, question, boards, count=max(LEAST_DRAWN, TIMES * tried))
             proved = answer.proof.state != "not proved"
+            for find in outcome.beyond:
+                print("beyond the space:", asked, answer.recommended, find, flush=True)
             for find in outcome.finds:
                 print("CONTRADICTION" if proved else "find", asked, answer.recommended, find, flush=True)
             yield {
@@ -260,5 +318,6 @@ def run() -> Iterator[dict[str, Any]]:
                 "ran": outcome.ran,
                 "contradictions": len(outcome.finds) if proved else 0,
                 "finds, not proved": 0 if proved else len(outcome.finds),
+                "finds beyond the space": len(outcome.beyond),
                 "s asked": f"{spent:.1f}",
             }

@@ -259,6 +259,13 @@ FIGURES: dict[str, ResultFigure] = {
             unit="cells",
             maximise=True,
         ),
+        ResultFigure(
+            "turning_mean",
+            "quality",
+            "changes of direction along the path, added up, mean over the starts that arrived: 90 for a right angle",
+            "turning",
+            unit="deg",
+        ),
         _count("collisions", "quality", "pairs of robots that touched, at an update or between two"),
         ResultFigure(
             "closest_approach",
@@ -347,6 +354,7 @@ SHORT_NAMES = {
     "energy": "energy_j",
     "path_length_ratio": "path_length_ratio_mean",
     "clearance": "clearance_mean",
+    "turning": "turning_mean",
     "time_to_targets": "time_to_targets_s",
     "mission_time": "mission_time_s",
     "mission_energy": "mission_energy_j",

@@ -500,6 +500,7 @@ _OWN: Mapping[str, tuple[Fraction, Powers]] = MappingProxyType(
         "%": (Fraction(1, 100), NUMBER),
         "bits": (Fraction(1), (("b", Fraction(1)),)),
         "cells": (Fraction(1), (("cells", Fraction(1)),)),
+        "deg": (Fraction(1), (("deg", Fraction(1)),)),
     }
 )
 """Units of figures that no quantity of a spec has, and the percent."""

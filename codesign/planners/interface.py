@@ -74,6 +74,10 @@ class Quality:
         Field(title="clearance, least", description="the same, least, cells", json_schema_extra={"unit": "cells"}),
     ]
     wrong_cells: Annotated[int | None, Field(title="cells with a wrong value", description=described("wrong_cells"))]
+    turning_mean: Annotated[
+        float | None,
+        Field(title="turning, mean", description=described("turning_mean"), json_schema_extra={"unit": "deg"}),
+    ] = None
     optimal_length_mean: Annotated[
         float | None,
         Field(
@@ -167,8 +171,8 @@ BYTES_A_CELL = 64
 LOAD, COMMAND = "load", "command"
 """Tasks that the flows of every planner may name besides its own: the source of the map, and the sink of the answer."""
 
-POSE = "pose"
-"""The flow that asks for a decision at a pose; see ``Planner.flows``."""
+MAP, POSE = "map", "pose"
+"""The flow with the map, and the flow that asks for a decision at a pose; see ``Planner.flows``."""
 
 LOWER_BOUND = "lower_bound"
 """The task that computes a start for policy ``lower_bound``. It runs only where it is mapped."""
@@ -384,7 +388,8 @@ class Planner(ABC):
         Senders and receivers are names of ``tasks``, or ``load`` and ``command``. Flows of tasks that do not run
         (``lower_bound`` where it is not mapped) are listed too.
 
-        A flow "pose" goes to the task that decides at every control turn of a drive. The first plan takes the start
+        A flow "map" goes to the task that plans: its time bounds the time of every design from below. A flow "pose"
+        goes to the task that decides at every control turn of a drive. The first plan takes the start
         from the map. Without such a flow, the answer is the whole path, sent once a plan.
         """
 
@@ -447,10 +452,11 @@ class PathsQuality(TypedDict):
     path_length_ratio_worst: float | None
     clearance_mean: float | None
     clearance_least: float | None
+    turning_mean: float | None
 
 
 def judge_paths(problem: Problem, paths: Iterable[tuple[Cell, NDArray[Any] | None]]) -> PathsQuality:
-    """Lengths and clearances of the paths from some starts.
+    """Lengths, clearances and turning of the paths from some starts.
 
     Args:
         problem: the map and its goals.
@@ -462,17 +468,20 @@ def judge_paths(problem: Problem, paths: Iterable[tuple[Cell, NDArray[Any] | Non
     tried = list(paths)
     arrived = [(start, points) for start, points in tried if points is not None]
     ratios: list[float] = []
-    along = length = 0.0
+    along = length = turning = 0.0
     least: list[float] = []
     if arrived:
         shortest, room = _of_maps.get(("paths", problem.map_digest), lambda: _lengths_and_room(problem))
         for start, points in arrived:
-            pieces = np.sqrt((np.diff(points, axis=0) ** 2).sum(axis=1))
+            steps = np.diff(points, axis=0)
+            pieces = np.sqrt((steps**2).sum(axis=1))
             cells = np.floor(points + 0.5).astype(np.int64)
             at_points = room[cells[:, 0], cells[:, 1]]
             along += float((pieces * (at_points[:-1] + at_points[1:]) / 2.0).sum())
             length += float(pieces.sum())
             least.append(float(at_points.min()))
+            headings = np.arctan2(*steps[pieces > 0.0].T)
+            turning += float(np.abs((np.diff(headings, prepend=headings[:1]) + np.pi) % (2 * np.pi) - np.pi).sum())
             if 0.0 < shortest[start] < np.inf:
                 ratios.append(float(pieces.sum()) / float(shortest[start]))
     return PathsQuality(
@@ -482,6 +491,8 @@ def judge_paths(problem: Problem, paths: Iterable[tuple[Cell, NDArray[Any] | Non
         path_length_ratio_worst=max(ratios, default=None),
         clearance_mean=along / length if length > 0.0 else None,
         clearance_least=min(least, default=None),
+        # Rounded, so that a right angle is 90 on every processor.
+        turning_mean=round(math.degrees(turning) / len(arrived), 6) if arrived else None,
     )
 
 

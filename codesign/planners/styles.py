@@ -121,6 +121,11 @@ class Family:
     parts: Callable[[], Iterator[Family]] | None = None
     clock_alone: bool = False
 
+    @property
+    def lowest(self) -> Mapping[str, Any]:
+        """``least``, or the first of the chain."""
+        return self.chain[0] if self.least is None else self.least
+
 
 Sides = tuple[int, int]
 """The least and the greatest side of a class or of a group of classes."""
@@ -314,9 +319,12 @@ class Architecture(_Style):
 
     - ``supports_external``: whether the design can keep its memories in an external memory. Then ``demand``,
       ``clock_limit`` and ``work`` look at ``Job.external``.
+    - ``beyond``: the designs that ``families`` leaves out, in words; empty: none. An answer that rests on the families
+      names them.
     """
 
     supports_external: bool = False
+    beyond: str = ""
 
     def settled(self, parameters: Any) -> Any:
         """The parameters that this style runs with, where it cannot run with the given ones.

@@ -6,6 +6,7 @@ import math
 from collections.abc import Sequence
 from typing import Any, Literal
 
+from more_itertools import map_reduce
 from pydantic import Field
 
 from codesign.study.advice.candidates import Board, Candidate
@@ -14,6 +15,7 @@ from codesign.study.advice.motion import Driven, Motion
 from codesign.study.advice.needs import Goal, Needs, Where
 from codesign.study.advice.search import COUNTS, Extent, Findings, Tried, order
 from codesign.study.advice.trials import Shortfall, Trial
+from codesign.system import catalog
 from codesign.system.results.model import ResultModel
 
 
@@ -69,10 +71,13 @@ class Proof(ResultModel):
 
     state: Literal["proved", "at own values", "not proved"] = Field(
         description="proved: every design of them fails at every value inside the intervals; at own values: each fails"
-        " at the figures' own values; not proved: the budget ended before all were looked at"
+        " at the figures' own values; not proved: the budget ended before all were looked at, or a planner failed"
     )
     boards: int = Field(description="how many boards it is about")
     searched: Extent = Field(description="their designs, by what became of them")
+    beyond: tuple[str, ...] = Field(
+        description="designs that are not searched, by planner and style: nothing is said of them"
+    )
 
 
 class Advice(ResultModel):
@@ -239,7 +244,10 @@ def proof_of(
         "not proved" if not complete else "proved" if sure else "at own values"
     )
     searched = Extent(designs=sum(counts.values()), complete=complete, **counts)
-    return Proof(state=state, boards=len(about), searched=searched), about
+    met = {(each.planner, each.style) for board in about for each in findings.settled[board.board]}
+    left_out = map_reduce(sorted(met), lambda each: catalog.architectures()[each].beyond, " ".join)
+    beyond = tuple(f"{', '.join(styles)}: {what}" for what, styles in left_out.items() if what)
+    return Proof(state=state, boards=len(about), searched=searched, beyond=beyond), about
 
 
 def distance(board: BoardAdvice) -> float:

@@ -7,11 +7,12 @@ A planner of another package takes part without an edit here.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from itertools import chain
-from typing import Any
+from itertools import chain, count, islice
+from typing import Any, TypeVar
 
 from more_itertools import map_reduce
 
@@ -33,11 +34,14 @@ from codesign.planners.job import Demand, Job
 from codesign.planners.plug_in import PlugIn
 from codesign.planners.styles import Architecture, Designs, Family
 from codesign.study.advice.needs import Needs, Where
+from codesign.study.space import canonical
 from codesign.system import catalog
 from codesign.system.assemble import memory_law
 from codesign.system.bind import planner_code
-from codesign.system.fit import PartFit, fit, laws_of
+from codesign.system.fit import Laws, PartFit, fit, laws_of
 from codesign.system.place import DETECT
+
+T = TypeVar("T")
 
 # The boards of the catalogue: which are asked about, what they cost, and what they draw while they wait.
 
@@ -218,6 +222,47 @@ class _Placement:
     memory: str | None = None
 
 
+class Replay(Iterable[Family]):
+    """Families that several arrangements walk over, each from the first on; they are made once.
+
+    Where the code of the planner fails, it does so for each of them.
+    """
+
+    def __init__(self, source: Iterator[Family]) -> None:
+        self._source, self._met = source, list[Family]()
+        self._failed: Exception | None = None
+
+    def __iter__(self) -> Iterator[Family]:
+        for index in count():
+            if index == len(self._met):
+                if self._failed is not None:
+                    raise self._failed
+                try:
+                    self._met.append(next(self._source))
+                except StopIteration:
+                    return
+                except Exception as failed:
+                    self._failed = failed
+                    raise
+            yield self._met[index]
+
+
+@dataclass(eq=False)
+class Circuit:
+    """What arrangements with the same style, tasks and part have in common, whatever their board.
+
+    ``families``: of the style. ``parts``: of a family that was taken apart, by its identity; ``wholes``: what a family
+    is a part of, by its identity. ``held``: the use of the part by a design;
+    ``clocks``: its fastest clock.
+    """
+
+    families: Replay | None = None
+    parts: dict[int, Replay] = field(default_factory=dict)
+    wholes: dict[int, Family] = field(default_factory=dict)
+    held: dict[str, PartFit | None] = field(default_factory=dict)
+    clocks: dict[str, Figure | None] = field(default_factory=dict)
+
+
 @dataclass(frozen=True, eq=False)
 class Arrangement:
     """A planner, a style and a placement on a board. Its designs differ in parameters alone."""
@@ -230,6 +275,7 @@ class Arrangement:
     placed: _Placement
     problem: Problem | None
     share: float
+    circuits: dict[Any, Circuit]
 
     @property
     def placement(self) -> Where:
@@ -249,15 +295,52 @@ class Arrangement:
         memory = self.board.platform.of(MemoryComponent)[self.placed.memory]
         return replace(job, external=memory_law(self.placed.memory, memory))
 
+    @cached_property
+    def _circuit(self) -> Circuit:
+        job, spec = self._job, self.board.platform.components[self.component]
+        own = spec.calibrated if isinstance(spec, FpgaComponent) else None
+        models = [None if each is None else each.model_dump_json() for each in (job.part, own)]
+        key = self.planner.name, self.style.style, *models, job.memory, job.inside, job.external
+        return self.circuits.setdefault(key, Circuit())
+
     def families(self) -> Iterator[Family]:
-        """Every design; of a style that proposes none, the samples of its plug-in, each by itself."""
+        """Every design; of a style that proposes none, the samples of its plug-in, each by itself.
+
+        The code of the planner may fail at each of them (``planner_code``).
+        """
+        if self._circuit.families is None:
+            self._circuit.families = Replay(self._families())
+        yield from self._circuit.families
+
+    def parts(self, family: Family) -> Iterator[Family]:
+        """The parts of one of its families that has some."""
+        known = self._circuit.parts
+        if id(family) not in known:
+            assert family.parts is not None, "asked of a family with parts"
+            known[id(family)] = Replay(family.parts())
+        for part in known[id(family)]:
+            self._circuit.wholes[id(part)] = family
+            yield part
+
+    def at(self, path: Sequence[int]) -> Family:
+        """One of its families by its number, then that of a part of it, and so on."""
+        family = next(islice(self.families(), path[0], None))
+        for index in path[1:]:
+            family = next(islice(self.parts(family), index, None))
+        return family
+
+    def clock_of_whole(self, family: Family) -> Figure | None:
+        """A clock that no design of a family exceeds by its law, Hz: that of the family it is a part of, if of one."""
+        whole = self._circuit.wholes.get(id(family))
+        return None if whole is None else self.clock_limit(whole.lowest)
+
+    def _families(self) -> Iterator[Family]:
         some = False
-        with planner_code(self.planner):
-            for family in self.style.families(self._job):
-                some = True
-                yield family
+        for family in self.style.families(self._job):
+            some = True
+            yield family
         if not some:
-            yield from (Family(chain) for chain in _of_samples(self.plug_in, self.planner))
+            yield from map(Family, _of_samples(self.plug_in, self.planner))
 
     def candidate(self, design: Mapping[str, Any]) -> Candidate:
         """The design with these parameters, on an FPGA at the fastest clock that it reaches."""
@@ -272,20 +355,34 @@ class Arrangement:
 
     def held(self, design: Mapping[str, Any]) -> PartFit | None:
         """The use of the part by a design, and its clock; None of a processor, and where a run has to say it."""
+        return self._asked(
+            design,
+            self._circuit.held,
+            lambda laws, job: fit(Demand(laws.items(job)), job.part, 0, laws.clock_limit(job)),
+        )
+
+    def clock_limit(self, design: Mapping[str, Any]) -> Figure | None:
+        """The fastest clock of a design by its law alone, Hz; None as of ``held``."""
+        held = self._circuit.held.get(canonical(design))
+        if held is not None and held.clock is not None:
+            return held.clock.limit
+        return self._asked(design, self._circuit.clocks, lambda laws, job: laws.clock_limit(job))
+
+    def _asked(
+        self, design: Mapping[str, Any], known: dict[str, T | None], ask: Callable[[Laws, Job[Any, Any]], T]
+    ) -> T | None:
         component = self.board.platform.of(FpgaComponent).get(self.component)
         if component is None:
             return None
-        try:
-            model = self.planner.tasks[self.planner.planning_task].model_validate(dict(design))
-            parameters = self.style.settled(model)
-            if parameters.to_find:
-                return None
-            job = replace(self._job, parameters=parameters)
-            laws = laws_of(self.style, component)
-            with planner_code(self.planner):
-                return fit(Demand(laws.items(job)), job.part, 0, laws.clock_limit(job))
-        except (CodesignError, ValueError):
-            return None
+        key = canonical(design)
+        if key not in known:
+            known[key] = None
+            with suppress(CodesignError, ValueError), planner_code(self.planner):
+                model = self.planner.tasks[self.planner.planning_task].model_validate(dict(design))
+                parameters = self.style.settled(model)
+                if not parameters.to_find:
+                    known[key] = ask(laws_of(self.style, component), replace(self._job, parameters=parameters))
+        return known[key]
 
     def time_of(self, units: Mapping[str, int], limit: Figure | None) -> tuple[float, float]:
         """The time of units of work on the component, s: at the figures' own values, and the least inside intervals.
@@ -334,17 +431,28 @@ LOGIC = ("slices", "lut4", "flip_flops")
 """The resources of a part that a router needs room in. Block RAM and multipliers may all be used."""
 
 
+def of_share(budget: float, share: float) -> int:
+    """The amount of a resource of the logic that a design may use."""
+    return math.floor(share * budget)
+
+
 def usable(part: Part, share: float) -> Part:
     """The part with the share of its logic that a design may use."""
     resources = {
-        kind: replace(figure, value=math.floor(share * figure.value)) if kind in LOGIC else figure
+        kind: replace(figure, value=of_share(figure.value, share)) if kind in LOGIC else figure
         for kind, figure in part.resources.items()
     }
     return part.model_copy(update={"resources": resources})
 
 
-def arrangements_of(board: Board, problem: Problem | None, needs: Needs) -> Iterator[Arrangement]:
-    """Every planner, style and placement on a board that the needs do not leave out. ``problem``: None to name them."""
+def arrangements_of(
+    board: Board, problem: Problem | None, needs: Needs, circuits: dict[Any, Circuit] | None = None
+) -> Iterator[Arrangement]:
+    """Every planner, style and placement on a board that the needs do not leave out. ``problem``: None to name them.
+
+    ``circuits``: what is known of the designs of the problem, for the arrangements of several boards.
+    """
+    known = {} if circuits is None else circuits
     for plug_in in catalog.plug_ins():
         for style in plug_in.styles:
             planner = catalog.planners().get(style.planner)
@@ -353,7 +461,7 @@ def arrangements_of(board: Board, problem: Problem | None, needs: Needs) -> Iter
             for name, spec in board.platform.components.items():
                 if spec.plans and spec.type == style.component_type:
                     for placed in _placements(board, planner, style, name):
-                        each = Arrangement(board, plug_in, planner, style, name, placed, problem, needs.share)
+                        each = Arrangement(board, plug_in, planner, style, name, placed, problem, needs.share, known)
                         if _is_asked(each, needs):
                             yield each
 

@@ -76,21 +76,29 @@ def excluded(board: Board, needs: Needs) -> tuple[Shortfall, bool] | None:
 
     A board draws at least what it draws while it waits. Power at the input that nobody measured is met by no design.
     """
-    if needs.price_usd is not None and (board.price_usd is None or board.price_usd > needs.price_usd):
-        short = Shortfall(need="price", name="price", demand=board.price_usd, limit=needs.price_usd, unit="USD")
+    for short in _too_dear(board, needs):
         ends = board.price_interval_usd
-        return short, ends is not None and ends[0] > needs.price_usd
-    if needs.power_w is None:
-        return None
-    idle, parts = board.input_idle_w, board.idle_interval_w[0]
-    if idle is None:
-        name = "power at its input (board.power)"
-        return Shortfall(need="power", name=name, demand=None, limit=needs.power_w, unit="W"), parts > needs.power_w
-    if idle[0] <= needs.power_w:
-        return None
-    return Shortfall(need="power", name="mean power", demand=idle[0], limit=needs.power_w, unit="W"), (
-        idle[1] > needs.power_w
-    )
+        return short, ends is not None and ends[0] > short.limit
+    idle = board.input_idle_w
+    for short in _too_hungry(needs, None if idle is None else idle[0]):
+        least = board.idle_interval_w[0] if idle is None else idle[1]
+        return short, least > short.limit
+    return None
+
+
+def _too_dear(board: Board, needs: Needs) -> Iterator[Shortfall]:
+    """The price of a board that passes what it may cost, or that nobody knows."""
+    price, limit = board.price_usd, needs.price_usd
+    if limit is not None and (price is None or price > limit):
+        yield Shortfall(need="price", name="price", demand=price, limit=limit, unit="USD")
+
+
+def _too_hungry(needs: Needs, power_w: float | None) -> Iterator[Shortfall]:
+    """The power at the input of a board that passes what it may be, or that nobody knows."""
+    limit = needs.power_w
+    if limit is not None and (power_w is None or power_w > limit):
+        name = "power at its input (board.power)" if power_w is None else "mean power"
+        yield Shortfall(need="power", name=name, demand=power_w, limit=limit, unit="W")
 
 
 def shortfalls_of(trial: Trial, board: Board, needs: Needs) -> tuple[Shortfall, ...]:
@@ -99,13 +107,9 @@ def shortfalls_of(trial: Trial, board: Board, needs: Needs) -> tuple[Shortfall, 
     if trial.time_s is not None and trial.time_s > needs.period_s:
         short.append(Shortfall(need="rate", name="time of a plan", demand=trial.time_s, limit=needs.period_s, unit="s"))
     if needs.power_w is not None:
+        # The power of the components alone may be too much already.
         power, parts = input_power(trial, board, needs), mean_power(trial, board, needs) or board.idle_w
-        lowest = parts if power is None else power
-        name, demand = "mean power", lowest if lowest > needs.power_w else power
-        if demand is None:
-            name = "power at its input (board.power)"
-        if demand is None or demand > needs.power_w:
-            short.append(Shortfall(need="power", name=name, demand=demand, limit=needs.power_w, unit="W"))
+        short += _too_hungry(needs, parts if power is None and parts > needs.power_w else power)
     if (
         needs.detour is not None
         and (trial.detour is None or trial.detour > needs.detour * (1 + ROUNDING))
@@ -114,10 +118,7 @@ def shortfalls_of(trial: Trial, board: Board, needs: Needs) -> tuple[Shortfall, 
         short.append(Shortfall(need="detour", name="length of its paths", demand=trial.detour, limit=needs.detour))
     if trial.time_s is not None:
         short += _beyond(trial, needs)
-    if needs.price_usd is not None and (board.price_usd is None or board.price_usd > needs.price_usd):
-        price = board.price_usd
-        short.append(Shortfall(need="price", name="price", demand=price, limit=needs.price_usd, unit="USD"))
-    return tuple(short)
+    return (*short, *_too_dear(board, needs))
 
 
 def _beyond(trial: Trial, needs: Needs) -> Iterator[Shortfall]:
@@ -250,7 +251,8 @@ def certainty_of(result: Result, board: Board, needs: Needs) -> Certainty:
     judged += _price(board, needs)
     order: tuple[Standing, ...] = ("fails", "depends", "holds")
     state = min((each.state for each in judged), key=order.index)
-    holds = f"holds at every value inside the declared intervals{_late_text(result)}{_clock_text(result, clock)}"
+    down = _clock_text(result, clock)
+    holds = f"holds at every value inside the declared intervals{_late_text(result)}{down and f', {down}'}"
     return Certainty(
         state=state,
         needs=tuple(judged),
@@ -293,7 +295,7 @@ def _clock_text(result: Result, least: float | None) -> str:
     if least is None or result.clock is None or not math.isfinite(least):
         return ""
     ends = " to ".join(_figure_text(end, "Hz") for end in result.clock.limit.interval)
-    return f", down to a clock of {_figure_text(least, 'Hz')} (by its law it reaches {ends})"
+    return f"down to a clock of {_figure_text(least, 'Hz')} (by its law it reaches {ends})"
 
 
 def _rate(rate: Verdict, result: Result, clock: float | None) -> Judged:
@@ -317,8 +319,8 @@ def _rate(rate: Verdict, result: Result, clock: float | None) -> Judged:
     # The widest figure need not be the clock: a clock that flips it is said too.
     limit = None if result.clock is None else result.clock.limit
     if clock is not None and limit is not None and limit.interval[0] < clock <= limit.interval[1]:
-        clock_text = _clock_text(result, clock) if rate.decides.name != f"{result.component}.clock" else ""
-        text += f"; it is{clock_text.replace(', down', ' fast enough down', 1)}" if clock_text else ""
+        down = _clock_text(result, clock) if rate.decides.name != f"{result.component}.clock" else ""
+        text += down and f"; it is fast enough {down}"
     return Judged(need="rate", state="depends", changes_at=flips, text=text, **_decider(name, figure))
 
 

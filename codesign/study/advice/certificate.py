@@ -78,6 +78,7 @@ class Certificate(ResultModel):
     winner: Tried | None = Field(description="its design")
     state: Literal["proved", "at own values", "not proved"] = Field(description="what is stated; see the answer")
     prices_usd: dict[str, float | None] = Field(description="the price of each board that was asked about, USD")
+    beyond: tuple[str, ...] = Field(description="designs that it says nothing of, by planner and style")
     boards: tuple[OfBoard, ...] = Field(description="the boards that the statement is about")
     digest: str = Field(default="", description="SHA-256 over all of this but itself")
 
@@ -106,6 +107,7 @@ def certificate_of(advice: Advice, question: Question, findings: Findings, about
         price_usd=None if best is None else best.price_usd,
         winner=winner,
         state=advice.proof.state,
+        beyond=advice.proof.beyond,
         prices_usd={name: board.price_usd for name, board in boards.items()},
         boards=tuple(
             OfBoard(
@@ -222,6 +224,8 @@ def _faults_of_designs(board: OfBoard, certificate: Certificate, period: float) 
                 yield f"{what} is not excluded by its bound"
             elif not _follows(each, each.time_s):
                 yield f"{what}: its time does not follow from its units"
+            elif each.sure and not (each.least_s or 0.0) > period:
+                yield f"{what} is excluded at the figures' own values only"
         if certificate.state == "proved" and each.state not in ("tried", "left") and not each.sure:
             yield f"{what} is excluded at the figures' own values only"
     for design in board.tried:
@@ -244,11 +248,15 @@ def _missing(board: OfBoard, certificate: Certificate) -> Iterator[str]:
     """The arrangements of a shipped board that the certificate says nothing about."""
     if board.board not in list_platforms() or certificate.state == "not proved":
         return
-    held = {(each.planner, each.style, tuple(sorted(each.apart.items())), each.memory) for each in board.settled}
+    held = set(map(_arrangement, board.settled))
     for each in arrangements_of(Board(board.board, load_platform(board.board)), None, certificate.needs):
-        key = each.planner.name, each.style.style, tuple(sorted(each.placed.apart.items())), each.placed.memory
-        if key not in held:
+        apart, memory = tuple(sorted(each.placed.apart.items())), each.placed.memory
+        if (each.planner.name, each.style.style, each.component, apart, memory) not in held:
             yield f"{board.board}: nothing is stated about {each.planner.name} ({each.style.style})"
+
+
+def _arrangement(each: Settled) -> tuple[str, str, str, tuple[tuple[str, str], ...], str | None]:
+    return each.planner, each.style, each.component, tuple(sorted(each.apart.items())), each.memory
 
 
 def _is_short(short: Shortfall, design: Tried, period: float) -> bool:
@@ -269,8 +277,7 @@ TILE = "tile rows", "tile columns"
 def _uncovered(board: OfBoard, certificate: Certificate) -> Iterator[str]:
     """The arrangements whose families do not hold every tile of the map."""
     tiled = [each for each in board.settled if set(TILE) <= set(each.ranges)]
-    key = lambda each: (each.planner, each.style, tuple(sorted(each.apart.items())), each.memory)  # noqa: E731
-    for (planner, style, *_), families in map_reduce(tiled, key).items():
+    for (planner, style, *_), families in map_reduce(tiled, _arrangement).items():
         held = np.zeros((certificate.rows + 1, certificate.columns + 1), np.bool_)
         for each in families:
             (top, bottom), (left, right) = (each.ranges[name] for name in TILE)

@@ -3,25 +3,28 @@
 A style gives its designs in families (``Architecture.families``). A family is excluded
 
 - where its least design is short of a resource or a bound of the part: so are all others of it;
-- where a bound of its cycles, over the fastest clock that it reaches by its law, and the messages that every design
-  sends, take longer than a plan may take.
+- where a bound of its cycles, over the fastest clock that it reaches by its law, and the message with the map, which
+  every design gets, take longer than a plan may take.
 
 A family may hold all designs but a few, so a board that is far too slow is done in one step. Where it is excluded at
 the figures' own values alone, and all else of the board at every value, its parts are looked at.
 
 Of what is left each design is tried, least bits first, and parts of a family have sharper bounds. A chain ends at the
-first design that serves, and at the first that takes longer than a plan may take: the designs after it take at least as
-long.
+first design that suffices, and at the first that takes longer than a plan may take: the designs after it take at least
+as long.
 
 First, each arrangement of each board has a few of its most promising families looked at. Then the boards that cost less
-than the cheapest one that suffices are searched to the end, the cheapest first. What the budget leaves is counted.
+than the cheapest one that suffices are searched to the end, the cheapest first. What the budget leaves is counted. A
+board is not searched to the end either where the code of a planner fails on it.
 """
 
 from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Iterator, Sequence
+import zlib
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from itertools import zip_longest
 from typing import Any, Literal, get_args
@@ -29,12 +32,14 @@ from typing import Any, Literal, get_args
 from pydantic import Field
 
 from codesign.ground.errors import RunError
+from codesign.ground.figures import Figure
 from codesign.planners.styles import Family
-from codesign.study.advice.candidates import SIMPLE, Arrangement, Board, Candidate, arrangements_of, at_clock
+from codesign.study.advice.candidates import SIMPLE, Arrangement, Board, Candidate, Circuit, arrangements_of, at_clock
 from codesign.study.advice.certainty import excluded, shortfalls_of
 from codesign.study.advice.needs import Needs
 from codesign.study.advice.trials import Laboratory, Shortfall, Trial
 from codesign.study.store import Batch, Entry, EntryState, Store
+from codesign.system.bind import planner_code
 from codesign.system.results.model import ResultModel
 
 BUDGET_S = 45.0
@@ -42,6 +47,9 @@ BUDGET_S = 45.0
 
 FEW = 3
 """Families of an arrangement that are looked at on every board, whatever it costs."""
+
+MARGIN = 1.25
+"""Cycles are counted beyond those that a plan may take by this, so that a question about a slower rate finds them."""
 
 _GROUP = 64
 """Trials that the cache is given at once."""
@@ -68,6 +76,7 @@ class Settled(ResultModel):
     state: State = Field(description="unfit, bound, counted, tried or left")
     planner: str = Field(description="name of the planner")
     style: str = Field(description="architecture style of the planning task")
+    component: str = Field(description="the component that plans")
     apart: dict[str, str] = Field(description="the tasks that other components do")
     memory: str | None = Field(description="the external memory of the planning task")
     least: dict[str, Any] = Field(description="parameters of its least design")
@@ -84,7 +93,16 @@ class Settled(ResultModel):
     map_s: float = Field(default=0.0, description="time of the message with the map, without waits, s")
     clock_hz: float | None = Field(default=None, description="no design of it has a faster clock, Hz, by its law")
     time_s: float | None = Field(default=None, description="no design of it takes less time, messages included, s")
+    least_s: float | None = Field(
+        default=None, description="no design of it takes less time at any value inside the intervals, s"
+    )
     sure: bool = Field(default=False, description="whether it is excluded at every value inside the intervals")
+
+    def holds(self, period_s: float) -> bool:
+        """True if it is excluded at another period too, and as surely."""
+        if self.time_s is None or self.least_s is None:
+            return self.state == "unfit"
+        return self.time_s > period_s and self.sure == (self.least_s > period_s)
 
 
 class Extent(ResultModel):
@@ -105,8 +123,7 @@ class Findings:
 
     ``tried``: the designs of each board by its name. ``settled``: its families. ``ended``: the boards with no family
     left. ``excluded``: the boards that no design helps, by the need, and whether that is sure. ``simulated``,
-    ``kept``: the number of trials that were computed, and of those that came from the cache. ``spent``: whether the
-    budget ended the search.
+    ``kept``: the number of trials that were computed, and of those that came from the cache.
     """
 
     tried: dict[str, list[Tried]]
@@ -115,7 +132,6 @@ class Findings:
     excluded: dict[str, tuple[Shortfall, bool]] = field(default_factory=dict)
     simulated: int = 0
     kept: int = 0
-    spent: bool = False
 
     def surely(self, board: str) -> bool:
         """True if each family of a board that was excluded is so at every value inside the intervals."""
@@ -146,31 +162,86 @@ def search(
     return _Search(laboratory, boards, store, time.process_time() + budget_s, progress).findings()
 
 
+Path = tuple[int, ...]
+"""The place of a family: its number among all of the style, then among the parts of that one, and so on."""
+
+
+class Ended(ResultModel):
+    """An arrangement that was searched to its end, for a question about another rate."""
+
+    settled: tuple[tuple[Path, Settled], ...] = Field(description="its families, each with its place")
+    nearest: dict[str, Any] | None = Field(description="the most promising design whose cycles were counted")
+
+
+def _within(path: Path, others: Iterable[Path]) -> bool:
+    """True if a place is inside of one of the others."""
+    return any(len(other) < len(path) and path[: len(other)] == other for other in others)
+
+
 @dataclass(eq=False)
 class _Open:
     """An arrangement with the families that are still to be looked at: of the last iterator first."""
 
     arrangement: Arrangement
-    families: list[Iterator[Family]]
-    messages: tuple[float, ...] = ()
-    nearest: Family | None = None
+    known: tuple[float, float] | None = None
+    nearest: dict[str, Any] | None = None
+    settled: list[tuple[Path, Settled]] = field(default_factory=list)
+    families: list[Iterator[tuple[Path, Family]]] = field(init=False)
+    paths: dict[int, Path] = field(default_factory=dict)
 
-    def push(self, parts: Iterator[Family]) -> None:
-        """Parts come before the families that are left."""
-        self.families.append(parts)
+    def __post_init__(self) -> None:
+        self.families = [self._numbered((), self.arrangement.families())]
 
-    def next(self, failures: list[str]) -> Family | None:
-        """The next family; None where none is left, or the code of the planner fails, which is told."""
+    @staticmethod
+    def _numbered(path: Path, families: Iterator[Family]) -> Iterator[tuple[Path, Family]]:
+        for index, family in enumerate(families):
+            yield (*path, index), family
+
+    def resume(self, ended: Ended, period_s: float) -> list[Settled]:
+        """What an earlier search settled that holds at this period too. All other families are left to be looked at."""
+        again = [path for path, each in ended.settled if not each.holds(period_s)]
+        # The parts of a family that was tried come again, after its chain.
+        again = [path for path in again if not _within(path, again)]
+        self.families = [((path, self.arrangement.at(path)) for path in again)]
+        self.nearest = ended.nearest
+        self.settled = [(path, each) for path, each in ended.settled if not _within((*path, 0), again)]
+        return [each for _, each in self.settled]
+
+    @property
+    def messages(self) -> tuple[float, float]:
+        """The time of the message with the map, s: its value and the least; 0 before a design was tried."""
+        return self.known or (0.0, 0.0)
+
+    def push(self, family: Family) -> None:
+        """The parts of a family, if it has some, come before the families that are left."""
+        if family.parts is not None:
+            self.families.append(self._numbered(self.paths[id(family)], self.arrangement.parts(family)))
+
+    def next(self, laboratory: Laboratory) -> Family | None:
+        """The next family; None where none is left, or the code of the planner fails, which is noted."""
         try:
             while self.families:
-                family = next(self.families[-1], None)
+                with planner_code(self.arrangement.planner):
+                    path, family = next(self.families[-1], ((), None))
                 if family is not None:
+                    self.paths[id(family)] = path
                     return family
                 self.families.pop()
         except RunError as failed:
-            failures.append(f"{self.arrangement.board.name}: {failed.what}")
+            laboratory.fail(self.arrangement.board.name, failed)
             self.families.clear()
         return None
+
+    def sharper(self, family: Family, most: int, laboratory: Laboratory) -> Mapping[str, int] | None:
+        """The sharper bound of a family; None where it has none, or the code of the planner fails, which is noted."""
+        if family.sharper is None:
+            return None
+        try:
+            with planner_code(self.arrangement.planner):
+                return family.sharper(most)
+        except RunError as failed:
+            laboratory.fail(self.arrangement.board.name, failed)
+            return None
 
 
 class _Search:
@@ -184,17 +255,19 @@ class _Search:
         self.found = Findings({board.name: [] for board in boards}, {board.name: [] for board in boards})
         self.waiting = _Waiting(store)
         self.starts = len(laboratory.question.problem.starts)
+        self.is_spent = False
         self.sufficing: dict[str, float | None] = {}
 
     def findings(self) -> Findings:
         """Look at a few families everywhere, then search the cheaper boards to the end."""
         problem = self.laboratory.question.problem
-        opened = {
-            board.name: [_Open(each, [each.families()]) for each in arrangements_of(board, problem, self.needs)]
-            for board in self.boards
-        }
+        circuits: dict[Any, Circuit] = {}
         out = {board.name: excluded(board, self.needs) for board in self.boards}
         self.found.excluded = {name: why for name, why in out.items() if why is not None}
+        opened = {
+            board.name: [self._open(each) for each in arrangements_of(board, problem, self.needs, circuits)]
+            for board in self.boards
+        }
         # The boards take turns, so that a small budget reaches each of them; the simplest arrangement is first.
         self.progress(0, len(self.boards))
         for turns in zip_longest(*(self._few(opened[board.name]) for board in self.boards)):
@@ -206,20 +279,33 @@ class _Search:
             for each in opened[board.name]:
                 # A board is shown by what it can: by designs that its cycles left out too.
                 if each.nearest is not None and not self._is_settled(board):
-                    self._trial(each, each.arrangement.candidate(each.nearest.chain[0]), self.laboratory.farthest)
+                    self._trial(each, each.arrangement.candidate(each.nearest), self.laboratory.farthest)
             for each in opened[board.name]:
                 self._drain(each, board)
-            if board.name in self.found.excluded or not any(self._leave(each) for each in opened[board.name]):
+            left = [each for each in opened[board.name] if self._leave(each)]
+            if not (left or self._is_settled(board) or board.name in self.laboratory.failed):
+                for each in opened[board.name]:
+                    ended = Ended(settled=tuple(each.settled), nearest=each.nearest)
+                    self.waiting.keep_ended(self.laboratory.key_of(each.arrangement), ended)
+            if board.name in self.found.excluded or not (left or board.name in self.laboratory.failed):
                 self.found.ended.add(board.name)
             self._fill(board)
         self.waiting.write()
         return self.found
 
+    def _open(self, each: Arrangement) -> _Open:
+        """An arrangement to be looked at, or what an earlier question found that holds for this one as well."""
+        opened = _Open(each)
+        ended = None if each.board.name in self.found.excluded else self.waiting.ended(self.laboratory.key_of(each))
+        if ended is not None:
+            self.found.settled[each.board.name] += opened.resume(ended, self.needs.period_s)
+        return opened
+
     def _few(self, opened: list[_Open]) -> Iterator[tuple[_Open, Family]]:
         """A few families of each arrangement of a board, software first."""
         for each in sorted(opened, key=lambda each: SIMPLE.index(each.arrangement.placement)):
             for _ in range(FEW):
-                family = each.next(self.laboratory.failures)
+                family = each.next(self.laboratory)
                 if family is None:
                     break
                 yield each, family
@@ -233,14 +319,12 @@ class _Search:
             if trial.time_s is None or trial.starts == self.starts:
                 return
             tried.remove(best)
-            self._tried(*self.laboratory.trial(candidate))
-            self.found.simulated += 1
+            self._tried(*self._known(candidate, self.laboratory))
 
     @property
     def _spent(self) -> bool:
-        if time.process_time() > self.end:
-            self.found.spent = True
-        return self.found.spent
+        self.is_spent = self.is_spent or time.process_time() > self.end
+        return self.is_spent
 
     def _suffices(self, board: Board) -> bool:
         return board.name in self.sufficing
@@ -261,7 +345,7 @@ class _Search:
     def _drain(self, opened: _Open, board: Board) -> None:
         """Look at all families of an arrangement, until one suffices or the budget is spent."""
         while not self._spent and not self._is_settled(board):
-            family = opened.next(self.laboratory.failures)
+            family = opened.next(self.laboratory)
             if family is None:
                 return
             self._settle([(opened, family)])
@@ -269,26 +353,27 @@ class _Search:
     def _leave(self, opened: _Open) -> bool:
         """Count the families that are left; true if there are some."""
         some = False
-        while (family := opened.next(self.laboratory.failures)) is not None:
+        while (family := opened.next(self.laboratory)) is not None:
             some = True
             self._note(opened, family, "left")
         return some
 
     def _note(self, opened: _Open, family: Family, state: State, **more: Any) -> None:
         each = opened.arrangement
-        self.found.settled[each.board.name].append(
-            Settled(
-                state=state,
-                planner=each.planner.name,
-                style=each.style.style,
-                apart=dict(each.placed.apart),
-                memory=each.placed.memory,
-                least=dict(family.least or family.chain[0]),
-                ranges=dict(family.ranges),
-                designs=len(family.chain) if state == "tried" and family.parts is not None else family.count,
-                **more,
-            )
+        settled = Settled(
+            state=state,
+            planner=each.planner.name,
+            style=each.style.style,
+            component=each.component,
+            apart=dict(each.placed.apart),
+            memory=each.placed.memory,
+            least=dict(family.lowest),
+            ranges=dict(family.ranges),
+            designs=len(family.chain) if state == "tried" and family.parts is not None else family.count,
+            **more,
         )
+        opened.settled.append((opened.paths[id(family)], settled))
+        self.found.settled[each.board.name].append(settled)
 
     def _settle(self, families: Sequence[tuple[_Open, Family]]) -> None:
         """Exclude each family, or try its chain and put its parts in the place of the whole."""
@@ -299,16 +384,18 @@ class _Search:
             elif not self._excluded(opened, family):
                 if family.chain:
                     chains.append((opened, family))
-                elif family.parts is not None:
-                    opened.push(family.parts())
+                else:
+                    opened.push(family)
         self._try(chains)
 
     def _excluded(self, opened: _Open, family: Family) -> bool:
         """True if no design of a family suffices by its least demand, or by a bound of its time."""
-        each, least = opened.arrangement, family.least or family.chain[0]
-        held = each.held(least)
-        reasons = () if held is None or family.clock_alone else held.reasons
-        short = [reason for reason in reasons if reason.kind == "resource"]
+        each, least = opened.arrangement, family.lowest
+        above = each.clock_of_whole(family)
+        if above is not None and self._too_slow(opened, family, above, "bound", family.units):
+            return True
+        held = None if family.clock_alone else each.held(least)
+        short = [] if held is None else [reason for reason in held.reasons if reason.kind == "resource"]
         if held is not None and short:
             worst = max(short, key=lambda reason: reason.demand / max(reason.limit, 1e-12))
             use = next(use for use in held.resources if use.resource == worst.name)
@@ -316,20 +403,32 @@ class _Search:
             numbers = {"resource": worst.name, "demand": float(worst.demand), "budget": float(worst.limit)}
             self._note(opened, family, "unfit", sure=sure, **numbers)
             return True
-        limit = None if held is None or held.clock is None else held.clock.limit
+        limit = each.clock_limit(least)
         if limit is None and each.placement != "host":
             return False
-        messages, least_messages = opened.messages or (0.0, 0.0)
-        left = self.needs.period_s - messages
-        state: State = "bound"
-        units = family.units
+        if self._too_slow(opened, family, limit, "bound", family.units):
+            return True
+        most = 0 if limit is None else math.floor(MARGIN * self._left_s(opened) * limit.value)
+        counted = opened.sharper(family, most, self.laboratory)
+        return counted is not None and self._too_slow(opened, family, limit, "counted", counted)
+
+    def _left_s(self, opened: _Open) -> float:
+        """The time that the map leaves of the one that a plan may take, s."""
+        return self.needs.period_s - opened.messages[0]
+
+    def _too_slow(
+        self, opened: _Open, family: Family, limit: Figure | None, state: State, units: Mapping[str, int]
+    ) -> bool:
+        """True, and noted, if no design of a family takes less than these units, and they take too long.
+
+        ``limit``: the clock that none of them exceeds by its law, Hz; None on a processor.
+        """
+        each, (messages, least_messages) = opened.arrangement, opened.messages
         time, least_time = each.time_of(units, limit)
-        if time <= left and family.sharper is not None:
-            state, units = "counted", family.sharper(0 if limit is None else math.floor(left * limit.value))
-            time, least_time = each.time_of(units, limit)
-        if time <= left:
+        if time <= self._left_s(opened):
             return False
-        sure = least_time + least_messages > self.needs.period_s
+        least_s = least_time + least_messages
+        sure = least_s > self.needs.period_s
         if not sure and not family.chain and self.found.surely(each.board.name):
             # Its parts may be out at every value, as all others of the board are so far.
             return False
@@ -337,9 +436,10 @@ class _Search:
         known = {unit: amount for unit, amount in units.items() if rates[unit]}
         clock = None if limit is None else limit.value
         numbers = {"units": known, "unit_s": rates, "map_s": messages, "clock_hz": clock, "time_s": time + messages}
+        numbers["least_s"] = least_s
         # A count is given up at the limit, so of those the most promising, which comes first, is the nearest.
         if state == "counted" and family.chain and opened.nearest is None:
-            opened.nearest = family
+            opened.nearest = dict(family.chain[0])
         self._note(opened, family, state, sure=sure, **numbers)
         return True
 
@@ -355,47 +455,50 @@ class _Search:
                 trial = self._trial(opened, candidate, self.laboratory.farthest)
                 if trial is not None and not self._is_slow(trial) and self.laboratory.farthest is not self.laboratory:
                     trial = self._trial(opened, candidate, self.laboratory)
-                goes_on = trial is not None and level + 1 < len(family.chain) and self._goes_on(trial)
+                ends = level + 1 == len(family.chain)
+                goes_on = not ends and trial is not None and self._goes_on(trial, candidate.board)
                 if trial is None:
                     self._note(opened, family, "left")
                 elif goes_on:
                     open_chains.append((opened, family))
                 else:
                     self._note(opened, family, "tried")
-                    if family.parts is not None:
-                        opened.push(family.parts())
+                    opened.push(family)
             level += 1
 
     def _trial(self, opened: _Open, candidate: Candidate, laboratory: Laboratory) -> Trial | None:
         """The trial of a design, kept or computed; None where the budget is spent."""
+        if self._spent and self.waiting.trial(laboratory.key(candidate)) is None:
+            return None
+        candidate, trial = self._known(candidate, laboratory)
+        if trial.messages_s is not None:
+            (value, least), (other, least_other) = opened.known or trial.messages_s, trial.messages_s
+            opened.known = min(value, other), min(least, least_other)
+        self._tried(candidate, trial)
+        return trial
+
+    def _known(self, candidate: Candidate, laboratory: Laboratory) -> Tried:
+        """A design at the clock of its trial, which is kept or computed."""
         key = laboratory.key(candidate)
         trial = self.waiting.trial(key)
         if trial is not None:
             self.found.kept += 1
-            if trial.clock_hz is not None:
-                candidate = at_clock(candidate, trial.clock_hz)
-        elif self._spent:
-            return None
-        else:
-            failed = len(laboratory.failures)
-            candidate, trial = laboratory.trial(candidate)
-            self.found.simulated += 1
-            if len(laboratory.failures) == failed:
-                self.waiting.keep(key, trial)
-        if trial.messages_s is not None:
-            opened.messages = tuple(map(min, opened.messages or trial.messages_s, trial.messages_s))
-        self._tried(candidate, trial)
-        return trial
+            return candidate if trial.clock_hz is None else at_clock(candidate, trial.clock_hz), trial
+        failed = len(laboratory.failures)
+        candidate, trial = laboratory.trial(candidate)
+        self.found.simulated += 1
+        if len(laboratory.failures) == failed:
+            self.waiting.keep(key, trial)
+        return candidate, trial
 
     def _is_slow(self, trial: Trial) -> bool:
         """True if a design cannot serve, or is too slow: from the farthest start alone is enough to know."""
         return trial.time_s is None or trial.time_s > self.needs.period_s
 
-    def _goes_on(self, trial: Trial) -> bool:
-        """True if the next design of a chain may suffice where this one does not."""
-        if trial.time_s is not None and self._is_slow(trial):
-            return False
-        return bool(trial.shortfalls) and all(shortfall.need == "arrive" for shortfall in trial.shortfalls)
+    def _goes_on(self, trial: Trial, board: Board) -> bool:
+        """True if the next design of a chain may suffice where this does not: it is as long, and as large."""
+        short = {shortfall.need for shortfall in shortfalls_of(trial, board, self.needs)}
+        return bool(short) and not short & {"rate", "fit", "price"}
 
 
 def order(tried: Tried, board: Board, needs: Needs) -> tuple[int, float, float]:
@@ -418,6 +521,17 @@ class _Waiting:
     def __init__(self, store: Store) -> None:
         self._store = store
         self._entries: dict[str, Entry] = {}
+        self._blocks: dict[str, bytes] = {}
+
+    def ended(self, key: str) -> Ended | None:
+        """What is kept of an arrangement; None where nothing is, or a cache of another version."""
+        for _, block in self._store.blocks([key]):
+            with suppress(ValueError, zlib.error):
+                return Ended.model_validate_json(zlib.decompress(block))
+        return None
+
+    def keep_ended(self, key: str, ended: Ended) -> None:
+        self._blocks[key] = zlib.compress(ended.model_dump_json(exclude_defaults=True).encode())
 
     def trial(self, key: str) -> Trial | None:
         entry = self._entries.get(key) or self._store.find([key]).get(key)
@@ -429,5 +543,5 @@ class _Waiting:
             self.write()
 
     def write(self) -> None:
-        self._store.put(Batch(tuple(self._entries.values())))
-        self._entries = {}
+        self._store.put(Batch(tuple(self._entries.values()), self._blocks))
+        self._entries, self._blocks = {}, {}

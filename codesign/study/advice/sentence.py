@@ -56,6 +56,12 @@ def _searched(proof: Proof) -> str:
     return f" (of {least}{counted(each.designs, 'design')}, {parts})" if each.designs else ""
 
 
+def _unended(proof: Proof) -> str:
+    """The reason why a search did not end."""
+    what = "the budget was spent" if proof.searched.left else "the code of a planner failed"
+    return f"{what} before all their designs were looked at"
+
+
 def _surely_fast(boards: Sequence[BoardAdvice], needs: Needs) -> str:
     """The first board with a design that suffices, fits, and is fast enough at every value inside the intervals.
 
@@ -144,7 +150,7 @@ def _cheaper(
     sure = {
         "proved": f"no {what} does, at any value inside the declared intervals",
         "at own values": f"no {what} does, at the figures' own values",
-        "not proved": f"no {what} was found to, and the budget was spent before all their designs were looked at",
+        "not proved": f"no {what} was found to, and {_unended(proof)}",
     }[proof.state]
     others = [board for board in cheaper_than(best, boards) if board.perhaps and board is not witness[0]]
     more = f"; not sure either: {_unsure(others)}" if others else ""
@@ -182,7 +188,7 @@ def _nothing(boards: Sequence[BoardAdvice], needs: Needs, alone: Mapping[str, tu
     how = {
         "proved": "no board suffices at any value inside the declared intervals",
         "at own values": "no board suffices at the figures' own values",
-        "not proved": "no board was found to suffice, and the budget was spent before all designs were looked at",
+        "not proved": f"no board was found to suffice, and {_unended(proof)}",
     }[proof.state]
     text = f"{how}: {'; '.join(parts)}"
     text += f". Not sure, as they may at other values: {_unsure(unsure)}" if unsure else ""

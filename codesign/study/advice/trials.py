@@ -25,8 +25,8 @@ from codesign.ground.records import Listener
 from codesign.inputs import Platform, Workload, design_point
 from codesign.laws.numbers import Ends
 from codesign.maps.reach import distance_steps
-from codesign.planners.interface import Quality
-from codesign.study.advice.candidates import LOGIC, Candidate, at_clock, reached
+from codesign.planners.interface import MAP, Quality
+from codesign.study.advice.candidates import LOGIC, Arrangement, Board, Candidate, at_clock, of_share, reached
 from codesign.study.advice.needs import Question, workload_tree
 from codesign.study.identity import code_digest, platform_digest
 from codesign.study.space import canonical
@@ -130,13 +130,15 @@ class Trial(ResultModel):
 class Laboratory:
     """Tries the designs of a question. What they have in common is computed once.
 
-    ``failures``: what went wrong in the code of planners. These designs count as refused, and are not kept.
+    ``failures``: what went wrong in the code of planners, and ``failed``: the boards with designs that it kept from
+    being tried. Such a design counts as refused, and is not kept.
     """
 
     def __init__(self, question: Question) -> None:
         self.question = question
         self.memo = Memo()
         self.failures: list[str] = []
+        self.failed: set[str] = set()
         self._platforms: dict[str, str] = {}
 
     @cached_property
@@ -152,23 +154,35 @@ class Laboratory:
         start = max(problem.starts, key=lambda cell: int(steps[cell]))
         section = {**self.question.section, "starts": [list(problem.named(start))]}
         other = Laboratory(replace(self.question, section=section, problem=replace(problem, starts=(start,))))
-        other.memo, other.failures = self.memo, self.failures
+        other.memo, other.failures, other.failed = self.memo, self.failures, self.failed
         return other
 
     @cached_property
     def _asked(self) -> list[Any]:
         section = {key: value for key, value in self.question.section.items() if key != "map"}
         grid = self.question.grid
-        return [self.question.problem.digest, grid.digest, grid.resolution, section, code_digest()]
+        share = self.question.needs.share
+        return [self.question.problem.digest, grid.digest, grid.resolution, section, share, code_digest()]
 
     def key(self, candidate: Candidate) -> str:
-        """The digest of all that the trial depends on: board, design, map, goals, starts, and the code."""
-        board = candidate.board.platform
+        """The digest of all that the trial depends on: board, design, map, goals, starts, share, and the code."""
+        return self._key(candidate.board, [candidate.planner.name, candidate.mapping, candidate.settings])
+
+    def key_of(self, each: Arrangement) -> str:
+        """The digest of all that the families of an arrangement depend on, and what excludes them at some rate."""
+        placed = [each.component, each.placed.apart, each.placed.memory]
+        return self._key(each.board, ["families", each.planner.name, each.style.style, placed])
+
+    def _key(self, board: Board, what: Sequence[Any]) -> str:
         if board.name not in self._platforms:
-            self._platforms[board.name] = platform_digest(board)
-        design = [candidate.planner.name, candidate.mapping, candidate.settings]
-        identity = [*self._asked, self._platforms[board.name], *design]
+            self._platforms[board.name] = platform_digest(board.platform)
+        identity = [*self._asked, self._platforms[board.name], *what]
         return hashlib.sha256(canonical(identity).encode()).hexdigest()
+
+    def fail(self, board: str, failed: RunError) -> None:
+        """Note that the code of a planner failed on a board."""
+        self.failures.append(f"{board}: {failed.what}")
+        self.failed.add(board)
 
     def point(self, candidate: Candidate) -> tuple[Platform, Workload]:
         """Platform and workload of a design.
@@ -206,7 +220,7 @@ class Laboratory:
         except SpecError as refused:
             return candidate, _refused(refused.faults[0].what)
         except RunError as failed:
-            self.failures.append(f"{candidate.board.name}: {failed.what}")
+            self.fail(candidate.board.name, failed)
             return candidate, _refused(failed.what)
         except CodesignError as refused:
             return candidate, _refused(refused.what)
@@ -225,7 +239,7 @@ def as_asked(result: Result, share: float) -> Result:
 
 
 def _of_share(use: ResourceUse, share: float) -> ResourceUse:
-    budget = math.floor(share * use.budget)
+    budget = of_share(use.budget, share)
     return use.model_copy(update={"budget": budget, "gap": max(0, use.demand - budget)})
 
 
@@ -294,12 +308,8 @@ def _messages(result: Result) -> tuple[float, float] | None:
     inputs = result.terms.inputs
     values, ends = {name: figure.value for name, figure in inputs.items()}, Ends(inputs)
     links = result.links or {}
-    sent = [[term for term in plan if term.where in links and term.works and term.what == LOAD_FLOW] for plan in plans]
+    sent = [[term for term in plan if term.where in links and term.works and term.what == MAP] for plan in plans]
     return min(sum(term.at(values) for term in plan) for plan in sent), min(ends.of_sum(plan)[0] for plan in sent)
-
-
-LOAD_FLOW = "map"
-"""The name of the message with the map."""
 
 
 def _refused(why: str) -> Trial:

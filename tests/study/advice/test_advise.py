@@ -205,7 +205,7 @@ def test_what_the_budget_does_not_reach_is_said(hwsw: Run, corridor: Path, tmp_p
     assert searched["designs"] == searched["left"] > 20
     place = ("--goal", "0,0", "--rate", "1 Hz", "--boards", fabric, "--budget", "0")
     output = hwsw("advise", corridor, *place).output
-    verdict = "No board was found to suffice, and the budget was spent before all designs were looked at"
+    verdict = "No board was found to suffice, and the budget was spent before all their designs were looked at"
     assert output.splitlines()[1].startswith(verdict)
     assert "Designs not looked at, as the budget was spent: " in output
     assert "none of its designs was searched within the budget" in output

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 from advice_boards import FABRIC, Run, asked, board
 
+from codesign.planners.styles import Family
 from codesign.system import catalog
 
 
@@ -99,20 +102,35 @@ def test_a_map_without_a_free_cell_is_a_fault(hwsw: Run, tmp_path: Path) -> None
     assert "hint: " in result.output
 
 
+def broken(*_: object) -> Any:
+    raise ZeroDivisionError("division by zero")
+
+
+def parts_fail(*_: object) -> Iterator[Family]:
+    yield Family((), least={}, parts=broken)
+
+
+def bounds_fail(*_: object) -> Iterator[Family]:
+    yield Family(({},), sharper=broken)
+
+
+@pytest.mark.parametrize(
+    ("method", "code_of"),
+    [("demand", broken), ("families", broken), ("families", parts_fail), ("families", bounds_fail)],
+)
 def test_a_planner_that_fails_on_one_board_is_reported_and_the_others_go_on(
-    hwsw: Run, corridor: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    hwsw: Run, corridor: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, method: str, code_of: Any
 ) -> None:
     (style,) = (each for (_, name), each in catalog.architectures().items() if name == "state_machine")
-
-    def broken(*_: object) -> None:
-        raise ZeroDivisionError("division by zero")
-
-    monkeypatch.setattr(type(style), "demand", broken)
+    monkeypatch.setattr(type(style), method, code_of)
     fabric = tmp_path / "fabric.yaml"
     fabric.write_text(FABRIC, encoding="utf-8")
     code, answer = asked(hwsw, corridor, [fabric], "1 MHz")
     assert code == 3
     assert "fabric: planner breadth_first failed: ZeroDivisionError: division by zero" in answer["remarks"]
+    # A design that could not be tried may be the one that suffices.
+    assert answer["proof"]["state"] == "not proved"
+    assert "the code of a planner failed before all their designs were looked at" in answer["verdict"]
 
 
 def test_without_a_folder_to_write_to_the_answer_is_told(

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from itertools import islice
 from pathlib import Path
 
 import pytest
 
-from benchmarks.bench_advice_oracle import Asked, hunt
+from benchmarks.bench_advice_oracle import Asked, hunt, is_beyond
 from codesign.study import advice
+from codesign.study.advice.candidates import arrangements_of
+from codesign.views.report.advice_page import advice_table
 
 BOARDS = "pico-2", "cmod-a7-35t", "pynq-z2", "zcu104"
 
@@ -36,3 +39,21 @@ def test_an_answer_that_overlooks_a_board_is_contradicted(tmp_path: Path) -> Non
     assert answer.recommended == "pico-2"
     wrong = answer.model_copy(update={"recommended": "zcu104"})
     assert hunt(wrong, question, boards, count=200, most_s=4.0).finds
+
+
+@pytest.mark.parametrize("name", ["pynq-z2", "raspberry-pi-4"])
+def test_no_design_of_a_family_is_beyond_the_space_that_the_answer_names(name: str, tmp_path: Path) -> None:
+    asked = Asked("empty", 12, "1kHz", (name,))
+    question, (board,) = asked.question(tmp_path), advice.boards_of(asked.boards)
+    for each in arrangements_of(board, question.problem, question.needs):
+        for design in (design for family in islice(each.families(), 40) for design in family.chain):
+            assert not is_beyond(each.planner.name, each.style.style, design), (each.style.style, design)
+
+
+def test_what_an_answer_says_nothing_of_is_named(tmp_path: Path) -> None:
+    asked = Asked("empty", 12, "1MHz", BOARDS)
+    answer = advice.advise(asked.question(tmp_path), advice.boards_of(asked.boards))
+    corners = "grid_search software: paths that cut the corners of obstacles"
+    assert corners in answer.proof.beyond
+    assert is_beyond("grid_search", "software", {"method": "astar", "corner_cutting": True})
+    assert corners in " ".join(advice_table(answer).notes)
