@@ -23,11 +23,13 @@ from __future__ import annotations
 import math
 import time
 import zlib
+from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from functools import partial
 from itertools import zip_longest
-from typing import Any, Literal, get_args
+from typing import Any, Literal, TypeVar, get_args
 
 from pydantic import Field
 
@@ -42,13 +44,15 @@ from codesign.study.store import Batch, Entry, EntryState, Store
 from codesign.system.bind import planner_code
 from codesign.system.results.model import ResultModel
 
+T = TypeVar("T")
+
 BUDGET_S = 45.0
 """Seconds of computing that a search may take by default. A design that was begun is completed."""
 
 FEW = 3
 """Families of an arrangement that are looked at on every board, whatever it costs."""
 
-MARGIN = 1.25
+MARGIN = 1.1
 """Cycles are counted beyond those that a plan may take by this, so that a question about a slower rate finds them."""
 
 _GROUP = 64
@@ -166,26 +170,51 @@ Path = tuple[int, ...]
 """The place of a family: its number among all of the style, then among the parts of that one, and so on."""
 
 
-class Ended(ResultModel):
-    """An arrangement that was searched to its end, for a question about another rate."""
+class Kept(ResultModel):
+    """A family of an arrangement, for a question about another rate."""
 
-    settled: tuple[tuple[Path, Settled], ...] = Field(description="its families, each with its place")
+    path: Path = Field(description="its place")
+    settled: Settled = Field(description="what became of it")
+    designs: tuple[dict[str, Any], ...] = Field(default=(), description="its designs that were tried, in their order")
+    bound: dict[str, int] = Field(default={}, description="of a tried one: units that no design of it undercuts")
+    counted: dict[str, int] = Field(default={}, description="the same, by a count")
+
+    @property
+    def tried(self) -> Family:
+        """Its designs that were tried, as a family of their own: the parts of the whole stand for themselves."""
+        own = self.settled
+        return Family(self.designs, self.bound, own.ranges, own.designs, own.least, lambda _most: self.counted)
+
+    @property
+    def left(self) -> Settled:
+        """The same as a line of an answer that does not look at it."""
+        numbers = {"state", "resource", "demand", "budget", "units", "unit_s", "map_s", "clock_hz"}
+        return Settled(state="left", **self.settled.model_dump(exclude={*numbers, "time_s", "least_s", "sure"}))
+
+
+class Looked(ResultModel):
+    """All families of an arrangement that were met, those that were left too."""
+
+    families: tuple[Kept, ...] = Field(description="each with its place")
     nearest: dict[str, Any] | None = Field(description="the most promising design whose cycles were counted")
-
-
-def _within(path: Path, others: Iterable[Path]) -> bool:
-    """True if a place is inside of one of the others."""
-    return any(len(other) < len(path) and path[: len(other)] == other for other in others)
 
 
 @dataclass(eq=False)
 class _Open:
-    """An arrangement with the families that are still to be looked at: of the last iterator first."""
+    """An arrangement with the families that are still to be looked at: of the last iterator first.
+
+    ``record``: what became of each family that was met, by its place; ``again``: those of an earlier question that are
+    to be looked at after all; ``few``: how many families are looked at whatever the board costs.
+    """
 
     arrangement: Arrangement
     known: tuple[float, float] | None = None
     nearest: dict[str, Any] | None = None
-    settled: list[tuple[Path, Settled]] = field(default_factory=list)
+    few: int = FEW
+    record: dict[Path, Kept] = field(default_factory=dict)
+    again: deque[Kept] = field(default_factory=deque)
+    changed: bool = False
+    counted: dict[Path, dict[str, int]] = field(default_factory=dict)
     families: list[Iterator[tuple[Path, Family]]] = field(init=False)
     paths: dict[int, Path] = field(default_factory=dict)
 
@@ -197,15 +226,16 @@ class _Open:
         for index, family in enumerate(families):
             yield (*path, index), family
 
-    def resume(self, ended: Ended, period_s: float) -> list[Settled]:
+    def resume(self, looked: Looked, period_s: float) -> Iterator[Settled]:
         """What an earlier search settled that holds at this period too. All other families are left to be looked at."""
-        again = [path for path, each in ended.settled if not each.holds(period_s)]
-        # The parts of a family that was tried come again, after its chain.
-        again = [path for path in again if not _within(path, again)]
-        self.families = [((path, self.arrangement.at(path)) for path in again)]
-        self.nearest = ended.nearest
-        self.settled = [(path, each) for path, each in ended.settled if not _within((*path, 0), again)]
-        return [each for _, each in self.settled]
+        self.record = {each.path: each for each in looked.families}
+        self.nearest, self.families = looked.nearest, []
+        self.few = sum(not each.settled.holds(period_s) for each in looked.families[:FEW])
+        for each in looked.families:
+            if each.settled.holds(period_s):
+                yield each.settled
+            else:
+                self.again.append(each)
 
     @property
     def messages(self) -> tuple[float, float]:
@@ -219,29 +249,51 @@ class _Open:
 
     def next(self, laboratory: Laboratory) -> Family | None:
         """The next family; None where none is left, or the code of the planner fails, which is noted."""
+        while self.families:
+            last: tuple[Path, Family | None] = (), None
+            path, family = self._asked(partial(next, self.families[-1], last), laboratory, last)
+            if family is not None:
+                self.paths[id(family)] = path
+                return family
+            self.families.pop()
+        while self.again:
+            kept = self.again.popleft()
+            made = kept.tried if kept.designs else self._made(kept.path, laboratory)
+            if made is not None:
+                return self._placed(kept.path, made)
+        return None
+
+    def was_tried(self, family: Family) -> bool:
+        """True of a family whose designs an earlier question tried."""
+        kept = self.record.get(self.paths[id(family)])
+        return kept is not None and bool(kept.designs)
+
+    def whole(self, family: Family, level: int, laboratory: Laboratory) -> Family:
+        """A family with the designs after that of a level, of which an earlier question may have tried none."""
+        path = self.paths[id(family)]
+        made = self._made(path, laboratory) if self.was_tried(family) and level + 1 == len(family.chain) else None
+        return family if made is None else self._placed(path, replace(made, parts=None, count=family.count))
+
+    def _placed(self, path: Path, family: Family) -> Family:
+        self.paths[id(family)] = path
+        return family
+
+    def _made(self, path: Path, laboratory: Laboratory) -> Family | None:
+        return self._asked(lambda: self.arrangement.at(path), laboratory, None)
+
+    def _asked(self, ask: Callable[[], T], laboratory: Laboratory, none: T) -> T:
+        """The answer of a planner's code; ``none`` where it fails, which is noted."""
         try:
-            while self.families:
-                with planner_code(self.arrangement.planner):
-                    path, family = next(self.families[-1], ((), None))
-                if family is not None:
-                    self.paths[id(family)] = path
-                    return family
-                self.families.pop()
+            with planner_code(self.arrangement.planner):
+                return ask()
         except RunError as failed:
             laboratory.fail(self.arrangement.board.name, failed)
-            self.families.clear()
-        return None
+            return none
 
     def sharper(self, family: Family, most: int, laboratory: Laboratory) -> Mapping[str, int] | None:
         """The sharper bound of a family; None where it has none, or the code of the planner fails, which is noted."""
-        if family.sharper is None:
-            return None
-        try:
-            with planner_code(self.arrangement.planner):
-                return family.sharper(most)
-        except RunError as failed:
-            laboratory.fail(self.arrangement.board.name, failed)
-            return None
+        sharper = family.sharper
+        return None if sharper is None else self._asked(lambda: sharper(most), laboratory, None)
 
 
 class _Search:
@@ -271,8 +323,7 @@ class _Search:
         # The boards take turns, so that a small budget reaches each of them; the simplest arrangement is first.
         self.progress(0, len(self.boards))
         for turns in zip_longest(*(self._few(opened[board.name]) for board in self.boards)):
-            turn = [each for each in turns if each is not None and not self._suffices(each[0].arrangement.board)]
-            self._settle(turn)
+            self._settle([each for each in turns if each is not None])
         boards = sorted(self.boards, key=lambda each: (each.price_usd is None, each.price_usd or 0.0))
         for done, board in enumerate(boards):
             self.progress(done, len(boards))
@@ -283,11 +334,12 @@ class _Search:
             for each in opened[board.name]:
                 self._drain(each, board)
             left = [each for each in opened[board.name] if self._leave(each)]
-            if not (left or self._is_settled(board) or board.name in self.laboratory.failed):
-                for each in opened[board.name]:
-                    ended = Ended(settled=tuple(each.settled), nearest=each.nearest)
-                    self.waiting.keep_ended(self.laboratory.key_of(each.arrangement), ended)
-            if board.name in self.found.excluded or not (left or board.name in self.laboratory.failed):
+            failed = board.name in self.laboratory.failed
+            for each in opened[board.name]:
+                if each.changed and not failed:
+                    looked = Looked(families=tuple(each.record.values()), nearest=each.nearest)
+                    self.waiting.keep_looked(self.laboratory.key_of(each.arrangement), looked)
+            if board.name in self.found.excluded or not (left or failed):
                 self.found.ended.add(board.name)
             self._fill(board)
         self.waiting.write()
@@ -296,15 +348,17 @@ class _Search:
     def _open(self, each: Arrangement) -> _Open:
         """An arrangement to be looked at, or what an earlier question found that holds for this one as well."""
         opened = _Open(each)
-        ended = None if each.board.name in self.found.excluded else self.waiting.ended(self.laboratory.key_of(each))
-        if ended is not None:
-            self.found.settled[each.board.name] += opened.resume(ended, self.needs.period_s)
+        looked = self.waiting.looked(self.laboratory.key_of(each))
+        if looked is not None:
+            self.found.settled[each.board.name] += opened.resume(looked, self.needs.period_s)
         return opened
 
     def _few(self, opened: list[_Open]) -> Iterator[tuple[_Open, Family]]:
         """A few families of each arrangement of a board, software first."""
         for each in sorted(opened, key=lambda each: SIMPLE.index(each.arrangement.placement)):
-            for _ in range(FEW):
+            for _ in range(each.few):
+                if self._suffices(each.arrangement.board):
+                    return
                 family = each.next(self.laboratory)
                 if family is None:
                     break
@@ -352,14 +406,18 @@ class _Search:
 
     def _leave(self, opened: _Open) -> bool:
         """Count the families that are left; true if there are some."""
-        some = False
+        some = bool(opened.again)
+        self.found.settled[opened.arrangement.board.name] += (each.left for each in opened.again)
+        opened.again.clear()
         while (family := opened.next(self.laboratory)) is not None:
             some = True
             self._note(opened, family, "left")
         return some
 
-    def _note(self, opened: _Open, family: Family, state: State, **more: Any) -> None:
-        each = opened.arrangement
+    def _note(
+        self, opened: _Open, family: Family, state: State, *, tried: Iterable[Mapping[str, Any]] = (), **more: Any
+    ) -> None:
+        each, path = opened.arrangement, opened.paths[id(family)]
         settled = Settled(
             state=state,
             planner=each.planner.name,
@@ -372,7 +430,13 @@ class _Search:
             designs=len(family.chain) if state == "tried" and family.parts is not None else family.count,
             **more,
         )
-        opened.settled.append((opened.paths[id(family)], settled))
+        # What an earlier question settled is of more use than that this one left it.
+        if state != "left" or path not in opened.record:
+            kept = Kept(path=path, settled=settled, designs=tuple(map(dict, tried)))
+            if kept.designs:
+                kept = kept.model_copy(update={"bound": dict(family.units), "counted": opened.counted.get(path, {})})
+            opened.record[path] = kept
+            opened.changed = True
         self.found.settled[each.board.name].append(settled)
 
     def _settle(self, families: Sequence[tuple[_Open, Family]]) -> None:
@@ -394,14 +458,14 @@ class _Search:
         above = each.clock_of_whole(family)
         if above is not None and self._too_slow(opened, family, above, "bound", family.units):
             return True
-        held = None if family.clock_alone else each.held(least)
+        held = None if family.clock_alone or opened.was_tried(family) else each.held(least)
         short = [] if held is None else [reason for reason in held.reasons if reason.kind == "resource"]
         if held is not None and short:
             worst = max(short, key=lambda reason: reason.demand / max(reason.limit, 1e-12))
             use = next(use for use in held.resources if use.resource == worst.name)
             sure = sum(item.figure.interval[0] for item in use.items) > worst.limit
-            numbers = {"resource": worst.name, "demand": float(worst.demand), "budget": float(worst.limit)}
-            self._note(opened, family, "unfit", sure=sure, **numbers)
+            numbers: dict[str, Any] = {"demand": float(worst.demand), "budget": float(worst.limit)}
+            self._note(opened, family, "unfit", sure=sure, resource=worst.name, **numbers)
             return True
         limit = each.clock_limit(least)
         if limit is None and each.placement != "host":
@@ -410,7 +474,10 @@ class _Search:
             return True
         most = 0 if limit is None else math.floor(MARGIN * self._left_s(opened) * limit.value)
         counted = opened.sharper(family, most, self.laboratory)
-        return counted is not None and self._too_slow(opened, family, limit, "counted", counted)
+        if counted is None:
+            return False
+        opened.counted[opened.paths[id(family)]] = dict(counted)
+        return self._too_slow(opened, family, limit, "counted", counted)
 
     def _left_s(self, opened: _Open) -> float:
         """The time that the map leaves of the one that a plan may take, s."""
@@ -435,12 +502,11 @@ class _Search:
         rates = {unit: each.time_of({unit: 1}, limit)[0] for unit in units}
         known = {unit: amount for unit, amount in units.items() if rates[unit]}
         clock = None if limit is None else limit.value
-        numbers = {"units": known, "unit_s": rates, "map_s": messages, "clock_hz": clock, "time_s": time + messages}
-        numbers["least_s"] = least_s
+        numbers: dict[str, Any] = {"unit_s": rates, "map_s": messages, "time_s": time + messages, "least_s": least_s}
         # A count is given up at the limit, so of those the most promising, which comes first, is the nearest.
         if state == "counted" and family.chain and opened.nearest is None:
             opened.nearest = dict(family.chain[0])
-        self._note(opened, family, state, sure=sure, **numbers)
+        self._note(opened, family, state, sure=sure, units=known, clock_hz=clock, **numbers)
         return True
 
     def _try(self, chains: Sequence[tuple[_Open, Family]]) -> None:
@@ -455,15 +521,15 @@ class _Search:
                 trial = self._trial(opened, candidate, self.laboratory.farthest)
                 if trial is not None and not self._is_slow(trial) and self.laboratory.farthest is not self.laboratory:
                     trial = self._trial(opened, candidate, self.laboratory)
-                ends = level + 1 == len(family.chain)
-                goes_on = not ends and trial is not None and self._goes_on(trial, candidate.board)
+                goes_on = trial is not None and self._goes_on(trial, candidate.board)
+                rest = opened.whole(family, level, self.laboratory) if goes_on else family
                 if trial is None:
                     self._note(opened, family, "left")
-                elif goes_on:
-                    open_chains.append((opened, family))
+                elif goes_on and level + 1 < len(rest.chain):
+                    open_chains.append((opened, rest))
                 else:
-                    self._note(opened, family, "tried")
-                    opened.push(family)
+                    self._note(opened, rest, "tried", tried=rest.chain[: level + 1])
+                    opened.push(rest)
             level += 1
 
     def _trial(self, opened: _Open, candidate: Candidate, laboratory: Laboratory) -> Trial | None:
@@ -523,15 +589,15 @@ class _Waiting:
         self._entries: dict[str, Entry] = {}
         self._blocks: dict[str, bytes] = {}
 
-    def ended(self, key: str) -> Ended | None:
+    def looked(self, key: str) -> Looked | None:
         """What is kept of an arrangement; None where nothing is, or a cache of another version."""
         for _, block in self._store.blocks([key]):
             with suppress(ValueError, zlib.error):
-                return Ended.model_validate_json(zlib.decompress(block))
+                return Looked.model_validate_json(zlib.decompress(block))
         return None
 
-    def keep_ended(self, key: str, ended: Ended) -> None:
-        self._blocks[key] = zlib.compress(ended.model_dump_json(exclude_defaults=True).encode())
+    def keep_looked(self, key: str, looked: Looked) -> None:
+        self._blocks[key] = zlib.compress(looked.model_dump_json(exclude_defaults=True).encode())
 
     def trial(self, key: str) -> Trial | None:
         entry = self._entries.get(key) or self._store.find([key]).get(key)

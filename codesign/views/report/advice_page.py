@@ -12,6 +12,7 @@ import numpy as np
 from more_itertools import map_reduce
 
 from codesign.ground.figures import label
+from codesign.ground.late import late
 from codesign.ground.records import RECORD_TYPES, Record, Recorder, Subject
 from codesign.ground.units import Dimension, counted, format_quantity
 from codesign.study.advice.answer import Advice, BoardAdvice, Design
@@ -22,7 +23,6 @@ from codesign.study.advice.sentence import design_text, rate_text, shortfall_tex
 from codesign.system.results.result import reach_text
 from codesign.views.report.canvas import Picture, with_palette
 from codesign.views.report.page import rendered, write_page
-from codesign.views.report.pictures import map_picture
 from codesign.views.report.wording import (
     ABSENT,
     Cell,
@@ -37,6 +37,8 @@ from codesign.views.report.wording import (
     words,
     yes_cell,
 )
+
+pictures = late("codesign.views.report.pictures")
 
 _KEYS = {"component", "style"}
 
@@ -378,7 +380,7 @@ def question_picture(question: Question, records: Sequence[Any]) -> Picture:
     paths = [path for path in records if len(path.points)]
     problem = question.problem
     drawn = f", with the paths of the recommended design from {len(paths)} of {counted(len(problem.starts), 'start')}"
-    picture = map_picture(
+    picture = pictures.map_picture(
         problem.free,
         [problem.named(cell) for cell in problem.goals],
         starts=[problem.named(cell) for cell in problem.starts],

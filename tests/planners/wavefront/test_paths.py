@@ -17,6 +17,7 @@ from codesign.ground.errors import InputError, MapError
 from codesign.planners.interface import Problem, judge_paths
 from codesign.planners.job import Job
 from codesign.planners.wavefront.plan import obstacle_potentials, octile_length, propagate, skeleton, track
+from codesign.planners.wavefront.plan.bounds import VisitBounds
 from codesign.planners.wavefront.plan.grid import check_map
 from codesign.planners.wavefront.plan.parameters import PropagateParameters
 from codesign.planners.wavefront.plan.planner import PLANNER
@@ -150,6 +151,16 @@ def test_tiles_give_the_same_potentials_by_the_visits_of_the_plain_loop(
         given_up = run_tiles(wave_map, sources, tile, until, 5, most)[1]
         assert (given_up.span == visits.span[: len(given_up.span)]).all()
         assert (given_up.until < until) == (int((visits.span + 6).sum()) > most)
+        if kind == "plain" and height <= free.shape[0] and width <= free.shape[1]:
+            # What is sure to come only tells sooner that all visits are too many.
+            bounds = VisitBounds(whole, until)
+            sure, total = bounds.sure(tile), int((visits.span + 6).sum())
+            assert [len(sure), sure[:, 3].sum()] == bounds.visits(height, (width, width))[0].tolist()
+            assert len(sure) <= len(visits.span)
+            assert sure[:, 3].sum() <= visits.span.sum()
+            sooner = run_tiles(wave_map, sources, tile, until, 5, most, sure)[1]
+            assert (sooner.until < until) == (total > most)
+            assert (sooner.left > 0) <= (most < int((sooner.span + 6).sum()) + sooner.left <= total)
         if height >= free.shape[0] and width >= free.shape[1]:
             # A stop that is the source is reached before any visit.
             assert len(visits.tile) == (0 if len(stops) and start == source else 1)

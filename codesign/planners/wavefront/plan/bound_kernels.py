@@ -13,22 +13,20 @@ NEVER = np.int32(2147483647)
 
 @njit(cache=True, nogil=True)
 def _pierced(opens: NDArray[np.int32], closes: NDArray[np.int32], used: int) -> Any:
-    """The fewest times that meet each of the intervals, and the sum of the openings that they follow but the last one.
-
-    These intervals have no time in common.
-    """
+    """The fewest times that meet each of the intervals: as many intervals, then the first, have no time in common."""
     for index in range(1, used):
         opening, closing, at = opens[index], closes[index], index
         while at > 0 and closes[at - 1] > closing:
             opens[at], closes[at] = opens[at - 1], closes[at - 1]
             at -= 1
         opens[at], closes[at] = opening, closing
-    times, latest, opened, total = 0, -1, 0, 0
+    times, latest = 0, -1
     for index in range(used):
         if opens[index] > latest:
-            total += opened
-            times, latest, opened = times + 1, closes[index], opens[index]
-    return times, total
+            latest = closes[index]
+            opens[times], closes[times] = opens[index], latest
+            times += 1
+    return times
 
 
 @njit(cache=True, nogil=True)
@@ -42,9 +40,9 @@ def _visits_of(
     opens: NDArray[np.int32],
     closes: NDArray[np.int32],
 ) -> Any:
-    """The least visits of the tile ``at`` a row and column of tiles, and the spans of all but the last one.
+    """The least visits of the tile ``at`` a row and column of tiles: the first ``opens`` and ``closes`` are theirs.
 
-    ``tiles``: their begins, upper and lower edges.
+    Each is pending for a change from its opening to its closing. ``tiles``: their begins, upper and lower edges.
     """
     since, upper, lower = tiles
     used = 0
@@ -61,9 +59,10 @@ def _visits_of(
             if closing < until:
                 opens[used], closes[used] = since[row, column], closing
                 used += 1
-    times, opened = _pierced(opens, closes, used)
-    # A visit ends after the change that it was pending for; the last one counts with its own end.
-    return max(1, times), max(0, opened - (times - 1) * since[at])
+    if used == 0:
+        opens[0], closes[0] = since[at], NEVER
+        return 1
+    return _pierced(opens, closes, used)
 
 
 @njit(cache=True, nogil=True)
@@ -76,6 +75,60 @@ def _least(table: NDArray[np.int32], what: int, row: int, begin: int, end: int) 
 
 
 @njit(cache=True, nogil=True)
+def _tiles_of(table: NDArray[np.int32], width: int) -> Any:
+    """Of tiles of a width: their begins, upper and lower edges; and the span of the last visit of each."""
+    columns, down = table.shape[3], table.shape[2]
+    since = np.empty((down, -(-columns // width)), np.int32)
+    upper, lower, spans = np.empty_like(since), np.empty_like(since), np.empty_like(since)
+    for row in range(down):
+        for column in range(since.shape[1]):
+            begin, end = column * width, min(columns, (column + 1) * width)
+            since[row, column] = _least(table, 0, row, begin, end)
+            upper[row, column], lower[row, column] = (
+                _least(table, 2, row, begin, end),
+                _least(table, 3, row, begin, end),
+            )
+            spans[row, column] = max(0, -_least(table, 1, row, begin, end) - since[row, column])
+    return (since, upper, lower), spans
+
+
+@njit(cache=True, nogil=True)
+def _span(opens: NDArray[np.int32], index: int, times: int, since: int, last: int) -> Any:
+    """The least span of a visit: it ends after the change that it was pending for, the last one at its own end."""
+    return max(0, opens[index] - since) if index < times - 1 else last
+
+
+@njit(cache=True, nogil=True)
+def sure_visits(
+    potentials: NDArray[np.int32],
+    table: NDArray[np.int32],
+    least: NDArray[np.int32],
+    until: int,
+    shape: tuple[int, int],
+) -> NDArray[np.int64]:
+    """The least visits of tiles of a shape, one by one: int64 n × 4, the tile, two changes, the span.
+
+    Each is pending for a change from the first to the second one. The other arguments are those of ``least_visits``.
+    """
+    tiles, spans = _tiles_of(table, shape[1])
+    since = tiles[0]
+    answer = np.empty((8 * since.size, 4), np.int64)
+    opens, closes = np.empty(8, np.int32), np.empty(8, np.int32)
+    used = 0
+    for row in range(since.shape[0]):
+        for column in range(since.shape[1]):
+            if since[row, column] < until:
+                at = row, column
+                times = _visits_of(potentials, least, tiles, shape, at, until, opens, closes)
+                for index in range(times):
+                    answer[used, 0] = row * since.shape[1] + column
+                    answer[used, 1], answer[used, 2] = opens[index], closes[index]
+                    answer[used, 3] = _span(opens, index, times, since[at], spans[at])
+                    used += 1
+    return answer[:used]
+
+
+@njit(cache=True, nogil=True)
 def least_visits(
     potentials: NDArray[np.int32], table: NDArray[np.int32], least: NDArray[np.int32], until: int, height: int
 ) -> NDArray[np.int64]:
@@ -85,28 +138,19 @@ def least_visits(
     2^k columns of: the least potential of the windows, the greatest before ``until`` with the sign changed (1: none),
     the potentials of the upper and of the lower edges. ``least``: by rows of tiles and columns, of the tiles.
     """
-    columns, down = potentials.shape[1], table.shape[2]
+    columns = potentials.shape[1]
     answer = np.zeros((columns, 2), np.int64)
     opens, closes = np.empty(8, np.int32), np.empty(8, np.int32)
     for width in range(1, columns + 1):
-        since = np.empty((down, -(-columns // width)), np.int32)
-        upper, lower = np.empty_like(since), np.empty_like(since)
-        spans = visits = 0
-        for row in range(down):
-            for column in range(since.shape[1]):
-                begin, end = column * width, min(columns, (column + 1) * width)
-                since[row, column] = _least(table, 0, row, begin, end)
-                upper[row, column], lower[row, column] = (
-                    _least(table, 2, row, begin, end),
-                    _least(table, 3, row, begin, end),
-                )
-                spans += max(0, -_least(table, 1, row, begin, end) - since[row, column])
-        tiles = since, upper, lower
-        for row in range(down):
+        tiles, ends = _tiles_of(table, width)
+        since, spans, visits = tiles[0], 0, 0
+        for row in range(since.shape[0]):
             for column in range(since.shape[1]):
                 if since[row, column] < until:
                     at = row, column
-                    more = _visits_of(potentials, least, tiles, (height, width), at, until, opens, closes)
-                    visits, spans = visits + more[0], spans + more[1]
+                    times = _visits_of(potentials, least, tiles, (height, width), at, until, opens, closes)
+                    visits += times
+                    for index in range(times):
+                        spans += _span(opens, index, times, since[at], ends[at])
         answer[width - 1, 0], answer[width - 1, 1] = visits, spans
     return answer

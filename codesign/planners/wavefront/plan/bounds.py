@@ -13,6 +13,8 @@ around it.
    own f' or later, sets it; then this tile is visited, at m or earlier. So it has a visit between f' and m for each of
    the eight tiles beside. The fewest times that meet all these intervals are a lower bound of its visits. They belong
    to intervals without a time in common, and a visit ends after the change that it was pending for: f' - f or more.
+5. While visits are followed in the order of time, each interval that no visit of its tile has met has one to come. So
+   they are given up as soon as what they took so far and what is sure to come are too much (``sure``).
 """
 
 from __future__ import annotations
@@ -53,6 +55,11 @@ class VisitBounds:
             table, least = self._rows(height)
             self._kept[height] = kernels.least_visits(self.potentials, table, least, self.until, height)
         return self._kept[height][widths[0] - 1 : widths[1]]
+
+    def sure(self, tile: tuple[int, int]) -> NDArray[np.int64]:
+        """These visits of one shape, one by one: int64 n × 4, the tile, the interval of its change, the span."""
+        table, least = self._rows(tile[0])
+        return np.asarray(kernels.sure_visits(self.potentials, table, least, self.until, tile))
 
     def _rows(self, height: int) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
         """``table`` and ``least`` as the kernel takes them."""

@@ -480,12 +480,15 @@ def visit_tiles(
     until: int,
     exchange: int,
     most_cycles: int,
+    sure: NDArray[np.int64],
+    begins: NDArray[np.int64],
 ) -> Any:
-    """Visit tiles until no change before ``until`` is pending; int64 n × 4, and whether that is all of them.
+    """Visit tiles until no change before ``until`` is pending; int64 n × 4, and cycles sure to come: -1 if none are.
 
     Of each visit: the tile, the pending change, the first emission, the last emission or arrival. ``potentials``, in
     and out, and ``source`` are padded; ``extra`` is flat, or empty. ``exchange``: cycles of a visit beside its wave.
-    Beyond ``most_cycles`` of all visits it gives up.
+    Where all visits take more than ``most_cycles`` it gives up. ``sure``: visits that are sure (``VisitBounds.sure``),
+    of tile k from ``begins[k]`` on.
     """
     rows, columns = potentials.shape[0] - 2, potentials.shape[1] - 2
     down, across = -(-rows // tile[0]), -(-columns // tile[1])
@@ -498,7 +501,9 @@ def visit_tiles(
     waiting = [np.int64(index) for index in range(pending.size) if pending[index] == 0]
     visits = [np.int64(0) for _ in range(0)]
     earliest = np.empty((3, 3), np.int32)
-    cycles = 0
+    cycles, met = 0, np.zeros(len(sure), np.bool_)
+    # The cycles that are sure to come.
+    left = (exchange + 1) * len(sure) + sure[:, 3].sum()
     while len(waiting) > 0:
         since, index = divmod(heapq.heappop(waiting), np.int64(pending.size))
         if pending[index] != since:
@@ -511,12 +516,16 @@ def visit_tiles(
         begin, last = _visit(potentials, source, extra, corner, size, steps, delays, beside, earliest)
         visits.extend((np.int64(index), since, np.int64(begin), np.int64(last)))
         cycles += exchange + last - begin + 1
-        if cycles > most_cycles:
-            return np.array(visits).reshape(-1, 4), False
+        for each in range(begins[index], begins[index + 1]):
+            if not met[each] and sure[each, 1] <= since <= sure[each, 2]:
+                met[each] = True
+                left -= exchange + 1 + sure[each, 3]
+        if cycles + left > most_cycles:
+            return np.array(visits).reshape(-1, 4), left
         for vertical in range(max(0, at[0] - 1), min(down, at[0] + 2)):
             for horizontal in range(max(0, at[1] - 1), min(across, at[1] + 2)):
                 time, other = earliest[vertical - at[0] + 1, horizontal - at[1] + 1], vertical * across + horizontal
                 if time < pending[other] and other != index:
                     pending[other] = time
                     heapq.heappush(waiting, np.int64(time) * pending.size + other)
-    return np.array(visits).reshape(-1, 4), True
+    return np.array(visits).reshape(-1, 4), np.int64(-1)

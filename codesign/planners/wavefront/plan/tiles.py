@@ -14,6 +14,7 @@ takes longest.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -28,6 +29,7 @@ kernels = late("codesign.planners.wavefront.plan.kernels")
 NEVER = np.iinfo(np.int32).max
 """The potential that a wave to its own end waits for."""
 NO_LIMIT = np.iinfo(np.int64).max
+NONE_SURE = np.zeros((0, 4), np.int64)
 
 
 @dataclass(frozen=True)
@@ -36,6 +38,7 @@ class Visits:
 
     ``tile``: raster number. ``since``: the change that it was pending for, rising. ``span``: cycles from the first
     emission to the last emission or arrival, which is at ``last``. ``until``: no change from here on is followed.
+    ``left``: cycles of visits that were given up, at least.
     """
 
     tile: NDArray[np.int64]
@@ -43,6 +46,7 @@ class Visits:
     span: NDArray[np.int64]
     last: NDArray[np.int64]
     until: int = NEVER
+    left: int = 0
 
     @property
     def largest(self) -> int:
@@ -62,19 +66,21 @@ def run_tiles(
     until: int = NEVER,
     exchange: int = 0,
     most_cycles: int = NO_LIMIT,
+    sure: NDArray[np.int64] = NONE_SURE,
 ) -> tuple[NDArray[np.int32], Visits]:
     """Potentials as by ``wave.run_wave``, and the visits. The map has two axes; ``tile``: rows, columns.
 
     ``until``: the potential of the farthest stop. Cells farther away are ``UNREACHED``. The visits that take more than
     ``most_cycles``, with ``exchange`` each beside the wave, are given up: ``Visits.until`` is then smaller, and the
-    potentials are not all final.
+    potentials are not all final. ``sure``: visits that are sure (``VisitBounds.sure``), by which that is known sooner.
     """
     shape, beside = wave_map.padded_shape, wave_map.neighbours
     free = wave_map.pad(np.where(wave_map.free, np.int32(NEVER), np.int32(kernels.CLOSED)), kernels.CLOSED)
     source = np.zeros(shape, np.bool_)
     source[tuple(sources.T + 1)] = True
     potentials = free.reshape(shape)
-    visits, ended = kernels.visit_tiles(
+    tiles = math.prod(-(-(cells - 2) // side) for cells, side in zip(shape, tile, strict=True))
+    visits, to_come = kernels.visit_tiles(
         potentials,
         source,
         wave_map.arrays[3],
@@ -85,9 +91,12 @@ def run_tiles(
         until,
         exchange,
         most_cycles,
+        sure,
+        np.searchsorted(sure[:, 0], np.arange(tiles + 1)),
     )
     number, since, begin, last = visits.T
     answer = potentials[1:-1, 1:-1]
     answer[tuple(sources.T)] = 0
     answer = np.where((answer < 0) | (answer > until) | (answer == NEVER), np.int32(UNREACHED), answer)
-    return answer, Visits(number, since, last - begin, last, until if ended else int(since[-1]))
+    ended = to_come < 0
+    return answer, Visits(number, since, last - begin, last, until if ended else int(since[-1]), max(0, int(to_come)))

@@ -29,7 +29,7 @@ from codesign.planners.wavefront.plan.plan import (
     sizing_stops,
     stops_of,
 )
-from codesign.planners.wavefront.plan.tiles import NEVER, NO_LIMIT, Visits, run_tiles
+from codesign.planners.wavefront.plan.tiles import NEVER, NO_LIMIT, NONE_SURE, Visits, run_tiles
 from codesign.planners.wavefront.plan.wave import longest_distance, obstacle_map, register_bits
 from codesign.planners.wavefront.styles import timing
 from codesign.planners.wavefront.styles.array import ArrayStyle
@@ -99,11 +99,12 @@ class Tiled(ArrayStyle):
 
         def run(tile: tuple[int, int], stop: str, most_cycles: int) -> int:
             end = until if stop == base.stop else NEVER
-            visits = visits_until(problem, of(tile).parameters, end, most_cycles)
+            visits = visits_until(problem, of(tile).parameters, end, most_cycles, bounded.visits)
             return visits_cycles(visits, fixed_cycles(problem.shape, tile)[1])
 
+        bounded = _bounds.get((*plan_key(problem, base, stops), until), cycles)
         return TileSpace(
-            _bounds.get((*plan_key(problem, base, stops), until), cycles),
+            bounded,
             designs,
             sized,
             timing.track_cycles(1) if job.does(TRACK) else 0,
@@ -179,10 +180,17 @@ class Tiled(ArrayStyle):
             yield one_step(phase, wave)
 
 
-def visits_until(problem: Problem, parameters: PropagateParameters, until: int, most_cycles: int = NO_LIMIT) -> Visits:
+def visits_until(
+    problem: Problem,
+    parameters: PropagateParameters,
+    until: int,
+    most_cycles: int = NO_LIMIT,
+    bounds: VisitBounds | None = None,
+) -> Visits:
     """The visits up to the potential ``until`` of a stop, kept in this process: near stops take the first of them.
 
-    Beyond ``most_cycles``, exchanges included, they are given up, and ``Visits.until`` is smaller.
+    Beyond ``most_cycles``, exchanges included, they are given up, and ``Visits.until`` is smaller. ``bounds``: of the
+    visits of this map, to give up sooner.
     """
     key = ("tiles", *plan_key(problem, parameters, ()), parameters.tile)
     kept: Visits | None = _kept.held(key)
@@ -190,14 +198,15 @@ def visits_until(problem: Problem, parameters: PropagateParameters, until: int, 
     exchange = timing.exchange_cycles(tile, tiles)
     if kept is None or (kept.until < until and visits_cycles(kept, exchange) <= most_cycles):
         sources = check_cells(problem.goals, problem.free, "goals")
-        kept = run_tiles(problem_map(problem, parameters), sources, tile, until, exchange, most_cycles)[1]
+        sure = NONE_SURE if bounds is None else bounds.sure(tile)
+        kept = run_tiles(problem_map(problem, parameters), sources, tile, until, exchange, most_cycles, sure)[1]
         _kept.keep(key, kept)
     return kept.before(until) if until <= kept.until else kept
 
 
 def visits_cycles(visits: Visits, exchange: int) -> int:
-    """Cycles of visits, with ``exchange`` each beside the wave."""
-    return exchange * len(visits.span) + int(timing.visit_cycles(visits.span).sum())
+    """Cycles of visits, with ``exchange`` each beside the wave, and at least those of the ones that were given up."""
+    return exchange * len(visits.span) + int(timing.visit_cycles(visits.span).sum()) + visits.left
 
 
 def obstacle_visits(problem: Problem, parameters: PropagateParameters) -> Visits:
