@@ -10,7 +10,7 @@ from codesign.cli.options import command_line
 from codesign.cli.outputs import check_outputs, check_replaceable
 from codesign.cli.progress import compiling_shown, progress_shown
 from codesign.cli.requests import Advise
-from codesign.ground.errors import EXIT_NO, printable
+from codesign.ground.errors import EXIT_NO, EXIT_OPEN, printable
 from codesign.ground.progress import Advance, Pace
 from codesign.inputs.files import shipped_maps
 from codesign.study import advice
@@ -83,6 +83,8 @@ def advise(asked: Advise) -> None:
             click.echo(f"the winner's run: {printable(answer.command, None)}")
         if asked.page is not None:
             click.echo(f"page: {printable(str(asked.page), None)}")
+    if answer.proof.state == "not proved":
+        raise click.exceptions.Exit(EXIT_OPEN)
     if answer.recommended is None:
         raise click.exceptions.Exit(EXIT_NO)
 

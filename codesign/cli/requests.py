@@ -94,7 +94,8 @@ class Advise(Request):
     it sees. Without --speed, the answer says how fast it may drive with each board.
 
     Every planner, style and placement is searched on every board. A PLACE is ROW,COLUMN in whole numbers, or X,Y in
-    metres of the map's frame, as 12.5,3.0 or 12m,3m. The exit code is 3 where no board suffices.
+    metres of the map's frame, as 12.5,3.0 or 12m,3m. The exit code is 3 where no board suffices, and 4 where the search
+    ended before that, or that no cheaper board does, was proved.
     """
 
     map_file: Path = argument("MAP", type=_MAP)

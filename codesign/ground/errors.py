@@ -1,8 +1,8 @@
 """Errors for the user: the place, the fault and the remedy.
 
 Every class crosses a process pool unchanged: the constructor's arguments are the exception's ``args``.
-Exit codes: 0 done, 1 the run failed, 2 bad spec or usage, 3 nothing feasible, 130 interrupted (Ctrl-C), 143 terminated
-(SIGTERM).
+Exit codes: 0 done, 1 the run failed, 2 bad spec or usage, 3 the answer is no, 4 no answer is proved, 130 interrupted
+(Ctrl-C), 143 terminated (SIGTERM).
 """
 
 from __future__ import annotations
@@ -17,6 +17,8 @@ EXIT_FAILED = 1
 EXIT_BAD_SPEC = 2
 EXIT_NO = 3
 """The answer is no: nothing is feasible, a need is missed, two things differ, a certificate is refused."""
+EXIT_OPEN = 4
+"""A search ended before its answer was proved: its budget was spent, or the code of a planner failed."""
 EXIT_INTERRUPTED = 130
 EXIT_TERMINATED = 143
 

@@ -33,6 +33,7 @@ from codesign.study.advice.answer import (
     BoardAdvice,
     Design,
     advice_schema,
+    cheapest,
     distance,
     driven_with,
     judged,
@@ -183,13 +184,15 @@ def advise(
     witness = None if near is None else (near, _certainty(laboratory, best.get(near.board)))
     texts = (*question.grid.remarks, *laboratory.failures[:1], needs.remark, remark, unkept, *price_remarks(boards))
     driven = driven_with(advice, needs.motion)
+    by_price = None if winner is None else cheapest(winner, advice)
     answer = Advice(
         question=str(question),
-        verdict=verdict(advice, needs, met_alone(boards, findings, needs), certainty, proof, witness),
+        verdict=verdict(advice, needs, met_alone(boards, findings, needs), certainty, proof, witness, by_price),
         driving=_driving(needs, driven, winner),
         certainty=certainty,
         witness=None if near is None else near.board,
         witness_certainty=None if witness is None else witness[1],
+        cheapest=by_price,
         proof=proof,
         needs=needs,
         goals=question.goals,

@@ -9,8 +9,17 @@ from typing import Any, Literal
 from more_itertools import map_reduce
 from pydantic import Field
 
+from codesign.ground.units import counted
 from codesign.study.advice.candidates import Board, Candidate
-from codesign.study.advice.certainty import Certainty, input_power, may_suffice, mean_power, shortfalls_of
+from codesign.study.advice.certainty import (
+    Certainty,
+    Judged,
+    input_power,
+    may_suffice,
+    mean_power,
+    number_text,
+    shortfalls_of,
+)
 from codesign.study.advice.motion import Driven, Motion
 from codesign.study.advice.needs import Goal, Needs, Where
 from codesign.study.advice.search import COUNTS, Extent, Findings, Tried, order
@@ -46,6 +55,8 @@ class BoardAdvice(ResultModel):
 
     board: str = Field(description="name of the platform")
     price_usd: float | None = Field(description="its price, USD; None where the platform declares none")
+    price_low_usd: float | None = Field(description="the least price inside its interval, USD; None where it has none")
+    price_high_usd: float | None = Field(description="the greatest, USD")
     idle_w: float = Field(description="power of its components while no plan is computed, W")
     suffices: bool = Field(description="whether a design on it meets every need")
     design: Design | None = Field(description="its best design; None where no planner has a style for it")
@@ -96,6 +107,10 @@ class Advice(ResultModel):
     )
     witness_certainty: Certainty | None = Field(
         description="how sure it is that the best design of the witness does not suffice; None where none was run"
+    )
+    cheapest: Judged | None = Field(
+        description="how sure it is, by the intervals of the prices, that no dearer board costs less than the"
+        " recommended one; None where none suffices or it has no price"
     )
     proof: Proof = Field(description="what the statement about cheaper boards rests on")
     needs: Needs = Field(description="what was asked for")
@@ -208,9 +223,12 @@ def _of_board(
     ordered = sorted(tried, key=lambda each: order(each, board, needs))
     design = None if chosen is None else _design(chosen, board, needs)
     short = (Shortfall(need="refused", name=why),) if chosen is None else shortfalls_of(chosen[1], board, needs)
+    least, most = board.price_interval_usd or (None, None)
     return BoardAdvice(
         board=board.name,
         price_usd=board.price_usd,
+        price_low_usd=least,
+        price_high_usd=most,
         idle_w=board.idle_w,
         suffices=not short,
         design=design,
@@ -248,6 +266,30 @@ def proof_of(
     left_out = map_reduce(sorted(met), lambda each: catalog.architectures()[each].beyond, " ".join)
     beyond = tuple(f"{', '.join(styles)}: {what}" for what, styles in left_out.items() if what)
     return Proof(state=state, boards=len(about), searched=searched, beyond=beyond), about
+
+
+def cheapest(winner: BoardAdvice, boards: Sequence[BoardAdvice]) -> Judged | None:
+    """How sure it is that no board that costs more by its own price may suffice and cost less than the winner."""
+    price, low, high = winner.price_usd, winner.price_low_usd, winner.price_high_usd
+    if price is None or low is None or high is None:
+        return None
+    dearer = [each for each in boards if each.price_usd is not None and price < each.price_usd]
+    may = [each for each in dearer if (each.price_low_usd or 0.0) < high]
+    may = [each for each in may if each.suffices or each.perhaps or not each.searched.complete]
+    price_of: dict[str, Any] = {"need": "price", "value": price, "low": low, "high": high, "unit": "USD"}
+    if not may:
+        return Judged(state="holds", text="", **price_of)
+    nearest = min(may, key=lambda each: (not each.suffices, each.price_usd))
+    at = nearest.price_usd if nearest.price_usd is not None and nearest.price_usd <= high else None
+    text = f"whether it is the cheapest depends on its price ({_ends(winner)})"
+    text += "" if at is None else f", and changes at {number_text(at)} USD"
+    text += f": {nearest.board} {'suffices too' if nearest.suffices else 'may suffice'} ({_ends(nearest)})"
+    text += f", and {counted(len(may) - 1, 'board')} more may cost less" if len(may) > 1 else ""
+    return Judged(state="depends", name=f"{winner.board}'s board.price", changes_at=at, text=text, **price_of)
+
+
+def _ends(board: BoardAdvice) -> str:
+    return f"{number_text(board.price_low_usd or 0.0)} to {number_text(board.price_high_usd or 0.0)} USD"
 
 
 def distance(board: BoardAdvice) -> float:

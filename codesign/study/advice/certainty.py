@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any, Literal
 
 from pydantic import Field
@@ -23,7 +23,7 @@ from codesign.study.advice.needs import Needs
 from codesign.study.advice.trials import WORST_TIME, Need, Shortfall, Trial, fit_of, trial_of
 from codesign.system.results.model import ResultModel
 from codesign.system.results.result import Result
-from codesign.system.verdicts import Fit, Verdict, constraint_verdict, need_verdict
+from codesign.system.verdicts import Decider, Fit, Verdict, constraint_verdict, need_verdict, together
 from codesign.system.verdicts.fits import ends_text
 
 # A design against the needs: what it falls short of, whether that is sure, and the power of its board.
@@ -197,6 +197,11 @@ class Judged(ResultModel):
     changes_at: float | None = Field(
         default=None, description="the value of that figure at which it changes, all others at their own, in unit"
     )
+    together: dict[str, float] = Field(
+        default={},
+        description="where none changes it by itself: the figures that do together, each moved by the same share of the"
+        " way to an end of its interval, with their values there, in their own units",
+    )
     value: float | None = Field(default=None, description="its own value; None where it is not known")
     low: float | None = Field(default=None, description="least value of its interval")
     high: float | None = Field(default=None, description="greatest value of its interval")
@@ -246,7 +251,7 @@ def certainty_of(result: Result, board: Board, needs: Needs) -> Certainty:
         text = f"a path is {trial.detour:.4g} times the shortest" if longer else ""
         judged.append(Judged(need="detour", state="fails" if longer else "holds", text=text))
     if trial.time_s is not None:
-        judged.append(_rate(rate, result, clock))
+        judged.append(_rate(rate, result, clock, needs.period_s))
     judged += _power(power, needs)
     judged += _price(board, needs)
     order: tuple[Standing, ...] = ("fails", "depends", "holds")
@@ -298,7 +303,7 @@ def _clock_text(result: Result, least: float | None) -> str:
     return f"down to a clock of {_figure_text(least, 'Hz')} (by its law it reaches {ends})"
 
 
-def _rate(rate: Verdict, result: Result, clock: float | None) -> Judged:
+def _rate(rate: Verdict, result: Result, clock: float | None, period_s: float) -> Judged:
     if rate.state == "proved":
         return Judged(need="rate", state="holds", text="")
     if rate.state == "refuted":
@@ -307,21 +312,49 @@ def _rate(rate: Verdict, result: Result, clock: float | None) -> Judged:
         text = f"whether it is fast enough is not assessed: {rate.reason}"
         return Judged(need="rate", state="depends", text=text)
     figure, flips = rate.decides.figure, rate.decides.flips_at
-    name = f"{rate.decides.platform}'s {rate.decides.name}" if rate.decides.platform else rate.decides.name
-    if rate.decides.name == f"{result.component}.clock":
-        name = f"the clock that its circuit reaches ({name})"
-    if flips is None:
-        text = f"whether it is fast enough is not sure: {rate.reason}; {name} moves it most"
+    several = () if flips is not None else together(result, WORST_TIME, period_s)
+    name, own = _name_text(rate.decides, result), _interval_text(figure)
+    if flips is not None:
+        text = f"whether it is fast enough depends on {name}, and changes at {_figure_text(flips, figure.unit)} ({own})"
+    elif several:
+        text = (
+            f"whether it is fast enough depends on several figures at once: it changes where {_places(several, result)}"
+        )
     else:
-        text = f"whether it is fast enough depends on {name}, and changes at {_figure_text(flips, figure.unit)}"
-    low, high = (_figure_text(end, figure.unit) for end in figure.interval)
-    text += f" ({figure.status} {_figure_text(figure.value, figure.unit)}, {low} to {high})"
+        text = f"whether it is fast enough is not sure: {rate.reason}; {name} moves it most ({own})"
     # The widest figure need not be the clock: a clock that flips it is said too.
     limit = None if result.clock is None else result.clock.limit
     if clock is not None and limit is not None and limit.interval[0] < clock <= limit.interval[1]:
         down = _clock_text(result, clock) if rate.decides.name != f"{result.component}.clock" else ""
         text += down and f"; it is fast enough {down}"
-    return Judged(need="rate", state="depends", changes_at=flips, text=text, **_decider(name, figure))
+    values = {_name_text(each, result): each.flips_at for each in several if each.flips_at is not None}
+    return Judged(need="rate", state="depends", changes_at=flips, text=text, together=values, **_decider(name, figure))
+
+
+def _name_text(decides: Decider, result: Result) -> str:
+    """A figure with the platform that declares it."""
+    name = f"{decides.platform}'s {decides.name}" if decides.platform else decides.name
+    return f"the clock that its circuit reaches ({name})" if decides.name == f"{result.component}.clock" else name
+
+
+def _interval_text(figure: Figure) -> str:
+    low, high = (_figure_text(end, figure.unit) for end in figure.interval)
+    return f"{figure.status} {_figure_text(figure.value, figure.unit)}, {low} to {high}"
+
+
+_MOST_PLACES = 3
+"""Figures of several that a sentence names."""
+
+
+def _places(several: Sequence[Decider], result: Result) -> str:
+    """The values of several figures, those that move most."""
+    shown = [
+        f"{_name_text(each, result)} is {_figure_text(each.flips_at, each.figure.unit)} ({_interval_text(each.figure)})"
+        for each in several[:_MOST_PLACES]
+        if each.flips_at is not None
+    ]
+    left = len(several) - _MOST_PLACES
+    return ", ".join(shown) + (f", and {left} more by the same share of their intervals" if left > 0 else "")
 
 
 def _decider(name: str, figure: Figure) -> dict[str, Any]:

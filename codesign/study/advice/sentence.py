@@ -9,7 +9,7 @@ from more_itertools import map_reduce
 
 from codesign.ground.units import Dimension, counted, format_power, format_quantity
 from codesign.study.advice.answer import BoardAdvice, Design, Proof, cheaper_than
-from codesign.study.advice.certainty import Certainty, amount
+from codesign.study.advice.certainty import Certainty, Judged, amount
 from codesign.study.advice.needs import Needs
 from codesign.study.advice.trials import Shortfall
 
@@ -24,8 +24,12 @@ def verdict(
     certainty: Certainty | None,
     proof: Proof,
     witness: tuple[BoardAdvice, Certainty | None] | None,
+    by_price: Judged | None,
 ) -> str:
-    """The answer. ``boards``: best first. ``alone``: see ``met_alone``. All others are as in ``Advice``."""
+    """The answer.
+
+    ``boards``: best first. ``alone``: see ``met_alone``. ``by_price``: see ``cheapest``. All others: as in ``Advice``.
+    """
     best = boards[0]
     if certainty is None or best.design is None:
         nothing = _nothing(boards, needs, alone, proof)
@@ -38,7 +42,8 @@ def verdict(
         f" {margin_text(best)} {rate_text(needs)} asks"
     )
     sure = "" if certainty.rate.state == "proved" else _surely_fast(boards, needs)
-    return f"{text}; {certainty.text}{sure}; {_cheaper(best, boards, needs, proof, witness)}"
+    dearer = f"; {by_price.text}" if by_price is not None and by_price.text else ""
+    return f"{text}; {certainty.text}{sure}; {_cheaper(best, boards, needs, proof, witness)}{dearer}"
 
 
 def _searched(proof: Proof) -> str:

@@ -13,6 +13,7 @@ from codesign.system.verdicts.verdict import (
     constraint_verdict,
     need_verdict,
     sensitivity,
+    together,
     winner_verdict,
 )
 
@@ -27,5 +28,6 @@ __all__ = [
     "need_verdict",
     "run_document",
     "sensitivity",
+    "together",
     "winner_verdict",
 ]

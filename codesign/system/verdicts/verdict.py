@@ -501,6 +501,38 @@ def _judged(figure: ResultFigure, margin: Difference, inputs: Inputs) -> Verdict
     return verdict.model_copy(update={"decides": decider, "reason": reason})
 
 
+def together(result: Result, figure: ResultFigure | str, limit: float) -> tuple[Decider, ...]:
+    """The figures that together change whether a figure of a result is at most ``limit``, with the values at which.
+
+    Each is moved by the same share of the way to that end of its interval which is the worse one for what holds now.
+    The one that moves the margin most is first. Empty if even these ends change nothing.
+    """
+    inputs = Inputs()
+    margin = _difference(inputs, named(figure), result, limit)
+    own = {name: inputs.by_id[name] for name in margin.varying() if inputs.by_id[name].measurable}
+    sign = 1.0 if margin.at() >= 0 else -1.0
+    ends = {
+        name: min((sign * float(margin.at({name: end})), end) for end in (each.value, each.low, each.high))[1]
+        for name, each in own.items()
+    }
+
+    def at(share: float) -> dict[str, float]:
+        return {name: each.value + share * (ends[name] - each.value) for name, each in own.items()}
+
+    if sign * float(margin.at(at(1.0))) >= 0:
+        return ()
+    low, high = 0.0, 1.0
+    for _ in range(60):
+        middle = (low + high) / 2
+        low, high = (middle, high) if sign * float(margin.at(at(middle))) >= 0 else (low, middle)
+    moved = (name for name, each in own.items() if ends[name] != each.value)
+    return tuple(
+        Decider(name=own[name].name, platform=own[name].platform, figure=inputs.figures[name], flips_at=value)
+        for name in sorted(moved, key=margin.swing, reverse=True)
+        for value in (at(high)[name],)
+    )
+
+
 def sensitivity(result: Result, figure: ResultFigure | str) -> tuple[Swing, ...]:
     """The effect of each figure with an interval, by itself, on a figure of a result, the widest first.
 

@@ -16,7 +16,7 @@ from codesign.inputs.derived import derived
 from codesign.system.results.result import Result
 from codesign.system.results.terms import Term, Terms, is_edges
 from codesign.system.scenarios import simulate
-from codesign.system.verdicts import Verdict, constraint_verdict, need_verdict, sensitivity, winner_verdict
+from codesign.system.verdicts import Verdict, constraint_verdict, need_verdict, sensitivity, together, winner_verdict
 from codesign.system.verdicts.sums import Inputs, Margin
 
 SEARCHES: tuple[Design, ...] = (
@@ -225,6 +225,17 @@ def test_what_no_figure_decides_says_why(factor: int) -> None:
         assert (verdict.state, verdict.holds) == ("depends", True)
         assert verdict.reason == (reason if factor == 1 else left_open)
         assert (verdict.decides is None) == (result is edges)
+
+
+@pytest.mark.parametrize(("limit", "at"), [(3.5, {"a": 1.75, "b": 1.75}), (1.2, {"a": 0.6, "b": 0.6}), (9.0, {})])
+def test_several_figures_that_change_a_need_together_are_named_with_their_values(
+    limit: float, at: dict[str, float]
+) -> None:
+    """Each the same share of the way to the worse end for what holds now; none where even the ends change nothing."""
+    each = (0.5, 1.0, 2.0)
+    both = made((Term(1.0, {"a": 1}), Term(1.0, {"b": 1}), Term(1e-9, {"c": -1})), a=each, b=each, c=(1.0, 1.0, 1.0))
+    moved = {decider.name: decider.flips_at for decider in together(both, "first_plan_s", limit)}
+    assert moved == pytest.approx(at, rel=1e-6)
 
 
 def test_the_best_of_many_is_held_against_every_one_whose_interval_it_meets() -> None:
