@@ -34,7 +34,6 @@ if TYPE_CHECKING:
     from codesign.ground.figures import Figure
     from codesign.hardware.calibrate.design import DesignPoint
     from codesign.hardware.calibrate.measured import Compared
-    from codesign.inputs.library import CalibrationFile
 
 
 def host(asked: CalibrateHost) -> None:
@@ -71,7 +70,7 @@ def fpga(asked: CalibrateFpga) -> None:
         asked.reports,
         _named_point(asked.specs, asked.settings),
         clock=asked.clock,
-        added_to=None if asked.added_to is None else _loaded(asked.added_to),
+        added_to=None if asked.added_to is None else CALIBRATIONS.load(asked.added_to),
         name=name,
         explained=dict(_explained(reason) for reason in asked.reasons),
     )
@@ -110,10 +109,6 @@ def _explained(option: str) -> tuple[str, str]:
         hint = f"write TERM=REASON; a term is one of {', '.join(TERMS)}"
         raise InputError(f"{printable(option)} gives no reason for a term", "--explain", hint)
     return term, reason.strip()[:512]
-
-
-def _loaded(path: Path) -> CalibrationFile:
-    return CALIBRATIONS.load(path)
 
 
 def _name_of(option: str, output: Path, example: str) -> str:

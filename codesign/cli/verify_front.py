@@ -45,7 +45,7 @@ def verify_front(asked: VerifyFront) -> None:
         return
     click.echo(_sentence(certificate, verdict))
     click.echo()
-    for word, count in _counts(verdict).items():
+    for word, count in {WORDS[claim]: count for claim, count in verdict.designs.items() if count}.items():
         click.echo(f"{word:<22}{format_count(count):>14}")
     click.echo()
     for line in _trusted(verdict):
@@ -75,10 +75,6 @@ def _sentence(certificate: Certificate, verdict: Verdict) -> str:
     names, count = printable(f"{definition.workload} on {definition.platform}", None), len(verdict.front)
     are = f"{counted(count, 'design')} of {format_count(total)} {'is' if count == 1 else 'are'} the front"
     return f"Accepted: of {names}, {are}{whole}."
-
-
-def _counts(verdict: Verdict) -> dict[str, int]:
-    return {WORDS[claim]: count for claim, count in verdict.designs.items() if count}
 
 
 def _trusted(verdict: Verdict) -> list[str]:

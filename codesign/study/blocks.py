@@ -66,7 +66,7 @@ def block_of(priced: Priced, parts: Parts) -> tuple[bytes, Priced]:
     constants: dict[str, dict[str, float | None]] = {}
     for kind in _COLUMNS:
         constants[kind] = {}
-        for name, column in _columns(priced, kind).items():
+        for name, column in {"figures": priced.figures, "lows": priced.lows, "highs": priced.highs}[kind].items():
             if (column == column[0]).all() or np.isnan(column).all():
                 constants[kind][name] = None if np.isnan(column[0]) else float(column[0])
             else:
@@ -166,10 +166,6 @@ def read_plan(data: bytes, count: int) -> list[tuple[str, Indices]]:
             raise ValueError("a block has points that the study has not")
         plan += zip(map(str, keys), numbers, strict=True)
     return plan
-
-
-def _columns(priced: Priced, kind: str) -> Mapping[str, NDArray[np.float64]]:
-    return {"figures": priced.figures, "lows": priced.lows, "highs": priced.highs}[kind]
 
 
 def _planes(array: NDArray[Any]) -> bytes:

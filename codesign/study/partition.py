@@ -302,11 +302,7 @@ def _is_number(value: Any) -> bool:
 def _shapes(models: Sequence[Hardware | None]) -> NDArray[np.int32]:
     """A number for each kind of model: models of one kind differ in prices alone."""
     kinds = Numbering[str]()
-    return np.array([kinds[_shape(model)] for model in models], np.int32)
-
-
-def _shape(model: Hardware | None) -> str:
-    return "" if model is None else canonical(model.shape())
+    return np.array([kinds[("" if model is None else canonical(model.shape()))] for model in models], np.int32)
 
 
 def _grouped(columns: Sequence[NDArray[np.int32]], count: int) -> NDArray[np.intp]:

@@ -116,11 +116,6 @@ def middle_of_largest(grid: OccupancyGrid) -> Cell:
     return int(rows[index]), int(columns[index])
 
 
-def component_word(platform: Platform, name: str) -> str:
-    """A workload's word for a component of the platform: its role, so that the workload runs on other boards too."""
-    return next((role for role, component in platform.filled.items() if component == name), name)
-
-
 def _planner(name: str) -> Planner:
     planner = catalog.planner(name)
     if planner.problem_model is not None:
@@ -173,7 +168,7 @@ def _mappings(platform: Platform, planner: Planner) -> Iterator[dict[str, Any]]:
             for style in styles:
                 if component.type == component_type == style.component_type:
                     for parameters in plug_in.beginnings:
-                        word = component_word(platform, name)
+                        word = next((role for role, component in platform.filled.items() if component == name), name)
                         yield {"component": word, "style": style.style, **parameters}
 
 

@@ -13,8 +13,7 @@ import numpy as np
 from more_itertools import map_reduce
 
 from codesign.ground.records import Record, Subject
-from codesign.ground.units import PICOSECONDS_PER_SECOND, format_time
-from codesign.views.report.wording import Cell, Column, Table, left, right, word
+from codesign.views.report.wording import Cell, Table, count_cell, cut, left, right, time_cell, word, words
 
 Records = Callable[[], Iterable[Record]]
 """Reads a trace from its beginning, in the order of emission."""
@@ -134,8 +133,7 @@ def _bytes(value: Any) -> bytes:
 def _text(value: Any) -> str:
     if isinstance(value, np.ndarray):
         return f"{' × '.join(map(str, value.shape))} values"
-    text = str(value)
-    return text if len(text) <= _MOST_TEXT else f"{text[: _MOST_TEXT - 1]}…"
+    return cut(str(value), _MOST_TEXT)
 
 
 def _flat(name: str, value: Any) -> Iterable[tuple[str, str]]:
@@ -153,21 +151,14 @@ def _flat(name: str, value: Any) -> Iterable[tuple[str, str]]:
 
 def channels_table(found: Difference, names: tuple[str, str]) -> Table:
     """All channels, the one that differs first at the top. ``names``: of the two traces."""
-    columns = (
-        *left("records", "source"),
-        *right(*names),
-        *right("equal from the start"),
-        Column("first difference", "s", "right"),
-    )
+    counts = right(*names, "equal from the start")
+    columns = (*left("records", "source"), *counts, *right("first difference", unit="s"))
     rows = tuple(
         (
-            word(channel.record.removesuffix("Record").lower()),
-            word(channel.source),
-            *(Cell(f"{count:,}", count) for count in channel.counts),
-            Cell("all", channel.same) if channel.time is None else Cell(f"{channel.same:,}", channel.same),
-            Cell("–")
-            if channel.time is None
-            else Cell(format_time(channel.time), channel.time / PICOSECONDS_PER_SECOND),
+            *words(channel.record.removesuffix("Record").lower(), channel.source),
+            *map(count_cell, channel.counts),
+            Cell("all", channel.same) if channel.time is None else count_cell(channel.same),
+            time_cell(channel.time),
         )
         for channel in found.channels
     )
@@ -180,9 +171,5 @@ def results_table(found: Difference, names: tuple[str, str], most: int = 40) -> 
         (word(name), Cell(one, one), Cell(other, other)) for name, (one, other) in islice(found.results.items(), most)
     )
     more = len(found.results) - len(rows)
-    return Table(
-        "figures of the result that differ",
-        (*left("figure"), *right(*names)),
-        rows,
-        (f"and {more} more",) if more > 0 else (),
-    )
+    notes = (f"and {more} more",) if more > 0 else ()
+    return Table("figures of the result that differ", (*left("figure"), *right(*names)), rows, notes)

@@ -23,8 +23,8 @@ from codesign.ground.activity import (
 )
 from codesign.ground.errors import printable
 from codesign.ground.records import Record
-from codesign.ground.units import PICOSECONDS_PER_SECOND, format_time
-from codesign.views.report.wording import Cell, Column, Table, left, right, word
+from codesign.ground.units import format_time
+from codesign.views.report.wording import ABSENT, Cell, Table, count_cell, left, number_cell, right, time_cell, word
 
 _BARS = "▁▂▃▄▅▆▇█"
 _HISTOGRAM = 12
@@ -141,23 +141,12 @@ def _length(spans: Iterable[Span]) -> int:
 
 def shares_table(found: Statistics) -> Table:
     """Busy, waiting and idle of each component, and of each link also its queue."""
-    columns = (
-        *left("where", "kind"),
-        *right("busy", "waiting", "idle", unit="%"),
-        Column("waited for the link", "s", "right"),
-        Column("most waiting", "", "right"),
-    )
+    queue = (*right("waited for the link", unit="s"), *right("most waiting"))
+    columns = (*left("where", "kind"), *right("busy", "waiting", "idle", unit="%"), *queue)
     rows = []
     for share in found.shares:
         parts = (share.busy, share.waiting, share.idle)
-        queued = (
-            (
-                Cell(format_time(share.queued), share.queued / PICOSECONDS_PER_SECOND),
-                Cell(str(share.deepest), share.deepest),
-            )
-            if share.is_link
-            else (Cell("–"), Cell("–"))
-        )
+        queued = (time_cell(share.queued), number_cell(share.deepest)) if share.is_link else (Cell(ABSENT),) * 2
         kind = "link" if share.is_link else "component"
         rows.append((word(share.where), word(kind), *(_percent(part, found.end) for part in parts), *queued))
     notes = (
@@ -168,24 +157,13 @@ def shares_table(found: Statistics) -> Table:
 
 def latencies_table(found: Statistics) -> Table:
     """The durations of things, each kind with a histogram."""
-    columns = (
-        *left("what"),
-        Column("number", "", "right"),
-        *right("least", "half within", "95 % within", "greatest", unit="s"),
-        *left("histogram"),
-    )
+    times = right("least", "half within", "95 % within", "greatest", unit="s")
+    columns = (*left("what"), *right("number"), *times, *left("histogram"))
     rows = []
     for latency in found.latencies:
-        times = (int(latency.times[0]), latency.percentile(0.5), latency.percentile(0.95), int(latency.times[-1]))
-        number = len(latency.times)
-        rows.append(
-            (
-                word(latency.what),
-                Cell(f"{number:,}", number),
-                *(Cell(format_time(time), time / PICOSECONDS_PER_SECOND) for time in times),
-                Cell(bars(latency.histogram()[0])),
-            )
-        )
+        took = (int(latency.times[0]), latency.percentile(0.5), latency.percentile(0.95), int(latency.times[-1]))
+        histogram = Cell(bars(latency.histogram()[0]))
+        rows.append((word(latency.what), count_cell(len(latency.times)), *map(time_cell, took), histogram))
     notes = ("A histogram goes from the least to the greatest time in equal steps of the logarithm.",)
     return Table("how long things took", columns, tuple(rows), notes)
 

@@ -24,6 +24,8 @@ from codesign.views.report.wording import (
     axis_text,
     figure_cell,
     left,
+    number_cell,
+    quantity_cell,
     quantity_text,
     right,
     share_cell,
@@ -229,23 +231,11 @@ def spread_table(study: Study) -> Table:
                     for end in extent.interval
                 )
                 bounds = word(f"{low} to {high}")
+            name = Cell(figure_label(study, figure), figure.name)
             ends = (figure_cell(figure, end) for end in (extent.least, extent.greatest))
-            deviation = Cell(quantity_text(extent.deviation, figure.unit), extent.deviation)
-            rows.append(
-                (
-                    Cell(str(index), index),
-                    Cell(figure_label(study, figure), figure.name),
-                    aggregated_cell(study, design, figure),
-                    bounds,
-                    *ends,
-                    deviation,
-                )
-            )
-    columns = (
-        *right("design"),
-        *left("figure"),
-        *right("aggregated"),
-        *left("95 % confidence interval"),
-        *right("least", "greatest", "standard deviation"),
-    )
+            deviation = quantity_cell(extent.deviation, figure.unit)
+            rows.append((number_cell(index), name, aggregated_cell(study, design, figure), bounds, *ends, deviation))
+    spread = right("least", "greatest", "standard deviation")
+    aggregated = (*right("aggregated"), *left("95 % confidence interval"))
+    columns = (*right("design"), *left("figure"), *aggregated, *spread)
     return Table(f"Spread over {counted(len(study.world.each), 'condition')}", columns, tuple(rows))

@@ -15,7 +15,7 @@ from codesign.ground.units import counted
 from codesign.inputs.constraint import Constraint, limit_text
 from codesign.inputs.exploration import DEFAULT_OBJECTIVES
 from codesign.planners.interface import Quality
-from codesign.system.results.result import Provenance, Reason, Result
+from codesign.system.results.result import Provenance, Result
 from codesign.system.verdicts import constraint_verdict
 from codesign.views.report.page import rendered, write_page
 from codesign.views.report.result_tables import SHORTEST, figure_tables, result_reasons_table, sources_table
@@ -30,6 +30,7 @@ from codesign.views.report.sentences import (
     need_text,
     questions_of,
     reach_notes,
+    reason_text,
     sure_cell,
     winner_of,
     winner_text,
@@ -41,7 +42,6 @@ from codesign.views.report.wording import (
     Table,
     figure_cell,
     left,
-    quantity_text,
     right,
     wants_logarithm,
     word,
@@ -152,7 +152,7 @@ def infeasible_designs_table(designs: Designs) -> Table:
             rows.append(words(name, "did not run", result.what, result.hint or ABSENT))
         else:
             rows += [
-                words(name, reason.kind, _reason_text(reason), "; ".join(reason.levers) or ABSENT)
+                words(name, reason.kind, reason_text(reason, ": "), "; ".join(reason.levers) or ABSENT)
                 for reason in result.reasons
             ]
     return Table("Why designs are not feasible", left("design", "kind", "why", "what would mend it"), tuple(rows))
@@ -193,16 +193,7 @@ def _why_not(result: Result | CodesignError) -> str:
         return result.faults[0].what
     if isinstance(result, CodesignError):
         return result.what
-    if not result.reasons:
-        return ABSENT
-    return _reason_text(result.reasons[0])
-
-
-def _reason_text(reason: Reason) -> str:
-    if reason.words:
-        return reason.words
-    demand, limit = (quantity_text(value, reason.unit) for value in (reason.demand, reason.limit))
-    return f"{label(reason.name)}: {demand} against {limit}"
+    return reason_text(result.reasons[0], ": ") if result.reasons else ABSENT
 
 
 def _wrapped_rows(name: str, texts: Sequence[str]) -> Iterable[tuple[Cell, ...]]:

@@ -15,7 +15,7 @@ from codesign.system.explanation import AxisEffect, Explanation, Moved, Why
 from codesign.system.results.result import Reason
 from codesign.views.report.axes import short_names
 from codesign.views.report.render import printable
-from codesign.views.report.sentences import figure_text, reach_notes, verdict_text
+from codesign.views.report.sentences import named_figure, reach_notes, reason_text, verdict_text
 from codesign.views.report.wording import (
     ABSENT,
     Cell,
@@ -23,6 +23,7 @@ from codesign.views.report.wording import (
     Table,
     axis_text,
     figure_cell,
+    figure_columns,
     left,
     quantity_cell,
     quantity_text,
@@ -94,13 +95,11 @@ def _out_text(explanation: Explanation) -> str:
 
 
 def _against(reason: Reason) -> str:
-    if reason.words:
-        return reason.words
-    demand, limit = (quantity_text(value, reason.unit) for value in (reason.demand, reason.limit))
     for bound in (f" {name.replace('_', ' ')}" for name in BOUNDS):
-        if reason.kind == "constraint" and reason.name.endswith(bound):
+        if reason.kind == "constraint" and reason.name.endswith(bound) and not reason.words:
+            demand, limit = (quantity_text(value, reason.unit) for value in (reason.demand, reason.limit))
             return f"{label(reason.name.removesuffix(bound))} {demand}, not{bound} {limit}"
-    return f"{label(reason.name)} {demand} against {limit}"
+    return reason_text(reason)
 
 
 def _change_text(moved: Moved) -> str:
@@ -177,7 +176,7 @@ def _levers_table(explanation: Explanation, most: int) -> Table:
                 what = f"{what}: {_value_text(what, lever.after)}" if lever.after is not None else what
             values = (figure_cell(figure, lever.figures.get(figure.name)) for figure in figures)
             rows.append((*words(label(each.reason.name), what, goes, _fate(lever)), *values))
-    columns = (*left("reason", "lever", "reason goes", "design then"), *_figure_columns(figures))
+    columns = (*left("reason", "lever", "reason goes", "design then"), *figure_columns(figures))
     notes = (f"{counted(left_out, 'more lever')}: -v",) if left_out else ()
     return Table("Each lever by itself", columns, tuple(rows), notes)
 
@@ -191,16 +190,10 @@ def _differing(explanation: Explanation, moved: Sequence[Moved]) -> list[ResultF
     return [_named(explanation, name) for name, held in values.items() if len(held) > 1]
 
 
-def _figure_columns(figures: Sequence[ResultFigure]) -> tuple[Column, ...]:
-    return tuple(Column(figure.label, figure.unit, "right") for figure in figures)
-
-
 def _fate(moved: Moved) -> str:
     if moved.note and moved.feasible is None:
         return moved.note
-    if moved.feasible:
-        return "feasible"
-    return f"out: {', '.join(moved.out) or moved.note}"
+    return "feasible" if moved.feasible else f"out: {', '.join(moved.out) or moved.note}"
 
 
 def _why_table(title: str, why: Why, condition: str, most: int) -> Table:
@@ -213,7 +206,7 @@ def _why_table(title: str, why: Why, condition: str, most: int) -> Table:
             *words(each.where, each.what),
             figure_cell(figure, each.amount),
             _share_cell(each.share),
-            word(_status(each.figures)),
+            word("; ".join(named_figure(name, figure) for name, figure in each.figures.items())),
         )
         for each in shown
     ]
@@ -237,15 +230,11 @@ def _share_cell(share: float) -> Cell:
     return Cell(share_text(min(share, 1.0)), share)
 
 
-def _status(figures: dict[str, Any]) -> str:
-    return "; ".join(f"{name} ({figure_text(figure)})" for name, figure in figures.items())
-
-
 def _neighbours_table(explanation: Explanation, most: int) -> Table:
     """The designs that differ in one thing: whether each is better, in what, and what its objectives come to."""
     figures = _differing(explanation, explanation.neighbours)
     rows, strong = [], set()
-    telling = [each for each in explanation.neighbours if most > _FEW or not _is_equal(explanation, each)]
+    telling = [each for each in explanation.neighbours if most > _FEW or _relation(explanation, each) != EQUAL]
     for number, each in enumerate(telling[:most]):
         if each.dominates:
             strong.add(number)
@@ -259,13 +248,9 @@ def _neighbours_table(explanation: Explanation, most: int) -> Table:
     left_out = len(explanation.neighbours) - len(rows)
     index_column = () if explanation.index is None else right("design")
     title = "Steps to the next value" if explanation.index is None else "Neighbours: one axis differs"
-    columns = (*index_column, *left("axis", "change", "it is"), *_figure_columns(figures))
+    columns = (*index_column, *left("axis", "change", "it is"), *figure_columns(figures))
     notes = (f"{left_out} more: -v",) if left_out > 0 else ()
     return Table(title, columns, tuple(rows), notes, frozenset(strong))
-
-
-def _is_equal(explanation: Explanation, moved: Moved) -> bool:
-    return _relation(explanation, moved) == EQUAL
 
 
 def _relation(explanation: Explanation, moved: Moved) -> str:
@@ -300,7 +285,7 @@ def _sure_table(explanation: Explanation) -> Table:
     for each in explanation.sure:
         figure = named(each.figure)
         ends = (figure_cell(figure, end) for end in (each.least, each.most))
-        moved = "" if each.moved is None else f"{each.moved.name} ({figure_text(each.moved.figure)})"
+        moved = "" if each.moved is None else named_figure(each.moved.name, each.moved.figure)
         best = "" if each.best is None else str(each.best)
         sure = "" if each.verdict is None else verdict_text(each.verdict)
         rival = "" if each.rival is None else str(each.rival)
@@ -324,19 +309,13 @@ def effects_table(effects: Sequence[AxisEffect], figures: Sequence[ResultFigure]
     ]
     holes = any(not each.complete for each in effects)
     rows = []
-    for axis, held in by_axis.items():
+    for name, held in zip(short_names(tuple(by_axis)), by_axis.values(), strict=True):
         cells = [_effect_cell(held[figure.name]) for figure in moving]
         paired = [Cell(share_text(min(each.paired for each in held.values())))] if holes else []
-        rows.append((word(axis), *cells, *paired))
-    names = short_names(tuple(by_axis))
-    named = [(word(name), *row[1:]) for name, row in zip(names, rows, strict=True)]
-    columns = (
-        *left("axis"),
-        *right(*(figure.label for figure in moving)),
-        *right(*(["with a partner"] if holes else [])),
-    )
+        rows.append((word(name), *cells, *paired))
+    columns = (*left("axis"), *right(*(figure.label for figure in moving), *(["with a partner"] if holes else [])))
     notes = (EFFECTS_NOTE, *((HOLES_NOTE,) if holes else ()))
-    return Table("Which axis moves which objective", columns, tuple(named) if moving else (), notes)
+    return Table("Which axis moves which objective", columns, tuple(rows) if moving else (), notes)
 
 
 def _effect_cell(effect: AxisEffect) -> Cell:

@@ -16,7 +16,7 @@ from codesign.planners.measured import PARTS
 from codesign.views.report.canvas import canvas, legend, picture_bytes, style
 from codesign.views.report.hardware_tables import verification_table
 from codesign.views.report.render import render_markdown
-from codesign.views.report.wording import Cell, Table, left, right, words
+from codesign.views.report.wording import Cell, Table, formed_cell, left, number_cell, right, word, words
 
 # The comparison of laws, circuits and papers as tables.
 
@@ -36,54 +36,39 @@ def fidelity_tables(result: Fidelity) -> Iterator[Table]:
     yield _open(result)
 
 
-def _percent(value: float | None, *, signed: bool = False) -> Cell:
-    if value is None:
-        return Cell("-")
-    return Cell(f"{value:+z.1%}" if signed else f"{value:.1%}", value)
+_PERCENT, _OFF = "{:.1%}", "{:+z.1%}"
 
 
 def _errors(errors: Sequence[float]) -> tuple[Cell, Cell, Cell]:
     """Rows, mean and worst."""
     mean = sum(errors) / len(errors) if errors else None
-    return Cell(str(len(errors)), len(errors)), _percent(mean), _percent(max(errors, default=None))
+    worst = max(errors, default=None)
+    return number_cell(len(errors)), formed_cell(mean, _PERCENT), formed_cell(worst, _PERCENT)
 
 
 _ERRORS = right("fitted rows", "mean", "worst", "rows held out", "their mean", "their worst")
 
 
 def _families(result: Fidelity) -> Table:
-    rows = [
-        (
-            *words(each.planner, each.style, FAMILY_NAMES[each.family], label(each.quantity)),
-            *_errors(each.fitted),
-            *_errors(each.held),
-        )
-        for each in result.by_family
-        if each.line == TOTAL
-    ]
+    whole = [each for each in result.by_family if each.line == TOTAL]
+    rows = [_spread_row(each, FAMILY_NAMES[each.family]) for each in whole]
     columns = (*left("planner", "style", "family", "resource"), *_ERRORS)
-    stale = sum(not point.present for point in result.points if point.line == TOTAL)
-    total = sum(point.line == TOTAL for point in result.points)
-    notes = ["errors are sizes: law over synthesised less 1, of whole circuits"]
-    if stale:
-        notes.append(
-            f"{format_count(stale)} of {counted(total, 'sum')} are of an earlier state of the Verilog: its digest has"
-            " changed since"
-        )
-    return Table("Resources, law against synthesis", columns, tuple(rows), tuple(notes))
+    totals = [point.present for point in result.points if point.line == TOTAL]
+    earlier = (
+        f"{format_count(totals.count(False))} of {counted(len(totals), 'sum')} are of an earlier state of the Verilog:"
+        " its digest has changed since"
+    )
+    notes = ("errors are sizes: law over synthesised less 1, of whole circuits", *(() if all(totals) else (earlier,)))
+    return Table("Resources, law against synthesis", columns, tuple(rows), notes)
+
+
+def _spread_row(each: Spread, of: str) -> tuple[Cell, ...]:
+    """A row of errors; ``of``: the family or the line."""
+    return *words(each.planner, each.style, of, label(each.quantity)), *_errors(each.fitted), *_errors(each.held)
 
 
 def _lines(result: Fidelity) -> Table:
-    rows = [
-        (
-            *words(each.planner, each.style, each.line, label(each.quantity)),
-            *_errors(each.fitted),
-            *_errors(each.held),
-            _range(each),
-        )
-        for each in result.by_line
-        if each.line != TOTAL
-    ]
+    rows = [(*_spread_row(each, each.line), _range(each)) for each in result.by_line if each.line != TOTAL]
     columns = (*left("planner", "style", "line", "resource"), *_ERRORS, *right("law / synthesised, least to greatest"))
     notes = ("others: lines and modules that only the demand, or only the circuit, has by that name",)
     return Table("Resources by line of the demand, all families", columns, tuple(rows), notes)
@@ -107,12 +92,11 @@ def _clocks(points: Sequence[Point]) -> Table:
         rows.append(
             (
                 *words(point.planner, point.style, point.part, point.design),
-                Cell(f"{point.predicted.value / 1e6:.0f}", point.predicted.value / 1e6),
+                formed_cell(point.predicted.value / 1e6, "{:.0f}"),
                 Cell(f"{low:.0f} to {high:.0f}"),
-                _percent(width_of(point.predicted)),
-                Cell(f"{point.measured / 1e6:.1f}", point.measured / 1e6),
-                _percent(point.error, signed=True),
-                _percent(point.without, signed=True),
+                formed_cell(width_of(point.predicted), _PERCENT),
+                formed_cell(point.measured / 1e6, "{:.1f}"),
+                *(formed_cell(error, _OFF) for error in (point.error, point.without)),
                 *words("yes" if point.holds else "no", point.note.split(";")[0]),
             )
         )
@@ -152,11 +136,9 @@ def _claims(title: str, claims: Sequence[Claim]) -> Table:
     rows = tuple(
         (
             *words(claim.place, claim.quantity),
-            _value(claim, claim.published),
-            _value(claim, claim.law),
-            _value(claim, claim.circuit),
-            _percent(claim.error, signed=True),
-            *words(claim.how),
+            *(_value(claim, value) for value in (claim.published, claim.law, claim.circuit)),
+            formed_cell(claim.error, _OFF),
+            word(claim.how),
         )
         for claim in claims
     )
@@ -267,7 +249,7 @@ def fidelity_picture(result: Fidelity) -> bytes:
                 errors = spread(group)
                 if errors.least is None or errors.middle is None or errors.most is None:
                     continue
-                low, middle, high = (_within(each) for each in (errors.least, errors.middle, errors.most))
+                low, middle, high = (min(MOST, max(LEAST, each)) for each in (errors.least, errors.middle, errors.most))
                 marker, colour = MARKERS[family]
                 y = line + 0.64 * ((place + 0.5) / len(families) - 0.5)
                 axes.plot([low, high], [y, y], color=colour, linewidth=1.2)
@@ -286,10 +268,6 @@ def fidelity_picture(result: Fidelity) -> bytes:
         axes.set_xlabel("law / measured (synthesised, or placed); bar: least to most, mark: middle row")
         legend(picture)
         return picture_bytes(picture, "svg")
-
-
-def _within(ratio: float) -> float:
-    return min(MOST, max(LEAST, ratio))
 
 
 def _terms(points: tuple[Point, ...]) -> list[tuple[str, dict[str, list[Point]]]]:

@@ -65,7 +65,7 @@ def front_picture(
         _scatter(study, axes, positions, scaled, shades, norm, shapes)
         axes.plot(*_staircase(scaled, maximise), color="0.35", linewidth=1.0, zorder=1.5, label=_FRONT_LINE)
         if norm is not None and colour is not None:
-            bar = picture.colorbar(_mappable(norm), ax=axes, pad=0.02)
+            bar = picture.colorbar(mpl_cm.ScalarMappable(norm, _colours()), ax=axes, pad=0.02)
             bar.set_label(labelled(figure_label(study, colour), figure_column(study, colour).unit))
             if colour.counted == "share":
                 bar.formatter = ticker.PercentFormatter(1)
@@ -123,10 +123,6 @@ def _shades(study: Study, positions: NDArray[np.intp], colour: ResultFigure | No
     least, most = np.nanmin(values), np.nanmax(values)
     # One value in all points is no colour, and a scale of it would have one number at every tick.
     return (values, colours.Normalize(least, most)) if most > least else (None, None)
-
-
-def _mappable(norm: Any) -> Any:
-    return mpl_cm.ScalarMappable(norm, _colours())
 
 
 def _colours() -> Any:

@@ -15,7 +15,19 @@ from codesign.hardware.calibrate.fpga import Comparison
 from codesign.hardware.rtl.place import Compared as Synthesised
 from codesign.hardware.rtl.verify import Checked, StyleChecked
 from codesign.inputs.library import UNITS
-from codesign.views.report.wording import Cell, Column, Ends, Table, left, right, with_ends, word, words
+from codesign.views.report.wording import (
+    Cell,
+    Ends,
+    Table,
+    count_cell,
+    formed_cell,
+    left,
+    number_cell,
+    right,
+    with_ends,
+    word,
+    words,
+)
 
 # Circuits against the model: a row for each style, and the first difference of each point that has one.
 
@@ -24,16 +36,9 @@ def verification_table(styles: Sequence[StyleChecked]) -> Table:
     """Style, points, events and cycles compared, and differences."""
     rows = []
     for each in styles:
-        points = each.verified
-        counts = (
-            len(each.points),
-            sum(point.events for point in points),
-            sum(point.cycles for point in points),
-            sum(point.differences for point in points),
-            len(each.points) - len(points),
-        )
-        cells = (Cell(format_count(count), count) for count in counts)
-        rows.append((*words(each.planner, each.task or "planning", each.style), *cells))
+        sums = (sum(getattr(point, name) for point in each.verified) for name in ("events", "cycles", "differences"))
+        counts = (len(each.points), *sums, len(each.points) - len(each.verified))
+        rows.append((*words(each.planner, each.task or "planning", each.style), *map(count_cell, counts)))
     columns = (*left("planner", "task", "style"), *right("points", "events", "cycles", "differences", "failed"))
     return Table("Circuits against the model", columns, tuple(rows), notes=_notes(styles))
 
@@ -71,48 +76,36 @@ def calibration_tables(compared: Comparison) -> tuple[Table, ...]:
     tables = [Table("Predicted against reported", columns, rows)]
     if compared.lines:
         by_line = tuple((word(each.line), *_row(each)) for each in compared.lines)
-        tables.append(Table("Lines of the demand", (Column("line"), *columns), by_line))
+        tables.append(Table("Lines of the demand", (*left("line"), *columns), by_line))
     calibration = compared.calibration
     if calibration is not None:
         fitted = []
         for term, errors in compared.errors.items():
-            factor, offset = calibration.terms[term].factor, calibration.terms[term].offset
-            low, high = factor.interval
-            held_out = "-" if errors.held_out is None else f"{errors.held_out:.1%}"
+            fit = calibration.terms[term]
+            low, high = fit.factor.interval
             fitted.append(
                 (
                     word(label(term)),
-                    Cell(f"{factor.value:.4g}", factor.value),
+                    formed_cell(fit.factor.value, "{:.4g}"),
                     word(f"{low:.4g} to {high:.4g}"),
-                    Cell(f"{offset:+,.0f}" if offset else "-", offset),
-                    Cell(f"{errors.before:.1%}", errors.before),
-                    Cell(f"{errors.after:.1%}", errors.after),
-                    Cell(held_out, errors.held_out),
-                    Cell(str(len(calibration.terms[term].samples)), len(calibration.terms[term].samples)),
+                    Cell(f"{fit.offset:+,.0f}" if fit.offset else "-", fit.offset),
+                    *(formed_cell(error, "{:.1%}") for error in (errors.before, errors.after, errors.held_out)),
+                    number_cell(len(fit.samples)),
                 )
             )
-        heads = (
-            Column("term"),
-            *right("factor"),
-            Column("interval"),
-            *right("offset", "error of the law", "error left", "error held out", "samples"),
-        )
+        errors_left = right("offset", "error of the law", "error left", "error held out", "samples")
+        heads = (*left("term"), *right("factor"), *left("interval"), *errors_left)
         tables.append(Table(f"Calibration {calibration.name}", heads, tuple(fitted)))
     return tuple(tables)
 
 
 def _row(each: Compared) -> tuple[Cell, ...]:
     low, high = each.predicted.interval
-    inside = low <= each.reported <= high
-    ratio = each.ratio
     return (
-        word(label(each.term)),
-        word(each.design),
-        _amount(each.term, each.predicted.value),
-        _amount(each.term, each.reported),
-        Cell("-" if ratio is None else f"{ratio:.3f}", ratio),
-        word("inside" if inside else "outside"),
-        word(each.report),
+        *words(label(each.term), each.design),
+        *(_amount(each.term, value) for value in (each.predicted.value, each.reported)),
+        formed_cell(each.ratio, "{:.3f}"),
+        *words("inside" if low <= each.reported <= high else "outside", each.report),
     )
 
 
@@ -161,10 +154,6 @@ def synthesis_tables(result: Synthesised) -> Iterator[Table]:
         yield _clocks(result)
 
 
-def _count(value: float | None) -> Cell:
-    return Cell("-") if value is None else Cell(format_count(int(value)), int(value))
-
-
 def _lines(result: Synthesised) -> Table:
     rows = [
         (*words(each.line or "no line", label(each.resource)), *_pair(each.predicted, each.synthesised))
@@ -181,13 +170,12 @@ def _lines(result: Synthesised) -> Table:
 
 def _pair(predicted: int | None, synthesised: int) -> tuple[Cell, Cell, Cell]:
     ratio = predicted / synthesised if predicted is not None and synthesised else None
-    shown = Cell("-") if ratio is None else Cell(f"{ratio:.2f}", ratio)
-    return _count(predicted), _count(synthesised), shown
+    return formed_cell(predicted, "{:,}"), count_cell(synthesised), formed_cell(ratio, "{:.2f}")
 
 
 def _modules(result: Synthesised) -> Table:
     rows = tuple(
-        (*words(each.module), *map(_count, (each.instances, *each.counts.by_resource().values())))
+        (word(each.module), *map(count_cell, (each.instances, *each.counts.by_resource().values())))
         for each in result.synthesis.modules
     )
     columns = (*left("module"), *right("instances", "LUT", "flip-flops", "block RAMs", "multipliers"))
@@ -197,18 +185,15 @@ def _modules(result: Synthesised) -> Table:
 
 
 def _clocks(result: Synthesised) -> Table:
-    rows = [
-        (*words(f"placed, seed {each.seed}"), Cell(f"{each.clock / 1e6:.1f}", each.clock / 1e6))
-        for each in result.placements
-    ]
+    rows = [(word(f"placed, seed {each.seed}"), formed_cell(each.clock / 1e6, "{:.1f}")) for each in result.placements]
     clock, median = result.clock, result.median
     assert clock is not None
     assert median is not None
-    rows.append((*words("median of the seeds"), Cell(f"{clock / 1e6:.1f}", clock / 1e6)))
+    rows.append((word("median of the seeds"), formed_cell(clock / 1e6, "{:.1f}")))
     low, high = (bound / 1e6 for bound in result.law.interval)
     law = result.law.value / 1e6
     limit = with_ends(f"{law:.1f}", f"{low:.0f} to {high:.0f}", Ends.INTERVAL)
-    rows.append((*words("clock limit of the law"), Cell(limit, law)))
-    columns = (*left("clock"), *right("MHz"))
+    rows.append((word("clock limit of the law"), Cell(limit, law)))
     notes = (f"critical path: {median.path.words}", f"law: {result.law.source}")
+    columns = (*left("clock"), *right("MHz"))
     return Table(f"Clock on {result.part}", columns, tuple(rows), notes, frozenset({len(rows) - 2}))

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 from codesign.ground.files import is_stream, write_atomically, written_atomically
 from codesign.ground.late import late
 from codesign.ground.progress import Show, silent, tracked
-from codesign.views.report.wording import Cell, Column, Table
+from codesign.views.report.wording import Column, Table
 
 if TYPE_CHECKING:
     from rich import console as rich_console
@@ -135,7 +135,7 @@ def render_csv(table: Table, *, headed: bool = True) -> str:
     if headed:
         writer.writerow([_harmless(_heading(column)) for column in table.columns])
     for row in table.rows:
-        writer.writerow([_field(cell) for cell in row])
+        writer.writerow([_value(cell.value) for cell in row])
     return out.getvalue()
 
 
@@ -193,10 +193,6 @@ def _markdown(text: str) -> str:
 
 def _heading(column: Column) -> str:
     return f"{column.name} [{column.unit}]" if column.unit not in {"", "1"} else column.name
-
-
-def _field(cell: Cell) -> str | int | float:
-    return _value(cell.value)
 
 
 def _value(value: str | int | float | None) -> str | int | float:

@@ -44,24 +44,11 @@ def reproduction_table(reproduction: Reproduction) -> Table:
     rows = []
     previous = None
     for row in reproduction.rows:
-        place = "" if row.table == previous else row.table
+        place = Cell("" if row.table == previous else row.table, row.table)
         previous = row.table
-        rows.append(
-            (
-                Cell(place, row.table),
-                word(row.quantity),
-                figure_of_row(row.published, row.unit),
-                figure_of_row(row.modelled, row.unit),
-                Cell(ABSENT if row.error is None else error_text(row.error), row.error),
-                *words(str(row.status), str(row.use), row.note),
-            )
-        )
-    columns = (
-        *left("table", "quantity"),
-        *right("published", "modelled"),
-        *right("error", unit="1"),
-        *left("status", "use", "note"),
-    )
+        rows.append((place, *_held(row), _error_cell(row), *words(str(row.status), str(row.use), row.note)))
+    figures = (*right("published", "modelled"), *right("error", unit="1"))
+    columns = (*left("table", "quantity"), *figures, *left("status", "use", "note"))
     return Table("Published against modelled", columns, tuple(rows))
 
 
@@ -112,6 +99,15 @@ def reproduction_sources_table(reproduction: Reproduction) -> Table:
         left("status", "tables", "source"),
         tuple(words(status, ", ".join(named), source) for (status, source), named in tables.items()),
     )
+
+
+def _held(row: Row) -> tuple[Cell, Cell, Cell]:
+    """The quantity of a row, published and modelled."""
+    return word(row.quantity), figure_of_row(row.published, row.unit), figure_of_row(row.modelled, row.unit)
+
+
+def _error_cell(row: Row) -> Cell:
+    return Cell(ABSENT if row.error is None else error_text(row.error), row.error)
 
 
 def error_text(error: float) -> str:
@@ -221,11 +217,7 @@ def scores(reproductions: Sequence[Reproduction]) -> list[Score]:
 def score_table(each: Sequence[Score]) -> Table:
     """A row for each score; the last of several, for all papers, stands out."""
     last = (f"within {share_text(most)}" for most in WITHIN)
-    columns = (
-        *left("paper"),
-        *right("rows", "compared", *last, "missed", "cannot be held"),
-        *right("held out, within 10 %"),
-    )
+    counts = right("rows", "compared", *last, "missed", "cannot be held", "held out, within 10 %")
     rows = tuple(
         (
             word(score.name),
@@ -239,7 +231,7 @@ def score_table(each: Sequence[Score]) -> Table:
         " Held out: no law was made from the row, and nothing was chosen in view of it.",
     )
     strong = frozenset({len(rows) - 1} if len(rows) > 1 else ())
-    return Table("Score", columns, rows, notes, strong)
+    return Table("Score", (*left("paper"), *counts), rows, notes, strong)
 
 
 def missed_table(reproductions: Sequence[Reproduction]) -> Table:
@@ -250,13 +242,7 @@ def missed_table(reproductions: Sequence[Reproduction]) -> Table:
         if row.error is not None and not _meets(abs(row.error), WITHIN[-1])
     ]
     rows = tuple(
-        (
-            *words(paper, row.table, row.quantity),
-            figure_of_row(row.published, row.unit),
-            figure_of_row(row.modelled, row.unit),
-            Cell(error_text(row.error or 0.0), row.error),
-            *words(str(row.use), row.note),
-        )
+        (*words(paper, row.table), *_held(row), _error_cell(row), *words(str(row.use), row.note))
         for _, paper, row in sorted(missed, key=lambda each: -each[0])
     )
     columns = (*left("paper", "table", "quantity"), *right("published", "modelled", "error"), *left("use", "note"))
@@ -266,12 +252,7 @@ def missed_table(reproductions: Sequence[Reproduction]) -> Table:
 def unheld_table(reproductions: Sequence[Reproduction]) -> Table:
     """The rows that cannot be held against the model by a relative error, and why not."""
     rows = tuple(
-        (
-            *words(paper, row.table, row.quantity),
-            figure_of_row(row.published, row.unit),
-            figure_of_row(row.modelled, row.unit),
-            *words(why_unheld(row), row.note),
-        )
+        (*words(paper, row.table), *_held(row), *words(why_unheld(row), row.note))
         for paper, row in _named(reproductions)
         if row.error is None
     )
@@ -406,14 +387,13 @@ def error_ticks() -> tuple[tuple[float, str], ...]:
 
 def _strip(number: int, reproduction: Reproduction) -> Strip:
     rows = [row for row in reproduction.rows if row.error is not None and math.isfinite(row.error)]
-    marks = []
-    for place, row, level in _stacked(rows):
-        marks.append(Mark(place, float(level), number % KINDS, _said(reproduction, row)))
-    deepest = max((mark.y for mark in marks), default=0.0)
+    stacked = list(_stacked(rows))
+    deepest = max((level for _, _, level in stacked), default=0)
     score = score_of("", reproduction.rows)
     summary = f"{score.within[-1]} of {score.compared} within 10 %, {score.within[0]} within 1 %"
-    placed = tuple(Mark(mark.x, 8.0 + 9.0 * mark.y, mark.kind, mark.text) for mark in marks)
-    return Strip(short_name(reproduction.paper), summary, 16.0 + 9.0 * deepest, placed)
+    kind = number % KINDS
+    marks = tuple(Mark(place, 8.0 + 9.0 * level, kind, _said(reproduction, row)) for place, row, level in stacked)
+    return Strip(short_name(reproduction.paper), summary, 16.0 + 9.0 * deepest, marks)
 
 
 def _stacked(rows: Iterable[Row]) -> Iterable[tuple[float, Row, int]]:

@@ -17,7 +17,7 @@ from codesign.system.results.result import Result
 from codesign.views.report.canvas import with_palette
 from codesign.views.report.page import Columns, Entry, rendered, script_json, template_text, write_page
 from codesign.views.report.result_tables import figure_tables, result_reasons_table, sources_table
-from codesign.views.report.scrub import UNKNOWN, Event, Field, Scrub, Timed, Track, scrub_of
+from codesign.views.report.scrub import UNKNOWN, Event, Field, Scrub, Timed, Track, greatest_in_tiles, scrub_of
 from codesign.views.report.sentences import headline, run_pace_text
 from codesign.views.report.timelines import account_picture
 from codesign.views.report.wording import ABSENT, ENDED, PACE, Cell, Table, left, number_scales, quantity_cell, right
@@ -121,12 +121,8 @@ def _legend(scrub: Scrub) -> Legend:
     legend += [("ramp", "potential after the stage, by its logarithm")] if scrub.fields else []
     legend += [("path", "path")] if scrub.paths else []
     if scrub.is_fleet:
-        legend += [
-            ("drives", "drives"),
-            ("arrived", "rests at its target"),
-            ("still", "stands"),
-            ("near", "touches another"),
-        ]
+        legend += [("drives", "drives"), ("arrived", "rests at its target")]
+        legend += [("still", "stands"), ("near", "touches another")]
     elif scrub.tracks:
         legend += [("drives", "robot that drives, and its trail"), ("still", "robot that stands")]
     return [*legend, ("goal", "target" if scrub.is_fleet else "goal")]
@@ -138,7 +134,8 @@ def robots_table(scrub: Scrub) -> Table:
     unit = "m" if scrub.map.resolution else "cells"
     nearest = _nearest(scrub.tracks)
     rows = []
-    for number, track in sorted(enumerate(scrub.tracks), key=lambda pair: (-_arrival(pair[1]), pair[0])):
+    arrivals = [math.inf if track.arrived is None else track.arrived for track in scrub.tracks]
+    for number, track in sorted(enumerate(scrub.tracks), key=lambda pair: (-arrivals[pair[0]], pair[0])):
         steps = np.hypot(np.diff(track.rows), np.diff(track.columns))
         driven = float(steps.sum())
         straight = float(np.hypot(track.rows[-1] - track.rows[0], track.columns[-1] - track.columns[0]))
@@ -148,7 +145,7 @@ def robots_table(scrub: Scrub) -> Table:
         rows.append(
             (
                 Cell(track.name, number),
-                Cell(ABSENT, None) if arrived is None else quantity_cell(arrived, "s"),
+                quantity_cell(arrived, "s"),
                 quantity_cell(_digits(driven * cell), unit),
                 quantity_cell(_digits(driven / straight), "1") if straight else Cell(ABSENT),
                 quantity_cell(stood, "s"),
@@ -157,23 +154,15 @@ def robots_table(scrub: Scrub) -> Table:
             )
         )
     columns = (
-        *left("robot"),
-        *right("rests from", unit="s"),
-        *right("driven", unit=unit),
-        *right("over the straight line", unit="1"),
-        *right("stood on its way", unit="s"),
-        *right("least distance to another", unit=unit),
-        *right("to robot"),
+        *(*left("robot"), *right("rests from", unit="s"), *right("driven", unit=unit)),
+        *(*right("over the straight line", unit="1"), *right("stood on its way", unit="s")),
+        *(*right("least distance to another", unit=unit), *right("to robot")),
     )
     notes = (
         "The worst come first: robots that do not rest at their targets, then those that came last. A robot has"
         " arrived some updates before it rests. A click on a heading sorts. Distances are between middles, at updates.",
     )
     return Table("Robots", columns, tuple(rows), notes)
-
-
-def _arrival(track: Track) -> float:
-    return float("inf") if track.arrived is None else float(track.arrived)
 
 
 def _moving(steps: np.ndarray[tuple[int], np.dtype[np.float64]]) -> int:
@@ -250,15 +239,7 @@ def scrub_data(scrub: Scrub) -> dict[str, Any]:
         "targets": [[float(row), float(column)] for row, column in scrub.map.goals.tolist()],
         "events": [[event.time // tick, _place(names, event.robot), event.kind] for event in scrub.events],
         "fields": _fields(scrub.fields, cells.tile, tick, columns),
-        "series": [
-            {
-                "name": each.name,
-                "unit": each.unit,
-                "counted": each.counted,
-                "values": columns.add(np.round(each.values, 4)),
-            }
-            for each in scrub.series
-        ],
+        "series": [vars(each) | {"values": columns.add(np.round(each.values, 4))} for each in scrub.series],
         "scales": number_scales(),
         "packed": columns.packed,
     }
@@ -321,7 +302,7 @@ def _timed(each: Sequence[Timed], names: Sequence[str], tick: int, columns: Colu
 
 def _fields(fields: Sequence[Field], tile: int, tick: int, columns: Columns) -> dict[str, Any] | None:
     """The fields of stages in levels: 0 for no value above 0, then 1 to 255 from ``low`` to ``high`` (log10)."""
-    grids = [_greatest(each.values, tile) for each in fields]
+    grids = [greatest_in_tiles(each.values, tile) for each in fields]
     above = [grid[np.isfinite(grid) & (grid > 0)] for grid in grids]
     values = np.concatenate(above) if above else np.zeros(0)
     if not len(values):
@@ -339,15 +320,6 @@ def _fields(fields: Sequence[Field], tile: int, tick: int, columns: Columns) -> 
         "low": low,
         "high": high,
     }
-
-
-def _greatest(values: NDArray[np.float64], tile: int) -> NDArray[np.float64]:
-    """The greatest value in each tile."""
-    if tile == 1:
-        return values
-    down, across = (np.arange(0, side, tile) for side in values.shape)
-    most: NDArray[np.float64] = np.fmax.reduceat(np.fmax.reduceat(values, down, axis=0), across, axis=1)
-    return most
 
 
 _NARROW_COLUMNS, _NARROW_LETTERS = 4, 68
@@ -406,16 +378,12 @@ def records_page(
         RunError: the file cannot be written.
     """
     scrub = scrub_of(records)
+    nothing: dict[str, Any] = {"headline": (), "ended": "", "bottleneck": "", "reasons": None, "narrow": (), "wide": ()}
     page = rendered(
         "result.html.j2",
         None,
+        **nothing,
         title=title,
-        headline=(),
-        ended="",
-        bottleneck="",
-        reasons=None,
-        narrow=(),
-        wide=(),
         sources=sources_table([]),
         pictures=pictures,
         scrub=None if scrub is None else scrub_part(scrub),
@@ -426,8 +394,6 @@ def records_page(
 
 def _without_head(table: Table) -> Table:
     """The table less the rows that stand in the head of the page."""
-    if not any(row and row[0].text in (ENDED, PACE) for row in table.rows):
-        return table
     return replace(table, rows=tuple(row for row in table.rows if row[0].text not in (ENDED, PACE)))
 
 

@@ -23,7 +23,9 @@ from codesign.views.report.wording import (
     Shown,
     Table,
     count_cell,
+    formed_cell,
     left,
+    number_cell,
     pairs,
     part_cell,
     quantity_cell,
@@ -75,11 +77,8 @@ def mission_tables(result: Result) -> tuple[Table, ...]:
             tables.append(levers_table(mission))
         if mission.contact_points:
             tables.append(contacts_table(mission))
-        for title, shares in (
-            ("Where the time of plans went", mission.latency),
-            ("Where the time of control turns went", mission.control),
-        ):
-            tables += [latency_table(title, shares)] if shares else []
+        for what, shares in (("plans", mission.latency), ("control turns", mission.control)):
+            tables += [latency_table(f"Where the time of {what} went", shares)] if shares else []
         tables.append(energy_table("Energy of the mission", mission.energy))
     if len(set(result.places.values())) > 1:
         roles = {name: role for role, name in result.roles.items()}
@@ -141,8 +140,7 @@ def contacts_table(mission: Mission) -> Table:
         tuple(
             (
                 quantity_cell(contact.time_s, "s"),
-                Cell(f"{contact.row:.3f}", contact.row),
-                Cell(f"{contact.column:.3f}", contact.column),
+                *(formed_cell(place, "{:.3f}") for place in (contact.row, contact.column)),
                 quantity_cell(contact.speed_m_s, "m/s"),
             )
             for contact in shown
@@ -178,9 +176,8 @@ def _energy_cells(field: Shown, joules: float, total: float) -> tuple[Cell, Cell
 
 def account_table(accounts: Mapping[str, Account]) -> Table:
     """The time of each component and link, by what it was spent on."""
-    table = records_table(
-        "Where the time of each component and link went", "component or link", accounts.items(), Account
-    )
+    title = "Where the time of each component and link went"
+    table = records_table(title, "component or link", accounts.items(), Account)
     rows = zip(table.rows, accounts.values(), strict=True)
     return replace(
         table,
@@ -310,8 +307,8 @@ def goals_table(facts: BagFacts, board: str | None = None, latencies: Sequence[i
             leg, before = leg + 1, each.cell
         answer = latency(each)
         row = [
-            Cell(str(number), number),
-            Cell(f"{each.time:.3f}", each.time),
+            number_cell(number),
+            formed_cell(each.time, "{:.3f}"),
             Cell(f"({each.place[0]:.2f}, {each.place[1]:.2f}) m"),
             Cell(f"{each.cell}" if each.toured else "left out"),
             Cell("-" if answer is None else format_time(round(answer * 1e12)), answer),
@@ -319,11 +316,7 @@ def goals_table(facts: BagFacts, board: str | None = None, latencies: Sequence[i
         if board is not None:
             simulated = latencies[leg] if each.toured and leg < len(latencies) else None
             row.append(Cell("-") if simulated is None else Cell(format_time(simulated), simulated * 1e-12))
-        row += [
-            Cell(str(each.plans), each.plans),
-            Cell("-" if each.reached is None else f"{each.reached:.3f}", each.reached),
-        ]
-        rows.append(tuple(row))
+        rows.append((*row, number_cell(each.plans), formed_cell(each.reached, "{:.3f}")))
     drawn = facts.obstacles
     notes = [
         f"{counted(len(drawn.obstacles), 'obstacle')} of {drawn.hits:,} rays that hit cells which the map has free"

@@ -135,12 +135,16 @@ class Cells:
         self._parts.append((time, tiles[:, 0] * self.free.shape[1] + tiles[:, 1], codes[values]))
 
     def _tiles(self, grid: NDArray[Any]) -> NDArray[np.uint8]:
-        """The greatest value in each tile."""
-        down, across = (np.arange(0, side, self.tile) for side in grid.shape)
-        if not grid.size:
-            return np.zeros((len(down), len(across)), np.uint8)
-        most = np.maximum.reduceat(np.maximum.reduceat(grid.astype(np.uint8), down, axis=0), across, axis=1)
-        return most.astype(np.uint8)
+        return greatest_in_tiles(grid.astype(np.uint8), self.tile)
+
+
+def greatest_in_tiles(grid: NDArray[Any], tile: int) -> NDArray[Any]:
+    """The greatest value, but for NaN, in each tile of ``tile`` × ``tile`` cells."""
+    if tile == 1 or not grid.size:
+        return grid
+    down, across = (np.arange(0, side, tile) for side in grid.shape)
+    most: NDArray[Any] = np.fmax.reduceat(np.fmax.reduceat(grid, down, axis=0), across, axis=1)
+    return most
 
 
 Floats = NDArray[np.float64]
@@ -265,14 +269,12 @@ def scrub_of(records: Iterable[Record]) -> Scrub | None:
     scrub = Scrub(Cells(start))
     poses = map_reduce(filter(_is_finite, about(Subject.POSE)), lambda record: record.source)
     positions = _alike(about(Subject.FLEET))
-    radii = {record.source: record.radius for record in about(Subject.ROBOT)}
+    radii = {record.source: record.radius / (start.resolution or 1.0) for record in about(Subject.ROBOT)}
     if poses:
-        scrub.tracks = [_driven(name, track, _in_cells(radii.get(name, 0.0), start)) for name, track in poses.items()]
+        scrub.tracks = [_driven(name, track, radii.get(name, 0.0)) for name, track in poses.items()]
     elif positions:
-        scrub.is_fleet, scrub.tracks = (
-            True,
-            _fleet(positions, start.radius, [record.arrived for record in about(Subject.PATH)]),
-        )
+        scrub.is_fleet = True
+        scrub.tracks = _fleet(positions, start.radius, [record.arrived for record in about(Subject.PATH)])
     else:
         scrub.fields = _fields(about(Subject.STAGE))
     if not (scrub.tracks or len(scrub.fields) > 1):
@@ -301,13 +303,8 @@ def _alike(updates: Iterable[Any]) -> list[Any]:
     return [each for each in finite if each.positions.shape == finite[0].positions.shape]
 
 
-def _in_cells(radius: float, start: MapRecord) -> float:
-    return radius / start.resolution if start.resolution else radius
-
-
 def _driven(name: str, poses: Sequence[Any], radius: float) -> Track:
-    step = -(-len(poses) // MOST_SAMPLES)
-    kept = [*poses[:-1:step], poses[-1]]
+    kept = _thinned(poses, MOST_SAMPLES)
     times = np.array([each.time for each in kept], np.int64)
     values = np.array([(each.row, each.column, each.heading, each.speed) for each in kept], np.float64)
     rows, columns, headings, speeds = values.T
@@ -317,8 +314,7 @@ def _driven(name: str, poses: Sequence[Any], radius: float) -> Track:
 def _fleet(positions: Sequence[Any], radius: float, arrivals: Sequence[bool]) -> list[Track]:
     """The tracks of the robots, named by their numbers from 0."""
     count = len(positions[0].positions)
-    step = -(-len(positions) * count // MOST_SAMPLES)
-    kept = [*positions[:-1:step], positions[-1]]
+    kept = _thinned(positions, MOST_SAMPLES, count)
     times = np.array([each.time for each in kept], np.int64)
     places = np.array([each.positions for each in kept], np.float64)
     tracks = []
@@ -335,10 +331,13 @@ def _fields(records: Iterable[Any]) -> list[Field]:
     stages = [record for record in records if record.potential.size]
     if not stages:
         return []
-    most = max(2, MOST_LEVELS // stages[-1].potential.size)
-    step = -(-len(stages) // most)
-    kept = [*stages[:-1:step], stages[-1]]
+    kept = _thinned(stages, max(2, MOST_LEVELS // stages[-1].potential.size))
     return [Field(stage.time, stage.stage, stage.potential) for stage in kept]
+
+
+def _thinned(records: Sequence[Any], most: int, size: int = 1) -> list[Any]:
+    """Each n-th of the records, ``size`` things each, so that about ``most`` things are left, and the last one."""
+    return [*records[: -1 : -(-len(records) * size // most)], records[-1]]
 
 
 def _takers(scrub: Scrub) -> dict[Subject, Callable[[Any], None]]:

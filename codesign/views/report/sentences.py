@@ -28,7 +28,9 @@ from codesign.views.report.wording import (
     Table,
     ends_text,
     figure_cell,
+    interval_text,
     left,
+    part_text,
     quantity_text,
     right,
     row_of,
@@ -390,6 +392,11 @@ def figure_text(figure: Figure) -> str:
     return f"{figure.status} {value}{f', {ends}' if ends else ''}{behind}"
 
 
+def named_figure(name: str, figure: Figure) -> str:
+    """A figure by its name, with its status, its value and its interval in brackets."""
+    return f"{name} ({figure_text(figure)})"
+
+
 def _flip_text(decides: Decider) -> str:
     """The value at which a verdict changes, to four digits. Of a number of things the first one behind it."""
     value, figure = decides.flips_at, decides.figure
@@ -419,8 +426,7 @@ def fit_text(fit: Fit) -> str:
 
 
 def _span(low: float, high: float, unit: str) -> str:
-    value = quantity_text(low, unit)
-    return value if low == high else f"{value} to {quantity_text(high, unit)}"
+    return interval_text(low, high, unit) or quantity_text(low, unit)
 
 
 @dataclass(frozen=True)
@@ -494,8 +500,7 @@ def certainty_table(result: Result) -> Table:
             rows += [_row(figure, value, None, reason)] if reason else []
             continue
         most = next(iter(sensitivity(result, figure)), None)
-        moved = "" if most is None else f"{most.name} ({figure_text(most.figure)})"
-        rows.append(_row(figure, value, interval, moved))
+        rows.append(_row(figure, value, interval, "" if most is None else named_figure(most.name, most.figure)))
     limited = result.part is not None or result.bounds
     notes = (f"fits: {fit_text(fit_verdict(result))}",) if limited else ()
     columns = (*left("figure"), *right("value", "least", "most"), *left("moved most by"))
@@ -586,15 +591,11 @@ def _tightest(result: Result) -> Cell:
     if not uses:
         return Cell("none: no FPGA plans" if result.part is None else ABSENT)
     use = max(uses, key=_share)
-    return Cell(f"{label(use.resource)}: {_part_text(_share(use))}, {use.demand:,} of {use.budget:,}", _share(use))
+    return Cell(f"{label(use.resource)}: {part_text(_share(use))}, {use.demand:,} of {use.budget:,}", _share(use))
 
 
 def _share(use: ResourceUse) -> float:
     return use.demand / use.budget
-
-
-def _part_text(share: float) -> str:
-    return share_text(share) if share <= 1 else f"{100 * share:.4g} %"
 
 
 def _sentence(result: Result, asked: tuple[Constraint, ...]) -> str:
@@ -620,7 +621,7 @@ def _shortcomings(result: Result, asked: tuple[Constraint, ...]) -> list[str]:
         wrong.append(f"{counted(result.quality.collisions, 'pair')} of robots collide")
     # What the result already has as a reason is asked for once.
     broken = dict.fromkeys(with_constraints(result, asked).reasons)
-    missed = "; ".join(_against(reason) for reason in broken)
+    missed = "; ".join(reason_text(reason, ": ") for reason in broken)
     return [*wrong, f"misses what is asked for ({missed})"] if broken else wrong
 
 
@@ -651,9 +652,7 @@ def _mission_parts(result: Result, asked: tuple[Constraint, ...]) -> list[str]:
 def _fleet_parts(result: Result, asked: tuple[Constraint, ...]) -> list[str]:
     fleet, quality = result.fleet, result.quality
     assert fleet is not None, "the kind of run says so"
-    collided = []
-    if isinstance(quality, RobotsQuality) and not quality.collisions:
-        collided = ["no robots collided"]
+    collided = ["no robots collided"] if isinstance(quality, RobotsQuality) and not quality.collisions else []
     pace = _first_sentence(pace_text(fleet))
     ended = f"{fleet.ended} after {_time_text(result, FIRST['fleet'][0], asked)}"
     return [ended, *collided, f"the pace is set by {pace}" if pace else ""]
@@ -685,14 +684,20 @@ def _why_not(reasons: tuple[Reason, ...]) -> str:
     first = max(reasons, key=lambda reason: reason.demand / reason.limit if reason.limit else 0.0)
     more = f" and {counted(len(reasons) - 1, 'more reason')}" if len(reasons) > 1 else ""
     remedy = f"; {first.levers[0]}" if first.levers else ""
-    return f"{_against(first)}{more}{remedy}"
+    return f"{reason_text(first, ': ')}{more}{remedy}"
 
 
-def _against(reason: Reason) -> str:
+def reason_text(reason: Reason, joint: str = " ", *, gap: bool = False) -> str:
+    """A reason in a line, without its levers; with its ``gap`` where it has one and this is asked for.
+
+    >>> reason_text(Reason(kind="resource", name="slices", demand=40000, limit=33792, gap=6208, unit=""))
+    'slices 40,000 against 33,792'
+    """
     if reason.words:
         return reason.words
     demand, limit = (quantity_text(value, reason.unit) for value in (reason.demand, reason.limit))
-    return f"{label(reason.name)}: {demand} against {limit}"
+    text = f"{label(reason.name)}{joint}{demand} against {limit}"
+    return f"{text} (gap {quantity_text(reason.gap, reason.unit)})" if gap else text
 
 
 def _first_sentence(text: str) -> str:

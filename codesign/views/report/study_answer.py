@@ -102,17 +102,12 @@ def study_tables(study: Study, *, everything: bool = False, show: Show = silent)
     tables = [front_table(study) if study.feasible else nearest_table(study)]
     if study.feasible and study.conditions:
         tables += [best_table(study), *([spread_table(study)] if study.world.draws is not None else [])]
-    searched = search_table(study)
-    tables += [] if searched is None else [searched]
-    tables.append(winners_certainty_table(study))
+    tables += filter(None, [search_table(study), winners_certainty_table(study)])
     doing(show, "comparing designs value by value")
-    winners = winners_table(study)
-    tables += [] if winners is None else [winners]
-    tables += [reasons_table(study)] if study.reasons else []
+    tables += filter(None, [winners_table(study), reasons_table(study)])
     if everything:
         doing(show, "finding what each axis moves")
         effects = effects_table(study.sensitivity(), study.objectives)
-        tables += [best_table(study), effects, study_table(study, show)]
-        tables.append(infeasible_table(study, show))
+        tables += [best_table(study), effects, study_table(study, show), infeasible_table(study, show)]
         tables.append(sources_table(sourced_results(study)))
     return tuple(table for table in tables if table.rows)

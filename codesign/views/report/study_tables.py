@@ -19,7 +19,6 @@ from codesign.inputs.derived import DerivedFigure
 from codesign.study.columns import provenance_columns, study_columns
 from codesign.study.conditions import Scalar
 from codesign.study.hypervolume import REFERENCE, Curve, curves_of, scale_of
-from codesign.system.results.result import Reason
 from codesign.system.verdicts import fit_verdict
 from codesign.views.report.axes import (
     aggregated_cell,
@@ -39,15 +38,16 @@ from codesign.views.report.axes import (
 )
 from codesign.views.report.canvas import Picture, canvas, drawn, legend, style
 from codesign.views.report.render import write_columns_csv
-from codesign.views.report.sentences import asked_notes, reach_notes, verdict_text
+from codesign.views.report.sentences import asked_notes, reach_notes, reason_text, verdict_text
 from codesign.views.report.wording import (
     ABSENT,
     Cell,
-    Column,
     Table,
     count_cell,
     figure_cell,
+    figure_columns,
     left,
+    number_cell,
     quantity_cell,
     quantity_text,
     right,
@@ -95,7 +95,7 @@ def _row(curve: Curve) -> tuple[Cell, ...]:
     end = "front proved" if trace.proved else trace.ended or "as many evaluations"
     return (
         word(trace.name),
-        Cell(str(trace.seed), trace.seed),
+        number_cell(trace.seed),
         count_cell(len(trace.designs)),
         count_cell(trace.repeated),
         count_cell(excluded),
@@ -105,11 +105,8 @@ def _row(curve: Curve) -> tuple[Cell, ...]:
 
 
 def _at(curve: Curve, share: float) -> Cell:
-    places = [
-        place
-        for place, count in enumerate(curve.evaluations)
-        if count <= max(1, round(share * len(curve.trace.designs)))
-    ]
+    most = max(1, round(share * len(curve.trace.designs)))
+    places = [place for place, count in enumerate(curve.evaluations) if count <= most]
     value = curve.hypervolumes[places[-1]] if places else None
     return Cell(ABSENT) if value is None else Cell(f"{value:.4f}", value)
 
@@ -128,10 +125,11 @@ def _notes(study: Study, curves: tuple[Curve, ...]) -> tuple[str, ...]:
     ]
     if curves and curves[0].hypervolumes and curves[0].hypervolumes[0] is None:
         notes = ["hypervolume: pip install 'hwsw-codesign[search]'"]
-    boxes = study.search.excluded
-    if boxes:
-        notes.append(f"excluded: designs in {format_count(len(boxes))} boxes that a bound or a limit keeps out")
     found = study.search
+    if found.excluded:
+        notes.append(
+            f"excluded: designs in {format_count(len(found.excluded))} boxes that a bound or a limit keeps out"
+        )
     notes.append(f"{format_count(found.simulated)} simulations, {counted(found.kept, 'point')} from the store")
     return tuple(notes)
 
@@ -188,9 +186,7 @@ def _perhaps_feasible(study: Study) -> int:
     """The number of designs that do not fit at the figures' own values, and do at others; 0 over conditions."""
     if study.conditions:
         return 0
-    fits = study.outcomes.each(
-        lambda template: not template.feasible and fit_verdict(template).fits == "uncertain", False
-    )
+    fits = study.outcomes.each(lambda each: not each.feasible and fit_verdict(each).fits == "uncertain", False)
     return int((fits & (study.outcomes.reason < 0))[list(study.distinct)].sum())
 
 
@@ -207,7 +203,7 @@ class _Designs:
     def cells(self, design: Design) -> tuple[Cell, ...]:
         axes = words(*(text(design.axes.get(name)) for name, text in self._texts))
         figures = (aggregated_cell(self._study, design, figure, spread=self._spread) for figure in self._figures)
-        return (_number(design), *axes, *figures)
+        return (number_cell(design.index), *axes, *figures)
 
 
 def study_table(study: Study, show: Show = silent) -> Table:
@@ -219,21 +215,16 @@ def study_table(study: Study, show: Show = silent) -> Table:
     figures = study.objectives
     texts = {name: level_texts(study, name) for name in names}
     number = (*right("point"), *right(*(["design"] if study.conditions else [])))
-    columns = (
-        *number,
-        *left(*short_names(names)),
-        *_figure_columns(figures),
-        *left("feasible", "on the front", "why not"),
-    )
+    axes = left(*short_names(names))
+    columns = (*number, *axes, *figure_columns(figures), *left("feasible", "on the front", "why not"))
     rows = []
     computed, why = study.outcomes.computed, PointWhys(study)
     for index in tracked(computed.tolist(), show, "points put into the table of all points", len(computed)):
         point, design = study.points[index], study.designs[index // study.judged.conditions]
-        axes = point.axes
         rows.append(
             (
-                *(_number(each) for each in (point, design)[: len(number)]),
-                *words(*(text(axes.get(name)) for name, text in texts.items())),
+                *(number_cell(each.index) for each in (point, design)[: len(number)]),
+                *words(*(text(point.axes.get(name)) for name, text in texts.items())),
                 *(figure_cell(figure, point.figure(figure)) for figure in figures),
                 yes_cell(point.feasible and (design.feasible or bool(study.conditions))),
                 yes_cell(bool(study.on_front[design.index])),
@@ -416,7 +407,7 @@ def reasons_table(study: Study) -> Table:
                 Cell(count.name if in_words else label(count.name), count.name),
                 count_cell(count.designs),
                 quantity_cell(count.least_gap if measured else None, count.unit),
-                Cell(str(count.nearest), count.nearest),
+                number_cell(count.nearest),
                 word("; ".join(count.levers) or ABSENT),
             )
         )
@@ -458,31 +449,13 @@ def _lack(design: Design, figure: ResultFigure) -> str:
     """A figure that a design does not have; of a derived one with the reason in its first condition without it."""
     if not isinstance(figure, DerivedFigure):
         return figure.label
-    whys = (figure.why_none(partial(_value, point)) for point in design.points)
+
+    def value(point: StudyPoint, name: str) -> float | None:
+        return point.figure(FIGURES[name])
+
+    whys = (figure.why_none(partial(value, point)) for point in design.points)
     why = next(filter(None, whys), "")
     return f"{figure.label}: {why}" if why else figure.label
-
-
-def _value(point: StudyPoint, name: str) -> float | None:
-    return point.figure(FIGURES[name])
-
-
-def reason_text(reason: Reason, *, gap: bool = False) -> str:
-    """A reason in a line, without its levers; with its ``gap`` where it has one and this is asked for.
-
-    >>> reason_text(Reason(kind="resource", name="slices", demand=40000, limit=33792, gap=6208, unit=""))
-    'slices 40,000 against 33,792'
-    """
-    if reason.words:
-        return reason.words
-    demand, limit = (quantity_text(value, reason.unit) for value in (reason.demand, reason.limit))
-    text = f"{label(reason.name)} {demand} against {limit}"
-    return f"{text} (gap {quantity_text(reason.gap, reason.unit)})" if gap else text
-
-
-def _figure_columns(figures: Sequence[ResultFigure]) -> tuple[Column, ...]:
-    """A column for each figure, in the figure's unit, headed by its label."""
-    return tuple(Column(figure.label, figure.unit, "right") for figure in figures)
 
 
 def _missing_notes(count: int, kind: str) -> tuple[str, ...]:
@@ -494,7 +467,3 @@ def _fixed_notes(study: Study) -> tuple[str, ...]:
     """The axes with one value, in a note in place of a column each."""
     fixed = fixed_axes(study)
     return (f"the same for all: {', '.join(f'{name} {value}' for name, value in fixed)}",) if fixed else ()
-
-
-def _number(row: StudyPoint | Design) -> Cell:
-    return Cell(str(row.index), row.index)

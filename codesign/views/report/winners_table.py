@@ -29,7 +29,6 @@ from codesign.views.report.sentences import verdict_text
 from codesign.views.report.wording import (
     ABSENT,
     Cell,
-    Column,
     Table,
     axis_text,
     figure_cell,
@@ -87,15 +86,9 @@ def winners_table(
         axes = points[0].axes
         setting = words(*(text(axes.get(name)) for name, text in texts))
         rows.append((*setting, *_contest(alone, points, objective, axis)))
-    figure = objective.label
-    columns = (
-        *left(*headings[: len(others)], "best"),
-        Column(figure, objective.unit, "right"),
-        *left("runner-up"),
-        Column(f"its {figure}", objective.unit, "right"),
-        *right("times better"),
-        *left("how sure", "left out"),
-    )
+    best = (*left(*headings[: len(others)], "best"), *right(objective.label, unit=objective.unit))
+    second = (*left("runner-up"), *right(f"its {objective.label}", unit=objective.unit))
+    columns = (*best, *second, *right("times better"), *left("how sure", "left out"))
     if not any(row[-1].text for row in rows):
         columns, rows = columns[:-1], [row[:-1] for row in rows]
     notes = tuple(
@@ -211,9 +204,8 @@ def _contest(study: Study, points: Sequence[StudyPoint], objective: ResultFigure
     ranks = sorted(names_by_loss)[:2]
     names = [_EQUAL.join(names_by_loss[rank]) for rank in ranks]
     values = [_loss(objective, rank) for rank in ranks]
-    cells = [
-        cell for name, value in zip(names, values, strict=True) for cell in (word(name), figure_cell(objective, value))
-    ]
+    pairs = zip(names, values, strict=True)
+    cells = [cell for name, value in pairs for cell in (word(name), figure_cell(objective, value))]
     cells += [Cell(ABSENT)] * (4 - len(cells))
     ratio = None
     if len(values) == 2:

@@ -91,6 +91,11 @@ def right(*names: str, unit: str = "") -> tuple[Column, ...]:
     return tuple(Column(name, unit, "right") for name in names)
 
 
+def figure_columns(figures: Iterable[ResultFigure]) -> tuple[Column, ...]:
+    """A column for each figure, in the figure's unit, headed by its label."""
+    return tuple(Column(figure.label, figure.unit, "right") for figure in figures)
+
+
 def word(text: str) -> Cell:
     """A word as a cell."""
     return Cell(text, text)
@@ -132,6 +137,23 @@ def quantity_cell(value: float | None, unit: str = "") -> Cell:
     return Cell(ABSENT) if value is None else Cell(quantity_text(value, unit), value)
 
 
+def time_cell(picoseconds: int | None) -> Cell:
+    """A time; its value is in seconds."""
+    if picoseconds is None:
+        return Cell(ABSENT)
+    return Cell(format_time(picoseconds), picoseconds / PICOSECONDS_PER_SECOND)
+
+
+def formed_cell(value: float | None, form: str) -> Cell:
+    """A number as a format says it, such as ``{:.1%}``; "-" where there is none."""
+    return Cell("-") if value is None else Cell(form.format(value), value)
+
+
+def number_cell(number: int) -> Cell:
+    """A number that names something, such as a design."""
+    return Cell(str(number), number)
+
+
 def count_cell(count: int | None) -> Cell:
     """A whole number."""
     return Cell(ABSENT) if count is None else Cell(format_count(count), count)
@@ -146,9 +168,12 @@ def part_cell(part: float, whole: float) -> Cell:
     """The share that ``part`` is of ``whole``, which may be more than all of it."""
     if whole <= 0:
         return Cell(ABSENT)
-    share = part / whole
-    # Above 1 the cautious rounding of a share has no meaning.
-    return Cell(share_text(share) if share <= 1 else f"{100 * share:.4g} %", share)
+    return Cell(part_text(part / whole), part / whole)
+
+
+def part_text(share: float) -> str:
+    """A share that may be more than one, as percent: above 1 its cautious rounding has no meaning."""
+    return share_text(share) if share <= 1 else f"{100 * share:.4g} %"
 
 
 def yes_cell(truth: bool | None) -> Cell:
@@ -166,7 +191,7 @@ def share_text(share: float) -> str:
         return ">99.99 %"
     if 0 < share < 0.0001:
         return "<0.01 %"
-    return f"{_decimals(100 * share, 2)} %"
+    return f"{100 * share:.2f}".rstrip("0").rstrip(".") + " %"
 
 
 def quantity_text(value: float, unit: str) -> str:
@@ -261,10 +286,10 @@ def axis_text(name: str, value: Any) -> str:
     if isinstance(value, Mapping):
         if set(value) == {"first", "step", "last"}:
             return f"{value['first']} to {value['last']} by {value['step']}"
-        return _cut(", ".join(f"{key} {axis_text(key, inner)}" for key, inner in value.items()))
+        return cut(", ".join(f"{key} {axis_text(key, inner)}" for key, inner in value.items()))
     if isinstance(value, Sequence) and not isinstance(value, str):
         joint = "×" if name.rpartition(".")[2] in _SHAPES else ", "
-        return _cut(joint.join(axis_text("", inner) for inner in value))
+        return cut(joint.join(axis_text("", inner) for inner in value))
     return _scalar_text(value)
 
 
@@ -300,13 +325,9 @@ _DIMENSIONS = {"s": Dimension.TIME, "Hz": Dimension.FREQUENCY, "W": Dimension.PO
 
 def number_scales() -> dict[str, Any]:
     """The units that the script ``numbers.js`` chooses from, by the unit of a value."""
-    return {unit: _scale(dimension) for unit, dimension in _DIMENSIONS.items()}
-
-
-def _scale(dimension: Dimension) -> dict[str, Any]:
-    units = [(unit, float(size)) for unit, size in shown_units(dimension)]
+    units = {unit: [(name, float(size)) for name, size in shown_units(kind)] for unit, kind in _DIMENSIONS.items()}
     # A time is a whole number of picoseconds, and 0 of it is written in seconds.
-    return {"base": next(unit for unit, size in units if size == 1), "units": units}
+    return {unit: {"base": next(name for name, size in of if size == 1), "units": of} for unit, of in units.items()}
 
 
 def _scalar_text(value: Any) -> str:
@@ -314,15 +335,12 @@ def _scalar_text(value: Any) -> str:
         return ABSENT
     if isinstance(value, bool):
         return "yes" if value else "no"
-    return quantity_text(value, "") if isinstance(value, float) else _cut(str(value))
+    return quantity_text(value, "") if isinstance(value, float) else cut(str(value))
 
 
-def _cut(text: str) -> str:
-    return text if len(text) <= _LONGEST else f"{text[: _LONGEST - 1]}…"
-
-
-def _decimals(value: float, digits: int) -> str:
-    return f"{value:.{digits}f}".rstrip("0").rstrip(".")
+def cut(text: str, most: int = _LONGEST) -> str:
+    """The text, of at most so many letters."""
+    return text if len(text) <= most else f"{text[: most - 1]}…"
 
 
 @dataclass(frozen=True)

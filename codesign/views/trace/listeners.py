@@ -595,7 +595,11 @@ class McapListener(WholeOrAbsent, Recorder):
             self._context, self._writer = _writer(self._file)
         run = {"format": FORMAT, "library": LIBRARY, "level": level.value, **(identity or {})}
         self._writer.write_metadata(RUN, run)
-        self.attach(RUN_ATTACHMENT, "application/json", _json(run))
+        self.attach(
+            RUN_ATTACHMENT,
+            "application/json",
+            json.dumps(run, indent=1, ensure_ascii=False, allow_nan=False).encode() + b"\n",
+        )
 
     @property
     def unwanted(self) -> frozenset[type[Record]]:
@@ -663,7 +667,13 @@ class McapListener(WholeOrAbsent, Recorder):
             # Records of the run as a whole share a topic, whatever their source is.
             topic = kind, topic_of(kind, record.source)
             if topic not in self._channels:
-                self._channels[topic] = _record_channel(kind, record.source, self._context)
+                self._channels[topic] = Channel(
+                    topic_of(kind, record.source),
+                    message_encoding="protobuf",
+                    schema=Schema(name=schema_name(kind), encoding="protobuf", data=descriptor_set(kind)),
+                    metadata={"record": kind.__name__, "source": record.source},
+                    context=self._context,
+                ).base
             pair = self._channels[key] = encoder_of(kind), self._channels[topic].log
         encode, log = pair
         log(encode(record), record.time // 1000)
@@ -742,22 +752,8 @@ def _writer(file: _File) -> tuple[Context, MCAPWriter]:
     return context, foxglove.open_mcap(file, context=context, writer_options=options)  # type: ignore[arg-type]
 
 
-def _record_channel(kind: type[Record], source: str, context: Context) -> Any:
-    return Channel(
-        topic_of(kind, source),
-        message_encoding="protobuf",
-        schema=Schema(name=schema_name(kind), encoding="protobuf", data=descriptor_set(kind)),
-        metadata={"record": kind.__name__, "source": source},
-        context=context,
-    ).base
-
-
 def _view_channel(message: Any, topic: str, context: Context) -> Any:
     if isinstance(message, Encoded):
         schema = message.kind.get_schema()
         return Channel(topic, message_encoding="protobuf", schema=schema, context=context).base
     return vars(channels)[f"{type(message).__name__}Channel"](topic, context=context)
-
-
-def _json(value: Any) -> bytes:
-    return json.dumps(value, indent=1, ensure_ascii=False, allow_nan=False).encode() + b"\n"

@@ -75,11 +75,6 @@ _STORED = {"bool": (BITS,), "float64": ("float64", "float32", PLANES)}
 """The forms in which the values of an array may be stored; values of every other dtype are stored as they are."""
 
 
-def is_packed(form: ArrayOf) -> bool:
-    """True if the field of an array is packed: protobuf has its dtype, and the number of values gives its shape."""
-    return form.dtype in PACKED_TYPES and None not in form.shape[1:]
-
-
 def packed(name: str, form: ArrayOf, value: Any) -> NDArray[Any]:
     """The value of field ``name`` as an array of this form.
 
@@ -246,7 +241,7 @@ def _field_plan(record_type: type[Record], name: str, number: int, annotation: A
         annotation = next(item for item in typing.get_args(annotation) if item is not NoneType)
     array = next((each for each in getattr(annotation, "__metadata__", ()) if isinstance(each, ArrayOf)), None)
     if array is not None:
-        kind = "packed" if is_packed(array) else "array"
+        kind = "packed" if (array.dtype in PACKED_TYPES and None not in array.shape[1:]) else "array"
     elif typing.get_origin(annotation) is dict:
         kind = "mapping"
     elif annotation in _PLAIN:

@@ -104,14 +104,9 @@ class ActivePlan:
             points = np.asarray(given, np.float64)
             if points.ndim != 2 or points.shape[1] != 2 or not len(points) or not np.isfinite(points).all():
                 raise ValueError("its way is not n × 2 finite numbers, n at least 1")
-            if not _inside(points, self.answer.problem.free.shape):
+            if not bool(((points >= -0.5) & (points <= np.array(self.answer.problem.free.shape) - 0.5)).all()):
                 raise ValueError("its way leaves the map")
             return points, bool(arrives)
-
-
-def _inside(points: NDArray[np.float64], shape: tuple[int, ...]) -> bool:
-    """True if all points, float64 n × 2, lie on a map of ``shape``, its rim included."""
-    return bool(((points >= -0.5) & (points <= np.array(shape) - 0.5)).all())
 
 
 def around_corners(points: NDArray[np.float64], free: NDArray[np.bool_]) -> NDArray[np.float64]:
