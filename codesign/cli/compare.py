@@ -89,11 +89,8 @@ def _check_axes(axes: Iterable[str], loaded: Sequence[tuple[str, Platform, Workl
     """Check that each axis of ``--set`` is one of any design."""
     for axis in axes:
         if not any(has_axis(platform, workload, axis) for _, platform, workload in loaded):
-            raise InputError(
-                "none of the designs has this",
-                f"--set {axis}",
-                "write TASK.PARAMETER, COMPONENT.FIELD, LINK.FIELD, or workload.variant",
-            )
+            hint = "write TASK.PARAMETER, COMPONENT.FIELD, LINK.FIELD, or workload.variant"
+            raise InputError("none of the designs has this", f"--set {axis}", hint)
 
 
 def _print(

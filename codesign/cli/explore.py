@@ -91,11 +91,8 @@ def _cluster_of(address: str | None, *, quiet: bool) -> Iterator[ClusterExecutor
         yield None
         return
     if click.get_current_context().get_parameter_source("workers") is ParameterSource.COMMANDLINE:
-        raise InputError(
-            "--workers is given too",
-            "--cluster",
-            "keep one of the two: --workers are processes of this machine, and a cluster has its own",
-        )
+        hint = "keep one of the two: --workers are processes of this machine, and a cluster has its own"
+        raise InputError("--workers is given too", "--cluster", hint)
     with load("codesign.study.cluster:ClusterExecutor")(address) as executor:
         if not quiet:
             click.echo(f"cluster {printable(address)}: {executor.words}", err=True)

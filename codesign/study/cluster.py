@@ -276,10 +276,8 @@ class Crew:
             # By us it was not: then it would be no batch of the slot.
             if isinstance(wrong, _CancelledError | CancelledError):
                 raise self._gone() from wrong
-            raise RunError(
-                f"worker {slot.address} failed: {type(wrong).__name__}: {wrong}",
-                hint="finished points are kept; look into the worker's log",
-            ) from wrong
+            what = f"worker {slot.address} failed: {type(wrong).__name__}: {wrong}"
+            raise RunError(what, hint="finished points are kept; look into the worker's log") from wrong
         return Came(slot, slot.batches.pop(task), done, seconds)
 
     def _heard(self, slot: _Slot, event: tuple[float, Any]) -> None:
@@ -310,10 +308,8 @@ class Crew:
             raise self._gone()
 
     def _gone(self) -> RunError:
-        return RunError(
-            f"the scheduler of the cluster at {self.where} went away",
-            hint="finished points are kept: the same command goes on from there, on any cluster or without one",
-        )
+        hint = "finished points are kept: the same command goes on from there, on any cluster or without one"
+        return RunError(f"the scheduler of the cluster at {self.where} went away", hint=hint)
 
 
 _SECONDS_TO_CONNECT = 10
@@ -452,10 +448,8 @@ def _refusal(crew: Crew) -> RunError:
 
 
 def _no_worker(crew: Crew, patience: float) -> RunError:
-    return RunError(
-        f"the cluster at {crew.where} had no worker for {patience:.0f} s",
-        hint=f"start some: dask worker {crew.where} --nthreads 1; finished points are kept",
-    )
+    hint = f"start some: dask worker {crew.where} --nthreads 1; finished points are kept"
+    return RunError(f"the cluster at {crew.where} had no worker for {patience:.0f} s", hint=hint)
 
 
 def _connected(cluster: str) -> distributed.Client:
@@ -487,20 +481,15 @@ def _unreachable(address: str, fault: BaseException) -> CodesignError:
     while cause.__cause__ is not None:
         cause = cause.__cause__
     if address.startswith("tls://") and isinstance(fault, TypeError | RuntimeError | ValueError):
-        return InputError(
-            f"{address} needs certificates: {cause}",
-            "--cluster",
-            "set distributed.comm.tls.ca-file and distributed.comm.tls.client in dask's configuration",
-        )
+        hint = "set distributed.comm.tls.ca-file and distributed.comm.tls.client in dask's configuration"
+        return InputError(f"{address} needs certificates: {cause}", "--cluster", hint)
     if "encryption required" in str(cause):
         what = f"{address} is not encrypted, as dask's configuration requires (require-encryption)"
         return InputError(what, "--cluster", "write tls://HOST:PORT")
     why = "what answers is no scheduler" if isinstance(fault, MemoryError | EOFError) else str(cause)
-    return RunError(
-        f"no scheduler answers at {address}: {why or f'nothing came within {_SECONDS_TO_CONNECT} s'}",
-        "--cluster",
-        "start one with dask scheduler, or check host, port and firewall; nothing was computed, and nothing is lost",
-    )
+    what = f"no scheduler answers at {address}: {why or f'nothing came within {_SECONDS_TO_CONNECT} s'}"
+    hint = "start one with dask scheduler, or check host, port and firewall; nothing was computed, and nothing is lost"
+    return RunError(what, "--cluster", hint)
 
 
 def _address_of(cluster: str) -> str:

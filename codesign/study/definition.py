@@ -132,10 +132,8 @@ class Specs:
     def _unless_changed(self, axes: Mapping[str, Any], now: Mapping[str, str]) -> tuple[Platform, Workload]:
         changed = self._changed(axes, now)
         if changed:
-            raise InputError(
-                f"{' and '.join(changed)} changed since the study was computed",
-                hint="put the file back as it was, or run hwsw explore again: it computes what changed",
-            )
+            hint = "put the file back as it was, or run hwsw explore again: it computes what changed"
+            raise InputError(f"{' and '.join(changed)} changed since the study was computed", hint=hint)
         return self.explored.point(axes)
 
     @cached_property

@@ -88,10 +88,8 @@ class FullResults:
                 if result.figure(FIGURES[name]) != self._outcomes.value(FIGURES[name], index)
             ]
             if moved:
-                raise InputError(
-                    f"point {index} has another {' and another '.join(moved)} now than in the study",
-                    hint="other code computed the study: run hwsw explore again",
-                )
+                what = f"point {index} has another {' and another '.join(moved)} now than in the study"
+                raise InputError(what, hint="other code computed the study: run hwsw explore again")
             self._held[index] = result
             if len(self._held) > _MOST_HELD:
                 self._held.popitem(last=False)

@@ -294,10 +294,8 @@ class _Chain:
             return
         system, (start, *_) = self.machine.system, held.starts
         if not maps.reachable(held.free, held.goals)[start]:
-            raise MisreadMapError(
-                f"the map that the planner read wrong has no way from {held.named(start)} to a goal",
-                system.planner.planning_task,
-            )
+            what = f"the map that the planner read wrong has no way from {held.named(start)} to a goal"
+            raise MisreadMapError(what, system.planner.planning_task)
         with planner_code(system.planner):
             wrong = system.planner.check(replace(system.job, problem=held))
         if wrong is not None:

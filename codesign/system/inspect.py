@@ -196,10 +196,8 @@ def problem_of(workload: Workload) -> ProblemSpec:
         InputError: its planner has a problem of another kind.
     """
     if not isinstance(workload.problem, ProblemSpec):
-        raise InputError(
-            f"the problem of {workload.name} is not a map with goals and starts",
-            hint="choose a workload of another planner",
-        )
+        what = f"the problem of {workload.name} is not a map with goals and starts"
+        raise InputError(what, hint="choose a workload of another planner")
     return workload.problem
 
 

@@ -104,10 +104,8 @@ class Messages:
                 if delivery.attempts > 1:
                     ledger.count(link.name, flow.name, RETRIES, delivery.attempts - 1)
             if delivery.reason is not None:
-                raise LostMessageError(
-                    f"message {flow.name!r} from {flow.sender} to {flow.receiver} was lost: {delivery.reason}",
-                    link.name,
-                )
+                what = f"message {flow.name!r} from {flow.sender} to {flow.receiver} was lost: {delivery.reason}"
+                raise LostMessageError(what, link.name)
             read = content.misread(delivery.wrong) if content is not None and delivery.wrong else None
             if read is not None:
                 content = read

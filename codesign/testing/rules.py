@@ -72,10 +72,8 @@ def planner_names_its_planning_task(case: Case) -> None:
     planner = case.planner
     require(planner.name, "the planner has no name")
     require(_is_line(planner.description), f"description {planner.description!r} is no line without a full stop")
-    require(
-        planner.planning_task in planner.tasks,
-        f"planning task {planner.planning_task!r} is none of the tasks {names(planner.tasks)}",
-    )
+    sound = planner.planning_task in planner.tasks
+    require(sound, f"planning task {planner.planning_task!r} is none of the tasks {names(planner.tasks)}")
     for task, model in planner.tasks.items():
         sound = isinstance(model, type) and issubclass(model, TaskParameters)
         require(sound, f"task {task!r} has parameters of {model!r}, which is no subclass of TaskParameters")
@@ -119,10 +117,8 @@ def figures_and_field_fit_a_result(case: Case) -> None:
         name, unit, values = field
         require(name and isinstance(name, str) and isinstance(unit, str), "field_of gives no name or no unit")
         shape = (case.problem.rows, case.problem.columns)
-        require(
-            values.dtype == np.float64 and values.shape == shape,
-            f"field_of gives {values.dtype} {values.shape}, not float64 {shape}",
-        )
+        sound = values.dtype == np.float64 and values.shape == shape
+        require(sound, f"field_of gives {values.dtype} {values.shape}, not float64 {shape}")
 
 
 @rule()
@@ -132,10 +128,8 @@ def policies_have_what_they_take(case: Case) -> None:
     require(planner.policies[:1] == ("restart",), f"the first policy of {planner.policies} is not 'restart'")
     strange = set(planner.policies) - POLICIES
     require(not strange, f"policies {names(strange)} are none of {names(POLICIES)}")
-    require(
-        ("lower_bound" in planner.policies) == (LOWER_BOUND in planner.tasks),
-        "policy 'lower_bound' and task 'lower_bound' come together: one of them is missing",
-    )
+    sound = ("lower_bound" in planner.policies) == (LOWER_BOUND in planner.tasks)
+    require(sound, "policy 'lower_bound' and task 'lower_bound' come together: one of them is missing")
     start = planner.start_of(case.plan)
     require(
         ("continue" in planner.policies) == (start is not None),
@@ -148,17 +142,13 @@ def style_members_have_their_types(case: Case) -> None:
     """Members of styles keep the types of their base classes."""
     for style in case.every_style:
         require(style.style, f"a style of planner {style.planner!r} has no name")
-        require(
-            _is_line(style.description),
-            f"description {style.description!r} of {of(style)} is no line without a full stop",
-        )
+        sound = _is_line(style.description)
+        require(sound, f"description {style.description!r} of {of(style)} is no line without a full stop")
         require(style.component_type in PLANNING_TYPES, f"{of(style)} runs on none of {names(PLANNING_TYPES)}")
     for style in case.styles:
         require(type(style.supports_external) is bool, f"supports_external of {of(style)} is no boolean")
-        require(
-            style.supports_external <= (style.component_type == "fpga"),
-            f"{of(style)} runs on no FPGA and cannot keep its memories beside one",
-        )
+        sound = style.supports_external <= (style.component_type == "fpga")
+        require(sound, f"{of(style)} runs on no FPGA and cannot keep its memories beside one")
         memory: Any = style.memory(case.job_on(style))
         if memory is not None:
             require(isinstance(memory, Memory), f"memory of {of(style)} gives {type(memory).__name__}")
@@ -255,15 +245,11 @@ def flows_after_a_plan_differ_in_size_only(case: Case) -> None:
     """``flows_after`` gives the flows of ``flows``, none of them larger, none empty."""
     before = case.planner.flows(case.job)
     after = case.planner.flows_after(replace(case.job, plan=case.plan))
-    require(
-        [replace(flow, bits=1) for flow in after] == [replace(flow, bits=1) for flow in before],
-        "flows_after gives other flows than flows",
-    )
+    sound = [replace(flow, bits=1) for flow in after] == [replace(flow, bits=1) for flow in before]
+    require(sound, "flows_after gives other flows than flows")
     for planned, flow in zip(after, before, strict=True):
-        require(
-            0 < planned.bits <= flow.bits,
-            f"flow {flow.name!r} has {planned.bits} bits after the plan, at most {flow.bits} before",
-        )
+        sound = 0 < planned.bits <= flow.bits
+        require(sound, f"flow {flow.name!r} has {planned.bits} bits after the plan, at most {flow.bits} before")
 
 
 @rule()
@@ -271,17 +257,13 @@ def a_pose_goes_to_the_task_that_answers(case: Case) -> None:
     """The answering task makes a decision, at a cost on every type of component that plans."""
     flows = case.planner.flows(case.job)
     asked = [(flow.sender, flow.receiver) for flow in flows if flow.name == POSE]
-    require(
-        asked in ([], [(LOAD, case.answer)]),
-        f"flow 'pose' goes {asked}; it leads from 'load' to the answering task {case.answer!r}",
-    )
+    sound = asked in ([], [(LOAD, case.answer)])
+    require(sound, f"flow 'pose' goes {asked}; it leads from 'load' to the answering task {case.answer!r}")
     if asked and case.plug_in.planner is not None:
         planning = {style.component_type for style in case.styles}
         answering = {style.component_type for style in case.task_styles if style.task == case.answer}
-        require(
-            planning <= answering,
-            f"task {case.answer!r} has no style on {names(planning - answering)}, where the planner has one",
-        )
+        sound = planning <= answering
+        require(sound, f"task {case.answer!r} has no style on {names(planning - answering)}, where the planner has one")
 
 
 @rule()
@@ -329,10 +311,8 @@ def reachable_cells_lead_to_a_goal(case: Case) -> None:
     """``reachable`` covers the goals, free cells only, and every start from which a path arrives."""
     problem = case.problem
     reachable: Any = case.planner.reachable(case.job)
-    require(
-        reachable.dtype == np.bool_ and reachable.shape == problem.free.shape,
-        f"reachable gives {reachable.dtype} {reachable.shape}, not bool {problem.free.shape}",
-    )
+    sound = reachable.dtype == np.bool_ and reachable.shape == problem.free.shape
+    require(sound, f"reachable gives {reachable.dtype} {reachable.shape}, not bool {problem.free.shape}")
     require(all(reachable[goal] for goal in problem.goals), "reachable leaves out a goal")
     require(not (reachable & ~problem.free).any(), "reachable covers an obstacle")
     for start in problem.starts:
@@ -360,10 +340,8 @@ def quality_is_of_this_problem(case: Case) -> None:
     share = quality.share_reaching_goal
     require(share is None or 0.0 <= share <= 1.0, f"share_reaching_goal is {share}")
     if share is not None and quality.local_maxima is not None:
-        require(
-            (quality.local_maxima == 0) == (share == 1.0),
-            f"{quality.local_maxima} local maxima, but a share of {share} that reaches a goal",
-        )
+        sound = (quality.local_maxima == 0) == (share == 1.0)
+        require(sound, f"{quality.local_maxima} local maxima, but a share of {share} that reaches a goal")
     require(quality.starts == len(problem.starts), f"quality tries {quality.starts} starts of {len(problem.starts)}")
     if quality.starts_arrived:
         mean, worst = quality.path_length_ratio_mean, quality.path_length_ratio_worst
@@ -390,10 +368,8 @@ def trajectories_stay_in_free_space(case: Case) -> None:
         # Points between the samples count too: ten steps between each pair.
         cells = np.floor(_dense(points, 11) + 0.5).astype(int)
         require(problem.free[cells[:, 0], cells[:, 1]].all(), f"the path from {start} leaves free space")
-        require(
-            arrived == (_cell(points[-1]) in problem.goals),
-            f"the path from {start} says {arrived} for its arrival, and ends in cell {_cell(points[-1])}",
-        )
+        sound = arrived == (_cell(points[-1]) in problem.goals)
+        require(sound, f"the path from {start} says {arrived} for its arrival, and ends in cell {_cell(points[-1])}")
         arrivals += arrived
     counted: Any = planner.quality(problem, case.plan)
     require(arrivals == counted.starts_arrived, f"{arrivals} paths arrive, quality counts {counted.starts_arrived}")
@@ -417,10 +393,8 @@ def paths_from_any_position_keep_to_free_cells(case: Case) -> None:
             inside = np.abs(dense - cells).max(axis=1) < 0.5 - 1e-9
             free = problem.free[cells[inside, 0], cells[inside, 1]].all()
             require(free, f"the path from {position} leaves free space")
-            require(
-                not there or _cell(points[-1]) in problem.goals,
-                f"the path from {position} arrives at {_cell(points[-1])}, which is no goal",
-            )
+            sound = not there or _cell(points[-1]) in problem.goals
+            require(sound, f"the path from {position} arrives at {_cell(points[-1])}, which is no goal")
         if arrived:
             other = planner.trajectory(problem, case.plan, start)[0]
             same = middle.shape == other.shape and np.allclose(middle, other)
@@ -433,10 +407,8 @@ def no_path_from_where_no_robot_can_be(case: Case) -> None:
     obstacles = [(float(row), float(column)) for row, column in np.argwhere(~case.problem.free)[:1]]
     for position in (*obstacles, (-3.0, 2.0), (2.0, 1e6)):
         points, arrived = case.planner.path_from(case.problem, case.plan, position)
-        require(
-            points.tolist() == [list(position)] and not arrived,
-            f"path_from gives a path from {position}, where no robot can be",
-        )
+        sound = points.tolist() == [list(position)] and not arrived
+        require(sound, f"path_from gives a path from {position}, where no robot can be")
 
 
 # Rules of architecture styles and task styles: their steps end in the plan, and their laws are sound.
@@ -453,10 +425,8 @@ def _steps_are_sound(run: Run, style: Architecture | TaskStyle) -> None:
         require(step.phase, f"a step of {of(style)} has no phase")
         whole = step.cycles.dtype == np.int64 and step.cycles.ndim == 1
         require(whole, f"cycles of {of(style)} in phase {step.phase!r} are no line of int64")
-        require(
-            not len(step.cycles) or step.cycles.min() >= 1,
-            f"a step of {of(style)} in phase {step.phase!r} takes less than one cycle",
-        )
+        sound = not len(step.cycles) or step.cycles.min() >= 1
+        require(sound, f"a step of {of(style)} in phase {step.phase!r} takes less than one cycle")
 
 
 def _demand_is_sound(demand: Demand, style: Architecture | TaskStyle) -> None:
@@ -466,20 +436,16 @@ def _demand_is_sound(demand: Demand, style: Architecture | TaskStyle) -> None:
             item.resource in RESOURCES,
             f"item {item.name!r} of {of(style)} asks for {item.resource!r}: accepted are {', '.join(RESOURCES)}",
         )
-        require(
-            item.amount == item.figure.value >= 0,
-            f"item {item.name!r} of {of(style)} asks for {item.figure.value!r} {item.resource}",
-        )
+        sound = item.amount == item.figure.value >= 0
+        require(sound, f"item {item.name!r} of {of(style)} asks for {item.figure.value!r} {item.resource}")
     for line in (*demand.items, *demand.bounds):
         require(line.name and line.figure.source, f"a line of the demand of {of(style)} has no name or no source")
         sound = isinstance(line.figure.status, Status)
         require(sound, f"{line.name!r} in the demand of {of(style)} has status {line.figure.status!r}")
     strange = set(demand.levers) - set(RESOURCES)
     require(not strange, f"levers of {of(style)} are for {names(strange)}: accepted are {', '.join(RESOURCES)}")
-    require(
-        style.component_type != "processor" or not demand.items,
-        f"{of(style)} runs on a processor and asks for resources of a part",
-    )
+    sound = style.component_type != "processor" or not demand.items
+    require(sound, f"{of(style)} runs on a processor and asks for resources of a part")
 
 
 def _amounts(demand: Demand) -> Counter[tuple[str, str, Status, str]]:
@@ -514,21 +480,15 @@ def work_drained_ends_in_the_plan(case: Case) -> None:
     for style in case.styles:
         settled = style.settled(case.parameters)
         require(style.settled(settled) == settled, f"{of(style)} settles its settled parameters otherwise")
-        require(
-            style.notes(replace(case.job, parameters=settled)) == (),
-            f"{of(style)} has notes on its own settled parameters",
-        )
+        sound = style.notes(replace(case.job, parameters=settled)) == ()
+        require(sound, f"{of(style)} has notes on its own settled parameters")
         plan = planner.plan(replace(case.job, parameters=settled))
         run = case.work(style)
         _steps_are_sound(run, style)
-        require(
-            planner.identity(run.result) == planner.identity(plan),
-            f"work of {of(style)}, drained, ends in another plan than Planner.plan",
-        )
-        require(
-            planner.figures(run.result) == planner.figures(plan),
-            f"work of {of(style)}, drained, ends in other figures than Planner.plan",
-        )
+        sound = planner.identity(run.result) == planner.identity(plan)
+        require(sound, f"work of {of(style)}, drained, ends in another plan than Planner.plan")
+        sound = planner.figures(run.result) == planner.figures(plan)
+        require(sound, f"work of {of(style)}, drained, ends in other figures than Planner.plan")
 
 
 MOST_FAMILIES = 12
@@ -556,16 +516,12 @@ def coarse_steps_cost_the_same(case: Case) -> None:
         fine = case.work(style)
         for what in ("without detail", "a second time from the memo"):
             coarse = case.work(style, memo=memo, detail=False)
-            require(
-                coarse.phases == fine.phases,
-                f"{of(style)} takes {coarse.phases} cycles {what}, {fine.phases} with detail",
-            )
+            sound = coarse.phases == fine.phases
+            require(sound, f"{of(style)} takes {coarse.phases} cycles {what}, {fine.phases} with detail")
             same = planner.identity(coarse.result) == planner.identity(fine.result)
             require(same, f"{of(style)} ends in another plan {what}")
-            require(
-                planner.figures(coarse.result) == planner.figures(fine.result),
-                f"{of(style)} ends in other figures {what}",
-            )
+            sound = planner.figures(coarse.result) == planner.figures(fine.result)
+            require(sound, f"{of(style)} ends in other figures {what}")
 
 
 @rule()
@@ -582,10 +538,8 @@ def styles_on_a_processor_list_their_kernels(case: Case) -> None:
             used = {style.kernel, *(step.kernel for step in run.steps)} - {""}
             require(not used, f"{of(style)} counts in {names(used)}: kernels are for processors")
     for task in case.task_styles:
-        require(
-            (task.component_type == "processor") == bool(task.kernel),
-            f"{of(task)} has kernel {task.kernel!r}: a processor needs one, and nothing else has one",
-        )
+        sound = (task.component_type == "processor") == bool(task.kernel)
+        require(sound, f"{of(task)} has kernel {task.kernel!r}: a processor needs one, and nothing else has one")
 
 
 @rule(on_maps)
@@ -609,17 +563,13 @@ def work_leaves_out_the_answer_where_it_is_placed_elsewhere(case: Case) -> None:
     everything = frozenset(case.planner.tasks)
     for style in case.styles:
         whole = case.work(style)
-        require(
-            case.work(style, inside=everything).phases == whole.phases,
-            f"{of(style)} takes other cycles with every task inside than by default",
-        )
+        sound = case.work(style, inside=everything).phases == whole.phases
+        require(sound, f"{of(style)} takes other cycles with every task inside than by default")
         for detail in (True, False):
             run = case.work(style, inside=case.answer_elsewhere, detail=detail)
             gone = set(whole.phases) - set(run.phases)
-            require(
-                len(gone) <= (0 if case.answer == case.planner.planning_task else 1),
-                f"{of(style)} leaves out phases {names(gone)} where {case.answer!r} alone is done elsewhere",
-            )
+            sound = len(gone) <= (0 if case.answer == case.planner.planning_task else 1)
+            require(sound, f"{of(style)} leaves out phases {names(gone)} where {case.answer!r} alone is done elsewhere")
             read_out = set(run.phases) - set(whole.phases)
             require(
                 len(read_out) <= len(gone) and read_out <= {[*run.phases][-1]},
@@ -629,10 +579,8 @@ def work_leaves_out_the_answer_where_it_is_placed_elsewhere(case: Case) -> None:
             kept = {phase: cycles for phase, cycles in whole.phases.items() if phase not in gone}
             same = {phase: cycles for phase, cycles in run.phases.items() if phase not in read_out}
             require(same == kept, f"{of(style)} takes {same} where {case.answer!r} is done elsewhere, not {kept}")
-            require(
-                case.same(run.result) == case.same(whole.result),
-                f"{of(style)} ends in another plan where the answer is elsewhere",
-            )
+            sound = case.same(run.result) == case.same(whole.result)
+            require(sound, f"{of(style)} ends in another plan where the answer is elsewhere")
 
 
 @rule()
@@ -654,10 +602,8 @@ def what_is_done_elsewhere_takes_nothing_of_the_part(case: Case) -> None:
         left = case.demand(style, case.answer_elsewhere)
         more = {name for name, *_ in _amounts(left) - _amounts(whole)}
         require(not more, f"{of(style)} asks for more of {names(more)} where {case.answer!r} is elsewhere")
-        require(
-            [bound.figure.value for bound in left.bounds] == [bound.figure.value for bound in whole.bounds],
-            f"bounds of {of(style)} change where {case.answer!r} is elsewhere",
-        )
+        sound = [bound.figure.value for bound in left.bounds] == [bound.figure.value for bound in whole.bounds]
+        require(sound, f"bounds of {of(style)} change where {case.answer!r} is elsewhere")
         require(set(left.levers) <= set(whole.levers), f"levers of {of(style)} are added where less is asked for")
         if style.component_type == "fpga":
             static, dynamic = style.power(whole, CLOCK, case.part)
@@ -711,10 +657,8 @@ def going_on_from_the_own_answer_is_no_slower_and_as_good(case: Case) -> None:
     before: Any = case.planner.quality(case.problem, case.plan)
     for style in case.styles:
         cold, warm = case.work(style), case.work(style, start=start)
-        require(
-            warm.cycles <= cold.cycles,
-            f"{of(style)} takes {warm.cycles} cycles from its own answer, {cold.cycles} from nothing",
-        )
+        sound = warm.cycles <= cold.cycles
+        require(sound, f"{of(style)} takes {warm.cycles} cycles from its own answer, {cold.cycles} from nothing")
         after: Any = case.planner.quality(case.problem, warm.result)
         require(
             after.starts_arrived >= before.starts_arrived,
@@ -749,10 +693,8 @@ def tasks_by_themselves_are_those_of_the_planner(case: Case) -> None:
             require(each.cycles >= 1, f"{of(style)} takes no cycle")
         if style.task == case.answer:
             points, arrived = case.planner.path_from(case.problem, case.plan, case.position)
-            require(
-                np.array_equal(run.result[0], points) and run.result[1] == arrived,
-                f"{of(style)} gives another path than Planner.path_from",
-            )
+            sound = np.array_equal(run.result[0], points) and run.result[1] == arrived
+            require(sound, f"{of(style)} gives another path than Planner.path_from")
 
 
 # Rules of circuits: what they declare, and that a run of each reports what the model expects.
@@ -784,10 +726,8 @@ def circuits_belong_to_styles_on_an_fpga(case: Case) -> None:
     for style in case.plug_in.circuits:
         require(isinstance(style, CircuitStyle), f"{style!r} does not derive from CircuitStyle")
         key = (style.task, style.style)
-        require(
-            style.planner == case.planner.name and key in of_planning | of_tasks,
-            f"{of_circuit(style)} is of no style of planner {case.planner.name} on an FPGA",
-        )
+        sound = style.planner == case.planner.name and key in of_planning | of_tasks
+        require(sound, f"{of_circuit(style)} is of no style of planner {case.planner.name} on an FPGA")
         require(key not in seen, f"{of_circuit(style)} is registered twice")
         seen.add(key)
 
@@ -802,10 +742,8 @@ def circuits_and_expectations_are_sound(case: Case) -> None:
         _expectation_is_sound(circuit, expected, text)
         again = style.circuit(style.sample(SEED))
         same = digest_of_circuit(again) == digest_of_circuit(circuit)
-        require(
-            same and again.stream.hex_text() == circuit.stream.hex_text(),
-            f"the sample of {text} differs from run to run",
-        )
+        sound = same and again.stream.hex_text() == circuit.stream.hex_text()
+        require(sound, f"the sample of {text} differs from run to run")
 
 
 def _circuit_is_sound(circuit: Circuit, text: str) -> None:
@@ -813,10 +751,8 @@ def _circuit_is_sound(circuit: Circuit, text: str) -> None:
     require(not missing, f"{text} names Verilog that is not there: {names(missing)}")
     require(0 < circuit.event_bits <= 64, f"events of {text} have {circuit.event_bits} bits, not 1 to 64")
     for what, listed, most in (("phases", circuit.phases, MOST_KINDS - 1), ("kinds", circuit.kinds, MOST_KINDS)):
-        require(
-            0 < len(listed) <= most and len(set(listed)) == len(listed),
-            f"{text} has {len(listed)} {what}: accepted are 1 to {most}, each with a name of its own",
-        )
+        sound = 0 < len(listed) <= most and len(set(listed)) == len(listed)
+        require(sound, f"{text} has {len(listed)} {what}: accepted are 1 to {most}, each with a name of its own")
     images = {value for value in circuit.parameters.values() if isinstance(value, str)}
     require(images == set(circuit.images), f"{text} has images {names(circuit.images)}, its parameters {names(images)}")
 
@@ -827,10 +763,8 @@ def _expectation_is_sound(circuit: Circuit, expected: Expected, text: str) -> No
     require(lengths != {0} and len(lengths) == 1, f"the model expects no event of {text}, or arrays of several lengths")
     types = [str(array.dtype) for array in (events.cycle, events.kind, events.value)]
     require(types == ["int64", "uint8", "uint64"], f"events of {text} are {names(types)}, not int64, uint8, uint64")
-    require(
-        bool((np.diff(events.cycle) > 0).all()) and events.cycle[0] >= 0,
-        f"the model expects events of {text} out of order, or two at one cycle",
-    )
+    sound = bool((np.diff(events.cycle) > 0).all()) and events.cycle[0] >= 0
+    require(sound, f"the model expects events of {text} out of order, or two at one cycle")
     require(int(events.kind.max()) < len(circuit.kinds), f"the model expects a kind that {text} has not")
     require(int(events.value.max()) < 2**circuit.event_bits, f"the model expects a value that {text} has no bits for")
     strange = set(expected.cycles) - set(circuit.phases)

@@ -292,11 +292,8 @@ def _place(circuit: Circuit, device: Device, options: tuple[str, ...], folder: P
     finished = run((*command, *FILES), folder, seconds=MOST_SECONDS)
     report_file = folder / "report.json"
     if finished.code or not report_file.is_file():
-        raise RunError(
-            f"{device.tool} fails to place {circuit.top} (exit code {finished.code}): {finished.complaints}",
-            None,
-            "the circuit may be too large or too dense for the part; choose a larger one",
-        )
+        what = f"{device.tool} fails to place {circuit.top} (exit code {finished.code}): {finished.complaints}"
+        raise RunError(what, None, "the circuit may be too large or too dense for the part; choose a larger one")
     report = json.loads(report_file.read_text(encoding="utf-8"))
     kinds = {name: cell["type"] for name, cell in document["modules"][top]["cells"].items()}
     path = critical_path(report, kinds, dict(hierarchy(circuit, device.family).paths()))

@@ -217,11 +217,9 @@ def family_named(name: str) -> Family:
 
 def _check_memories(circuit: Circuit, family: Family) -> None:
     if not holds_memories(circuit, family):
-        raise InputError(
-            f"{circuit.top} has memories with two ports that write, which no block RAM of {family.name} has",
-            "--family",
-            f"choose one of {', '.join(name for name in FAMILIES if FAMILIES[name].true_two_ports)}",
-        )
+        what = f"{circuit.top} has memories with two ports that write, which no block RAM of {family.name} has"
+        hint = f"choose one of {', '.join(name for name in FAMILIES if FAMILIES[name].true_two_ports)}"
+        raise InputError(what, "--family", hint)
 
 
 def synthesis_digest(circuit: Circuit, family: Family) -> str:

@@ -203,11 +203,8 @@ def simulate(
             install = tools.TOOLS["verilator"].install
             progress(f"a large array: Verilator simulates it several times as fast ({install})", 0, 0)
     if circuit.elements > MOST_ELEMENTS:
-        raise RunError(
-            f"{circuit.top} has {circuit.elements:,} elements: simulators compile arrays of up to {MOST_ELEMENTS:,}",
-            None,
-            "verify a smaller design, such as one with a smaller map or smaller blocks",
-        )
+        what = f"{circuit.top} has {circuit.elements:,} elements: simulators compile arrays of up to {MOST_ELEMENTS:,}"
+        raise RunError(what, None, "verify a smaller design, such as one with a smaller map or smaller blocks")
     if backend not in BACKENDS:
         raise InputError(f"there is no simulator {backend!r}", "backend", choose_hint(backend, BACKENDS))
     return BACKENDS[backend](circuit, expected, waves, progress)

@@ -190,11 +190,8 @@ def simulate_system(
     """
 
     if granularity not in list(components.Granularity):
-        raise InputError(
-            f"granularity {granularity!r} is unknown",
-            "granularity",
-            choose_hint(granularity, list(components.Granularity)),
-        )
+        hint = choose_hint(granularity, list(components.Granularity))
+        raise InputError(f"granularity {granularity!r} is unknown", "granularity", hint)
     prepared = ready(system, listeners, components.Granularity(granularity), memory=memory, keeping=keeping, tell=tell)
     head, machine = head_fields(system) | prepared.held.fields, prepared.machine
     if machine is None:

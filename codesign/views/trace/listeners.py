@@ -700,11 +700,8 @@ class McapListener(WholeOrAbsent, Recorder):
             yield
         except OSError as fault:
             self.abort()
-            raise TraceError(
-                f"cannot be written: {fault.strerror or fault}",
-                str(self.path),
-                "name a file in a folder that exists, can be written to and has free space",
-            ) from fault
+            hint = "name a file in a folder that exists, can be written to and has free space"
+            raise TraceError(f"cannot be written: {fault.strerror or fault}", str(self.path), hint) from fault
 
 
 class _File:

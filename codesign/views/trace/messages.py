@@ -247,11 +247,9 @@ def _field_plan(record_type: type[Record], name: str, number: int, annotation: A
     elif annotation in _PLAIN:
         kind = _PLAIN[annotation]
     else:
-        raise TraceError(
-            f"no {record_type.__name__}: {name} has the type {annotation}, which no message holds",
-            None,
-            "name int, float, str, bool, dict, or an array with its form: Annotated[..., ArrayOf(dtype, shape)]",
-        )
+        what = f"no {record_type.__name__}: {name} has the type {annotation}, which no message holds"
+        hint = "name int, float, str, bool, dict, or an array with its form: Annotated[..., ArrayOf(dtype, shape)]"
+        raise TraceError(what, None, hint)
     after = name in record_type.TIMES
     return FieldPlan(name, number, kind, optional, array, has_default, filler, after)
 
@@ -501,11 +499,8 @@ def _refuse_time(record_type: type[Record], time: int) -> NoReturn:
 
 
 def _refuse_size(record_type: type[Record], name: str, value: int) -> NoReturn:
-    raise TraceError(
-        f"no {record_type.__name__}: {name} has {value.bit_length()} bits, more than 63",
-        None,
-        "a trace holds 106 days of simulated time: record a shorter run, or run without a trace",
-    )
+    hint = "a trace holds 106 days of simulated time: record a shorter run, or run without a trace"
+    raise TraceError(f"no {record_type.__name__}: {name} has {value.bit_length()} bits, more than 63", None, hint)
 
 
 def _refuse(record_type: type[Record], why: str) -> NoReturn:

@@ -89,11 +89,8 @@ class Moving:
                 "give a size of 1 × 1 or more, one cell or more, and a time from 0",
             )
         if not SLOWEST <= self.speed <= FASTEST:
-            raise InputError(
-                f"a speed of {self.speed:g} cells/s is out of bounds",
-                "moving.speed",
-                f"from {SLOWEST:.3g} to {FASTEST:.3g} cells/s: a cell in 1000 h to a cell in 2 ps",
-            )
+            hint = f"from {SLOWEST:.3g} to {FASTEST:.3g} cells/s: a cell in 1000 h to a cell in 2 ps"
+            raise InputError(f"a speed of {self.speed:g} cells/s is out of bounds", "moving.speed", hint)
 
     @property
     def closed(self) -> bool:

@@ -123,11 +123,8 @@ class World:
             RunError: a change was due before ``now``.
         """
         if self._due and self._due[0][0] < now:
-            raise RunError(
-                f"the world is advanced to {now} ps, but something was due at {self._due[0][0]} ps",
-                "world",
-                "advance it at every next_change",
-            )
+            what = f"the world is advanced to {now} ps, but something was due at {self._due[0][0]} ps"
+            raise RunError(what, "world", "advance it at every next_change")
         changes: list[Cells] = []
         while self._due and self._due[0][0] <= now:
             _, kind, index = heapq.heappop(self._due)
