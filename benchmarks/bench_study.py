@@ -16,7 +16,7 @@ from codesign.study.outcomes import Outcomes, State
 from codesign.study.pricing.price import PRICED
 from codesign.study.study import Study
 from codesign.system.results.result import Reason, ResourceUse, Result
-from codesign.views.report.study_answer import study_sentence, study_tables
+from codesign.views.report.study_tables import study_sentence, study_tables
 from codesign.views.report.winners_table import winners_table
 
 BLOCKS, ITERATIONS, SCHEDULES, PARTS, CLOCKS, LINKS = 20, 10, 10, 5, 10, 10

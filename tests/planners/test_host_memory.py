@@ -13,7 +13,7 @@ from codesign.system import catalog
 from codesign.system.results.result import Result
 from codesign.system.scenarios import simulate
 from codesign.system.verdicts import fit_verdict
-from codesign.views.report.study_answer import study_sentence
+from codesign.views.report.study_tables import study_sentence
 
 ROOMS = {"generate": "rooms", "rows": 24, "columns": 32, "room": [10, 14], "door": 2}
 CELLS = 24 * 32

@@ -21,8 +21,7 @@ from codesign.study.budget import Budget
 from codesign.study.certificates.check import check
 from codesign.study.certificates.file import packed, unpacked, write_certificate
 from codesign.study.certificates.form import Certificate, Claim
-from codesign.study.certify import certificate_of, differences
-from codesign.study.entries import holders, rest_of
+from codesign.study.certify import certificate_of, differences, holders, rest_of
 from codesign.study.store import Batch, FileStore
 from codesign.study.study import Study
 

@@ -20,9 +20,8 @@ from codesign.study.budget import Budget
 from codesign.study.search_run import CUT_OFF
 from codesign.study.store import FileStore
 from codesign.study.study import Study
-from codesign.views.report.study_answer import study_tables
 from codesign.views.report.study_page import study_html
-from codesign.views.report.study_tables import search_table
+from codesign.views.report.study_tables import search_table, study_tables
 
 pytestmark = pytest.mark.usefixtures("searched")
 

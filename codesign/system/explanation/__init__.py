@@ -14,8 +14,9 @@ from codesign.system.explanation.records import (
     WhyOut,
     Words,
     explanation_schema,
+    why_energy,
+    why_time,
 )
-from codesign.system.explanation.shares import why_energy, why_time
 
 __all__ = [
     "Amount",

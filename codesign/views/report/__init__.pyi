@@ -5,13 +5,16 @@ from .comparison_page import comparison_page, comparison_table
 from .explain_tables import effects_table, explanation_sentence, explanation_tables
 from .front_picture import front_picture
 from .pictures import (
+    account_picture,
     drive_picture,
     map_picture,
+    mission_timeline_picture,
     moment_picture,
     run_map_picture,
     run_pictures,
     run_timeline_picture,
     schedule_picture,
+    timeline_picture,
     workload_map_picture,
 )
 from .render import render_csv, render_markdown, render_text, write_csv
@@ -26,7 +29,6 @@ from .reproduction_page import (
 from .result_page import records_page, result_page
 from .result_tables import result_reasons_table, result_tables
 from .sentences import Answer, answer, winners_certainty_table
-from .study_answer import study_sentence, study_tables
 from .study_page import study_page
 from .study_tables import (
     best_table,
@@ -35,10 +37,11 @@ from .study_tables import (
     nearest_table,
     reasons_table,
     study_csv,
+    study_sentence,
     study_table,
+    study_tables,
     write_study_csv,
 )
-from .timelines import account_picture, mission_timeline_picture, timeline_picture
 from .winners_table import winners_table
 from .wording import Cell, Column, Table
 

@@ -16,8 +16,7 @@ from codesign.views.report.render import printable
 from codesign.views.report.reproduction_page import findings_table
 from codesign.views.report.result_tables import result_reasons_table
 from codesign.views.report.sentences import answer
-from codesign.views.report.study_answer import study_sentence
-from codesign.views.report.study_tables import front_table, reasons_table
+from codesign.views.report.study_tables import front_table, reasons_table, study_sentence
 from codesign.views.report.wording import Table, pairs
 
 MOST_ROWS, MOST_COLUMNS = 20, 24

@@ -16,10 +16,10 @@ from codesign.ground.units import PICOSECONDS_PER_SECOND, counted, format_time
 from codesign.system.results.result import Result
 from codesign.views.report.canvas import with_palette
 from codesign.views.report.page import Columns, Entry, rendered, script_json, template_text, write_page
+from codesign.views.report.pictures import account_picture
 from codesign.views.report.result_tables import figure_tables, result_reasons_table, sources_table
 from codesign.views.report.scrub import UNKNOWN, Event, Field, Scrub, Timed, Track, greatest_in_tiles, scrub_of
 from codesign.views.report.sentences import headline, run_pace_text
-from codesign.views.report.timelines import account_picture
 from codesign.views.report.wording import ABSENT, ENDED, PACE, Cell, Table, left, number_scales, quantity_cell, right
 
 if TYPE_CHECKING:

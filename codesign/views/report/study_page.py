@@ -34,7 +34,6 @@ from codesign.views.report.axes import (
 from codesign.views.report.explain_tables import effects_table
 from codesign.views.report.page import Columns, rendered, script_json, template_text, write_page
 from codesign.views.report.result_tables import sources_table
-from codesign.views.report.study_answer import sourced_results, study_sentence
 from codesign.views.report.study_tables import (
     PointWhys,
     best_table,
@@ -43,7 +42,9 @@ from codesign.views.report.study_tables import (
     reasons_table,
     search_picture,
     search_table,
+    sourced_results,
     study_counts,
+    study_sentence,
     why_out,
 )
 from codesign.views.report.winners_table import winners_table

@@ -32,6 +32,7 @@ from codesign.views.report import (
     result_tables,
     run_pictures,
 )
+from codesign.views.report.pictures import busy_shares
 from codesign.views.report.result_page import result_html
 from codesign.views.report.scenario_tables import (
     account_table,
@@ -41,7 +42,6 @@ from codesign.views.report.scenario_tables import (
     mission_table,
 )
 from codesign.views.report.sentences import mission_headline
-from codesign.views.report.timelines import busy_shares
 from codesign.views.report.wording import Table
 
 SECOND = 10**12

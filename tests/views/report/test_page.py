@@ -22,8 +22,8 @@ from codesign.views.report import Picture, study_page
 from codesign.views.report.page import Columns, template_text
 from codesign.views.report.reproduction_page import reproduction_html
 from codesign.views.report.result_page import result_html
-from codesign.views.report.study_answer import study_sentence
 from codesign.views.report.study_page import chart_data, study_html
+from codesign.views.report.study_tables import study_sentence
 
 EVIL = "<script>alert(1)</script>\"'&</style>]]><!--"
 PICTURE = Picture(EVIL, EVIL, "png", b"\x89PNG", EVIL)
