@@ -27,7 +27,6 @@ from codesign.views.report import (
 )
 from codesign.views.report.canvas import format_of
 from codesign.views.trace import moment, open_trace
-from codesign.views.trace.shapes import UNKNOWN
 
 if TYPE_CHECKING:
     from codesign.ground.figures import ResultFigure
@@ -81,24 +80,11 @@ def map_(asked: PlotMap) -> None:
                 raise InputError("a workload has no moments", "--at", "name a trace, or a platform too")
             return workload_map_picture(codesign.load_workload(asked.specs[0]))
         records = _records(asked.specs, show)
-        return run_map_picture(records) if asked.at is None else _moment(records, asked.at, asked.specs[0])
+        if asked.at is None:
+            return run_map_picture(records)
+        return moment_picture(**moment(records, asked.at, asked.specs[0]).drawn)
 
     _drawn(draw, asked.output, asked.width, asked.specs)
-
-
-def _moment(records: Iterable[Record], at: int, where: str) -> Picture:
-    seen = moment(records, at, where)
-    return moment_picture(
-        seen.time,
-        seen.start,
-        seen.free,
-        goals=seen.goals,
-        corner=seen.corner,
-        unknown=None if seen.belief is None else seen.belief == UNKNOWN,
-        way=seen.path,
-        driven=seen.driven,
-        robots=seen.robots,
-    )
 
 
 def timeline(asked: PlotTimeline) -> None:

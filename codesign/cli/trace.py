@@ -34,7 +34,6 @@ from codesign.views.report.scrub import SCRUB_KINDS
 from codesign.views.trace import HEADER, MOMENT_KINDS, moment, moment_lines, open_trace, trace_thumbnail
 from codesign.views.trace import timeline as merged
 from codesign.views.trace.moment import row_of
-from codesign.views.trace.shapes import UNKNOWN
 
 if TYPE_CHECKING:
     from codesign.views.exports.statistics import Statistics
@@ -69,8 +68,7 @@ def show(asked: TraceShow) -> None:
             lines = list(_record_lines(opened, asked.topics, asked.begin, asked.end, asked.limit, asked.as_json))
     for line in lines:
         click.echo(line)
-    if opened.fault is not None:
-        click.echo(f"the file is not complete: {printable(opened.fault)}", err=True)
+    _fault(opened, "")
 
 
 def _record_lines(
@@ -108,18 +106,7 @@ def _check_picture(picture: Path, source: Path) -> None:
 
 
 def _draw(seen: Moment, picture: Path) -> None:
-    drawn = moment_picture(
-        seen.time,
-        seen.start,
-        seen.free,
-        goals=seen.goals,
-        corner=seen.corner,
-        unknown=None if seen.belief is None else seen.belief == UNKNOWN,
-        way=seen.path,
-        driven=seen.driven,
-        robots=seen.robots,
-        format="svg" if picture.suffix.lower() == ".svg" else "png",
-    )
+    drawn = moment_picture(**seen.drawn, format="svg" if picture.suffix.lower() == ".svg" else "png")
     write_atomically(picture, drawn.data)
 
 
@@ -174,20 +161,13 @@ def diff(asked: TraceDiff) -> None:
     names = names if names[0] != names[1] else ("first", "second")
     if asked.as_json:
         channels = [
-            {
-                "record": channel.record,
-                "source": channel.source,
-                "counts": list(channel.counts),
-                "same": channel.same,
-                "time_ps": channel.time,
-            }
+            {"time_ps" if name == "time" else name: value for name, value in vars(channel).items()}
             for channel in found.channels
         ]
         results = {name: list(values) for name, values in found.results.items()}
         fields = {name: list(values) for name, *values in found.fields()}
-        click.echo(
-            json.dumps({"equal": found.equal, "fields": fields, "channels": channels, "results": results}, indent=2)
-        )
+        document = {"equal": found.equal, "fields": fields, "channels": channels, "results": results}
+        click.echo(json.dumps(document, indent=2))
     elif found.first is None:
         click.echo("all records are equal")
     else:
@@ -219,9 +199,8 @@ def timeline(asked: TraceTimeline) -> None:
     if asked.end is not None and asked.end <= asked.begin:
         raise InputError("--to is not after --from", "hwsw trace timeline", "give a later --to")
     opened = _opened(asked.file)
-    chart = gantt(
-        opened.records(kinds=ACTIVITY_KINDS), asked.width or shutil.get_terminal_size().columns, asked.begin, asked.end
-    )
+    width = asked.width or shutil.get_terminal_size().columns
+    chart = gantt(opened.records(kinds=ACTIVITY_KINDS), width, asked.begin, asked.end)
     for line in chart.lines():
         click.echo(line)
     _fault(opened)
@@ -232,11 +211,11 @@ def _opened(file: Path, quiet: bool = False) -> Trace:
         return open_trace(file, show)
 
 
-def _fault(opened: Trace) -> None:
+def _fault(opened: Trace, named: str | None = None) -> None:
+    """Say what is wrong with a file, after its name unless ``named`` is given."""
     if opened.fault is not None:
-        click.echo(
-            f"{printable(str(opened.path), None)}: the file is not complete: {printable(opened.fault)}", err=True
-        )
+        name = f"{printable(str(opened.path), None)}: " if named is None else named
+        click.echo(f"{name}the file is not complete: {printable(opened.fault)}", err=True)
 
 
 def export(asked: TraceExport) -> None:
@@ -260,8 +239,7 @@ def export(asked: TraceExport) -> None:
         written = [each for path, write in writers if path is not None for each in write(opened, path)]
     for each in written:
         click.echo(f"written: {printable(str(each), None)}")
-    if opened.fault is not None:
-        click.echo(f"the file is not complete: {printable(opened.fault)}", err=True)
+    _fault(opened, "")
 
 
 def _perfetto(opened: Trace, path: Path) -> list[Path]:
@@ -313,5 +291,4 @@ def layout(asked: TraceLayout) -> None:
             text = bag_layout(opened) if asked.viewer == "ros2" else foxglove_layout(opened)
             write_atomically(output, text.encode())
     click.echo(f"written: {printable(str(output), None)}")
-    if opened.fault is not None:
-        click.echo(f"the file is not complete: {printable(opened.fault)}", err=True)
+    _fault(opened, "")

@@ -297,7 +297,7 @@ def write_folder(folder: Path, files: Mapping[str, bytes], stale: Iterable[str] 
         try:
             for name, content in files.items():
                 (part / name).write_bytes(content)
-            part.chmod(_folder_mode())
+            part.chmod(_by_default(0o777))
             replaced = {*files, *stale}
             kept = [each for each in target.iterdir() if each.name not in replaced] if target.is_dir() else []
             for each in kept:
@@ -322,10 +322,11 @@ def _copy(source: Path, target: Path) -> None:
         shutil.copy2(source, target, follow_symlinks=False)
 
 
-def _folder_mode() -> int:
+def _by_default(mode: int) -> int:
+    """A mode without what the user's mask takes away."""
     mask = os.umask(0)
     os.umask(mask)
-    return 0o777 & ~mask
+    return mode & ~mask
 
 
 def _write_through(path: Path, content: bytes) -> None:
@@ -346,9 +347,7 @@ def _mode_of(target: Path) -> int:
     try:
         return stat.S_IMODE(target.stat().st_mode)
     except OSError:
-        mask = os.umask(0)
-        os.umask(mask)
-        return 0o666 & ~mask
+        return _by_default(0o666)
 
 
 _LAST = 253402300799

@@ -69,122 +69,53 @@ class Scale:
     example: str
 
 
-def _scale(
-    base: str, units: Mapping[str, int | Fraction], most: str, example: str, *, whole: bool = False, zero: bool = True
-) -> Scale:
-    sizes = MappingProxyType({unit: Fraction(size) for unit, size in units.items()})
-    return Scale(base, whole, sizes, Fraction(most), zero, example)
+def _scale(base: str, units: str, most: str, example: str, *, whole: bool = False, zero: bool = True) -> Scale:
+    """``units``: each with its size in ``base``, such as ``ns 1e3``."""
+    words = units.split()
+    sizes = {unit: Fraction(size) for unit, size in zip(words[::2], words[1::2], strict=True)}
+    return Scale(base, whole, MappingProxyType(sizes), Fraction(most), zero, example)
 
 
-_KILO, _MEGA, _GIGA = 10**3, 10**6, 10**9
-_MILLI, _MICRO, _NANO, _PICO = (Fraction(1, size) for size in (10**3, 10**6, 10**9, 10**12))
+_DEGREE = Fraction(math.pi) / 180
+"""Radians, with pi as the nearest double, exactly."""
 
 SCALES: Mapping[Dimension, Scale] = MappingProxyType(
     {
+        # 1000 h in ps stays below 2^63.
         Dimension.TIME: _scale(
-            "ps",
-            {
-                "ps": 1,
-                "ns": 10**3,
-                "us": 10**6,
-                "µs": 10**6,
-                "ms": 10**9,
-                "s": 10**12,
-                "min": 60 * 10**12,
-                "h": 3600 * 10**12,
-            },
-            # 1000 h in ps stays below 2^63.
-            "3.6e18",
-            "10 us",
-            whole=True,
+            "ps", "ps 1 ns 1e3 us 1e6 µs 1e6 ms 1e9 s 1e12 min 60e12 h 3600e12", "3.6e18", "10 us", whole=True
         ),
         Dimension.FREQUENCY: _scale(
-            "Hz",
-            {"Hz": 1, "kHz": _KILO, "MHz": _MEGA, "GHz": _GIGA},
-            str(MAX_FREQUENCY),
-            "150 MHz",
-            whole=True,
-            zero=False,
+            "Hz", "Hz 1 kHz 1e3 MHz 1e6 GHz 1e9", str(MAX_FREQUENCY), "150 MHz", whole=True, zero=False
         ),
         Dimension.DATA: _scale(
             "b",
-            {
-                "b": 1,
-                "B": 8,
-                "kb": _KILO,
-                "kB": 8 * _KILO,
-                "KiB": 8 * 2**10,
-                "Mb": _MEGA,
-                "MB": 8 * _MEGA,
-                "MiB": 8 * 2**20,
-                "GiB": 8 * 2**30,
-            },
+            f"b 1 B 8 kb 1e3 kB 8e3 KiB {8 * 2**10} Mb 1e6 MB 8e6 MiB {8 * 2**20} GiB {8 * 2**30}",
             "1e18",
             "64 KiB",
             whole=True,
         ),
         Dimension.DATA_RATE: _scale(
             "b/s",
-            {
-                "b/s": 1,
-                "B/s": 8,
-                "kb/s": _KILO,
-                "kB/s": 8 * _KILO,
-                "Mb/s": _MEGA,
-                "MB/s": 8 * _MEGA,
-                "Gb/s": _GIGA,
-                "GB/s": 8 * _GIGA,
-            },
+            "b/s 1 B/s 8 kb/s 1e3 kB/s 8e3 Mb/s 1e6 MB/s 8e6 Gb/s 1e9 GB/s 8e9",
             "1e18",
             "5 Mb/s",
             whole=True,
             zero=False,
         ),
-        Dimension.POWER: _scale(
-            "W",
-            {"pW": _PICO, "nW": _NANO, "uW": _MICRO, "µW": _MICRO, "mW": _MILLI, "W": 1, "kW": _KILO},
-            "1e9",
-            "1.5 W",
-        ),
-        Dimension.ENERGY: _scale(
-            "J",
-            {"pJ": _PICO, "nJ": _NANO, "uJ": _MICRO, "µJ": _MICRO, "mJ": _MILLI, "J": 1, "kJ": _KILO},
-            "1e12",
-            "20 mJ",
-        ),
-        Dimension.LENGTH: _scale(
-            "m", {"um": _MICRO, "µm": _MICRO, "mm": _MILLI, "cm": Fraction(1, 100), "m": 1, "km": _KILO}, "1e9", "5 cm"
-        ),
-        Dimension.CURRENT: _scale("A", {"uA": _MICRO, "µA": _MICRO, "mA": _MILLI, "A": 1}, "1e6", "20 mA"),
-        Dimension.VOLTAGE: _scale("V", {"uV": _MICRO, "µV": _MICRO, "mV": _MILLI, "V": 1, "kV": _KILO}, "1e6", "1.2 V"),
-        Dimension.SPEED: _scale(
-            "m/s", {"mm/s": _MILLI, "cm/s": Fraction(1, 100), "km/h": Fraction(5, 18), "m/s": 1}, "1e6", "0.5 m/s"
-        ),
+        Dimension.POWER: _scale("W", "pW 1e-12 nW 1e-9 uW 1e-6 µW 1e-6 mW 1e-3 W 1 kW 1e3", "1e9", "1.5 W"),
+        Dimension.ENERGY: _scale("J", "pJ 1e-12 nJ 1e-9 uJ 1e-6 µJ 1e-6 mJ 1e-3 J 1 kJ 1e3", "1e12", "20 mJ"),
+        Dimension.LENGTH: _scale("m", "um 1e-6 µm 1e-6 mm 1e-3 cm 1e-2 m 1 km 1e3", "1e9", "5 cm"),
+        Dimension.CURRENT: _scale("A", "uA 1e-6 µA 1e-6 mA 1e-3 A 1", "1e6", "20 mA"),
+        Dimension.VOLTAGE: _scale("V", "uV 1e-6 µV 1e-6 mV 1e-3 V 1 kV 1e3", "1e6", "1.2 V"),
+        Dimension.SPEED: _scale("m/s", "mm/s 1e-3 cm/s 1e-2 km/h 5/18 m/s 1", "1e6", "0.5 m/s"),
         Dimension.ACCELERATION: _scale(
-            "m/s^2",
-            {
-                "mm/s^2": _MILLI,
-                "mm/s²": _MILLI,
-                "cm/s^2": Fraction(1, 100),
-                "cm/s²": Fraction(1, 100),
-                "m/s^2": 1,
-                "m/s²": 1,
-            },
-            "1e6",
-            "0.5 m/s^2",
+            "m/s^2", "mm/s^2 1e-3 mm/s² 1e-3 cm/s^2 1e-2 cm/s² 1e-2 m/s^2 1 m/s² 1", "1e6", "0.5 m/s^2"
         ),
-        Dimension.TURN_RATE: _scale(
-            # Pi as the nearest double, exactly.
-            "rad/s",
-            {"deg/s": Fraction(math.pi) / 180, "rad/s": 1},
-            "1e6",
-            "90 deg/s",
-        ),
-        Dimension.MONEY: _scale("USD", {"USD": 1}, "1e9", "249 USD"),
+        Dimension.TURN_RATE: _scale("rad/s", f"deg/s {_DEGREE} rad/s 1", "1e6", "90 deg/s"),
+        Dimension.MONEY: _scale("USD", "USD 1", "1e9", "249 USD"),
         # Of plans that are asked for, not of a clock.
-        Dimension.RATE: _scale(
-            "Hz", {"mHz": _MILLI, "Hz": 1, "kHz": _KILO, "MHz": _MEGA, "GHz": _GIGA}, "1e6", "10 Hz", zero=False
-        ),
+        Dimension.RATE: _scale("Hz", "mHz 1e-3 Hz 1 kHz 1e3 MHz 1e6 GHz 1e9", "1e6", "10 Hz", zero=False),
     }
 )
 """The scale of every dimension of specs."""

@@ -200,28 +200,12 @@ def fit_part(
             _use(demand, part, resource, sums.get(resource, 0)) for resource in RESOURCES if resource in part.resources
         )
     reasons = [
-        Reason(
-            kind="resource",
-            name=use.resource,
-            demand=use.demand,
-            limit=use.budget,
-            gap=use.gap,
-            unit="",
-            levers=tell(demand.levers.get(use.resource, ())),
-        )
+        Reason.over("resource", use.resource, use.demand, use.budget, "", tell(demand.levers.get(use.resource, ())))
         for use in uses
         if use.gap
     ]
     reasons += [
-        Reason(
-            kind="bound",
-            name=bound.name,
-            demand=bound.figure.value,
-            limit=bound.limit,
-            gap=bound.figure.value - bound.limit,
-            unit=bound.figure.unit,
-            levers=tell(bound.levers),
-        )
+        Reason.over("bound", bound.name, bound.figure.value, bound.limit, bound.figure.unit, tell(bound.levers))
         for bound in demand.bounds
         if bound.limit is not None and bound.figure.value > bound.limit
     ]
@@ -241,18 +225,8 @@ def clock_reason(clock: int, limit: Figure) -> Reason | None:
     """
     if clock <= limit.value:
         return None
-    return Reason(
-        kind="clock",
-        name="clock",
-        demand=clock,
-        limit=math.floor(limit.value),
-        gap=clock - math.floor(limit.value),
-        unit="Hz",
-        levers=(
-            f"clock: at most {math.floor(limit.value / 1e6)} MHz, the estimate for a design of this size",
-            "make the design smaller",
-        ),
-    )
+    slower = f"clock: at most {math.floor(limit.value / 1e6)} MHz, the estimate for a design of this size"
+    return Reason.over("clock", "clock", clock, math.floor(limit.value), "Hz", (slower, "make the design smaller"))
 
 
 def fit_notes(component: str, held: PartFit) -> tuple[str, ...]:

@@ -56,14 +56,7 @@ def arrival_reason(arrivals: Arrivals | None) -> Reason | None:
     """The reason against a plan by which too few starts arrive; None where enough do."""
     if arrivals is None or arrivals.serve:
         return None
-    return Reason(
-        kind="quality",
-        name="starts arrived",
-        demand=arrivals.arrived,
-        limit=arrivals.needed,
-        gap=arrivals.needed - arrivals.arrived,
-        unit="",
-    )
+    return Reason.over("quality", "starts arrived", arrivals.arrived, arrivals.needed, "")
 
 
 @dataclass(frozen=True)

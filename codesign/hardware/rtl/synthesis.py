@@ -12,6 +12,7 @@ import json
 import time
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
+from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -238,8 +239,7 @@ def synthesise(circuit: Circuit, family_name: str) -> Synthesis:
     """
     family = family_named(family_name)
     _check_memories(circuit, family)
-    digest = synthesis_digest(circuit, family)
-    with kept("synthesis", digest, lambda folder: _synthesise(circuit, family, folder)) as folder:
+    with _kept(circuit, family) as folder:
         netlist = Netlist.of(json.loads((folder / "netlist.json").read_text(encoding="utf-8")))
         run = json.loads((folder / "run.json").read_text(encoding="utf-8"))
     pieces = netlist.by_piece(circuit.pieces)
@@ -251,23 +251,24 @@ def synthesise(circuit: Circuit, family_name: str) -> Synthesis:
         total=sum(pieces.values(), Counts()),
         registers=run["registers"],
         seconds=run["seconds"],
-        digest=digest,
+        digest=synthesis_digest(circuit, family),
     )
+
+
+def _kept(circuit: Circuit, family: Family) -> AbstractContextManager[Path]:
+    """The folder of a synthesis, which is made where it is not kept."""
+    return kept("synthesis", synthesis_digest(circuit, family), lambda folder: _synthesise(circuit, family, folder))
 
 
 def hierarchy(circuit: Circuit, family_name: str) -> Netlist:
     """The mapped modules of a circuit, as ``synthesise`` counts them."""
-    family = family_named(family_name)
-    digest = synthesis_digest(circuit, family)
-    with kept("synthesis", digest, lambda folder: _synthesise(circuit, family, folder)) as folder:
+    with _kept(circuit, family_named(family_name)) as folder:
         return Netlist.of(json.loads((folder / "netlist.json").read_text(encoding="utf-8")))
 
 
 def flatten(circuit: Circuit, family_name: str, folder: Path) -> None:
     """Write the flattened netlist of a circuit into ``folder``, as ``flow.FLAT``."""
-    family = family_named(family_name)
-    digest = synthesis_digest(circuit, family)
-    with kept("synthesis", digest, lambda place: _synthesise(circuit, family, place)) as kept_folder:
+    with _kept(circuit, family_named(family_name)) as kept_folder:
         (folder / HIERARCHY).write_bytes((kept_folder / "netlist.json").read_bytes())
     top = top_name(circuit)
     yosys(flatten_script(top), folder, f"flattening {top}", seconds=MOST_SECONDS)

@@ -8,7 +8,7 @@ the figures that only a run gives are None.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
 import numpy as np
 from pydantic import Field, field_validator
@@ -282,6 +282,12 @@ class Reason(ResultModel):
     gap: int | float = Field(description="by how much it passes the limit, in unit")
     unit: str = Field(description="unit of the three; empty for counts")
     levers: tuple[str, ...] = Field(default=(), description="what would mend it")
+
+    @classmethod
+    def over(cls, kind: Any, name: str, demand: float, limit: float, unit: str, levers: tuple[str, ...] = ()) -> Self:
+        """The reason that something passes its limit, or falls short of what is needed."""
+        gap = abs(demand - limit)
+        return cls(kind=kind, name=name, demand=demand, limit=limit, gap=gap, unit=unit, levers=levers)
 
     @field_validator("demand", "limit", "gap")
     @classmethod

@@ -206,6 +206,13 @@ class Moment:
     events: tuple[MissionRecord, ...]
     corner: tuple[int, int] = (0, 0)
 
+    @property
+    def drawn(self) -> dict[str, Any]:
+        """The arguments of ``codesign.views.report.moment_picture``."""
+        names = ("time", "start", "free", "goals", "corner", "driven", "robots")
+        unknown = None if self.belief is None else self.belief == UNKNOWN
+        return {name: vars(self)[name] for name in names} | {"unknown": unknown, "way": self.path}
+
 
 def moment(records: Iterable[Record], time: int | None = None, where: str | None = None) -> Moment:
     """The state at ``time`` (ps, included), or at the end of the run where it is None.

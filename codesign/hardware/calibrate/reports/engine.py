@@ -159,6 +159,17 @@ class Text:
         """The fault of a report that ends early; ``what`` is missing."""
         return self.fault(len(self.lines), f"the report is cut off: {what} is missing", "write it again")
 
+    def sought(self, pattern: str, what: str, start: int = 1) -> tuple[int, re.Match[str]]:
+        """The first line that a pattern is found in; ``what``: the part of the report that has it.
+
+        Raises:
+            SpecError: there is none, so the report is cut off.
+        """
+        found = self.find(pattern, start)
+        if found is None:
+            raise self.cut_off(what)
+        return found
+
     def find(self, pattern: str, start: int = 1) -> tuple[int, re.Match[str]] | None:
         """The first line from ``start`` that a pattern is found in, with the match."""
         return next(self.all(pattern, start), None)

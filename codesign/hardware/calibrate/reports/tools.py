@@ -158,8 +158,7 @@ def _of_row(text: Text, head: Row, row: Row) -> Fields:
 def _vivado_clocks(text: Text) -> Fields:
     """Of each clock: 1 / (period less worst slack), with its worst negative slack inside of its domain."""
     summary, inside = _section(text, "Clock Summary"), _section(text, "Intra Clock Table")
-    if text.find(r"^\| Inter Clock Table") is None:
-        raise text.cut_off("the Inter Clock Table")
+    text.sought(r"^\| Inter Clock Table", "the Inter Clock Table")
     slacks = {row.cells[0]: row for row in inside}
     clocks = []
     for row in summary:
@@ -180,12 +179,10 @@ def _vivado_clocks(text: Text) -> Fields:
 
 def _section(text: Text, title: str) -> list[Row]:
     """The rows of a table of the timing summary: cells are parted by spaces, its head is underlined."""
-    found = text.find(rf"^\| {title}\s*$")
-    underlined = None if found is None else text.find(r"^\s*-+(\s+-+)+\s*$", found[0] + 3)
-    if underlined is None:
-        raise text.cut_off(f"the {title}")
+    heading, _ = text.sought(rf"^\| {title}\s*$", f"the {title}")
+    underlined, _ = text.sought(r"^\s*-+(\s+-+)+\s*$", f"the {title}", heading + 3)
     held: list[Row] = []
-    for number, line in enumerate(text.lines[underlined[0] :], underlined[0] + 1):
+    for number, line in enumerate(text.lines[underlined:], underlined + 1):
         if not line.strip():
             return held
         held.append(Row(tuple(line.split()), number))
@@ -339,10 +336,8 @@ def _statistics(text: Text, ending: str) -> tuple[ClockReading, ...]:
 
 
 def _ise_power(text: Text) -> Fields:
-    found = text.find(r"^\s*\|\s*Supply Power \(mW\)\s*\|\s*([\d.,]+)\s*\|\s*([\d.,]+)\s*\|\s*([\d.,]+)\s*\|")
-    if found is None:
-        raise text.cut_off("the Power Supply Summary")
-    line, match = found
+    row = r"^\s*\|\s*Supply Power \(mW\)\s*\|\s*([\d.,]+)\s*\|\s*([\d.,]+)\s*\|\s*([\d.,]+)\s*\|"
+    line, match = text.sought(row, "the Power Supply Summary")
     return {"static": text.reading(match.group(3), line, 1e-3), "dynamic": text.reading(match.group(2), line, 1e-3)}
 
 
@@ -434,10 +429,8 @@ def _fitted(text: Text) -> Fields:
 
 def _quartus_clocks(text: Text) -> Fields:
     """The slowest Fmax of each clock over all models, with its constraint."""
-    found = text.find(r"^; Clocks\s*;")
-    if found is None:
-        raise text.cut_off("the table Clocks")
-    table = [row for row in text.rows(found[0] + 1, ";") if len(row.cells) > 3]
+    title, _ = text.sought(r"^; Clocks\s*;", "the table Clocks")
+    table = [row for row in text.rows(title + 1, ";") if len(row.cells) > 3]
     column = table[0].cells.index("Frequency") if table and "Frequency" in table[0].cells else 0
     constraints = {}
     for row in table[1:]:
@@ -509,8 +502,7 @@ def _lattice_head(text: Text) -> Fields:
 
 
 def _mapped(text: Text) -> Fields:
-    if text.find(r"^\s*Number of errors:|^\s*Number of warnings:") is None:
-        raise text.cut_off("the end of the Design Summary")
+    text.sought(r"^\s*Number of errors:|^\s*Number of warnings:", "the end of the Design Summary")
     found = rows(text, r"^\s*Number of (\S.*?):\s+([\d,]+)(?: out of\b.*|\s*)$", r"^\s*(MULT18X18\w*)\s+(\d+)\s*$")
     return counted(text, found, _LATTICE_USED, ("has no Number of LUT4s", "name the report .mrp of map"))
 
@@ -526,8 +518,7 @@ def _diamond(text: Text) -> Fields:
     for line, match in text.all(row):
         name, constraint, fmax = match.groups()
         clocks.append(ClockReading(name, text.reading(fmax, line, 1e6), text.number(constraint, line) * 1e6))
-    if text.find(r"^Timing summary \(Setup") is None:
-        raise text.cut_off("the timing summary")
+    text.sought(r"^Timing summary \(Setup", "the timing summary")
     if not clocks:
         raise text.fault(0, "has no preference FREQUENCY", "give the clock a FREQUENCY preference")
     return {"clocks": slowest(clocks), **_lattice_stage(text)}
@@ -646,14 +637,10 @@ def _tables(text: Text) -> Mapping[str, list[Row]]:
 
 
 def _gowin_used(text: Text) -> Fields:
-    found = text.find(r"^\s*Resources\s*\|\s*Usage")
-    if found is None:
-        raise text.cut_off("the Resource Usage Summary")
-    end = text.find(r"^\s*=+\s*$", found[0])
-    if end is None:
-        raise text.cut_off("the end of the Resource Usage Summary")
+    begin, _ = text.sought(r"^\s*Resources\s*\|\s*Usage", "the Resource Usage Summary")
+    end, _ = text.sought(r"^\s*=+\s*$", "the end of the Resource Usage Summary", begin)
     missing = "has no row LUT,ALU", "name the report .rpt.txt of place and route"
-    used = counted(text, _gowin_rows(text, found[0], end[0]), _GOWIN_USED, missing)["used"]
+    used = counted(text, _gowin_rows(text, begin, end), _GOWIN_USED, missing)["used"]
     return {"used": {**_NONE_USED, **used}}
 
 
