@@ -28,11 +28,8 @@ def explain(asked: Explain) -> None:
     """Say why a design takes its time and its energy, why it is out, what is better, and how sure that is."""
     debug_step("modules loaded")
     with progress_shown(after_s=LATER_S, quiet=asked.quiet) as show, compiling_shown(show):
-        explanation = (
-            _of_study(asked, asked.what, asked.which, show)
-            if _NUMBER.fullmatch(asked.which)
-            else _of_run(asked, asked.what, asked.which, show)
-        )
+        explain_it = _of_study if _NUMBER.fullmatch(asked.which) else _of_run
+        explanation = explain_it(asked, asked.what, asked.which, show)
     debug_step("explained")
     if asked.as_json:
         click.echo(explanation.model_dump_json(indent=2))

@@ -58,13 +58,7 @@ _SCHEMAS = {
 
 def map_(asked: Map) -> None:
     """Show the map in FILE, or a shipped map by its name, as a workload with these steps would plan on it."""
-    given = {
-        "unknown": asked.unknown,
-        "inflate": asked.inflate,
-        "downsample": asked.downsample,
-        "crop": asked.crop,
-        "resolution": asked.resolution,
-    }
+    given = {name: vars(asked)[name] for name in ("unknown", "inflate", "downsample", "crop", "resolution")}
     steps = {name: value for name, value in given.items() if value is not None}
     spec = _spec(asked.file, steps)
     check_outputs({"--png": asked.png}, map_files(spec.path))

@@ -161,18 +161,8 @@ class Outcomes:
             for place in np.flatnonzero(self.state[indices] == State.FAILED).tolist()
         }
         figures, lows, highs = ({name: held[name][indices] for name in PRICED} for held in self._priced())
-        return Outcomes(
-            self.state[indices],
-            self.which[indices],
-            figures,
-            lows,
-            highs,
-            self.reason[indices],
-            self.templates,
-            self.whole,
-            self.reasons,
-            failures,
-        )
+        columns = self.state[indices], self.which[indices], figures, lows, highs, self.reason[indices]
+        return Outcomes(*columns, self.templates, self.whole, self.reasons, failures)
 
     @property
     def computed(self) -> NDArray[np.int64]:

@@ -139,13 +139,8 @@ def settings_by_paper(names: Sequence[str], values: Mapping[str, Any]) -> dict[s
 
 def _parameters(group: str, model: type[BaseModel]) -> Iterator[Parameter]:
     for key, info in model.model_fields.items():
-        yield Parameter(
-            group,
-            key,
-            _plain(type_text(info.annotation, tuple(info.metadata))),
-            _plain(default_text(info)),
-            _plain(info.description or ""),
-        )
+        texts = type_text(info.annotation, tuple(info.metadata)), default_text(info), info.description or ""
+        yield Parameter(group, key, *map(_plain, texts))
 
 
 def _plain(text: str) -> str:

@@ -22,6 +22,7 @@ from codesign.ground.errors import SpecError
 from codesign.ground.models import SpecModel
 from codesign.hardware.calibrate.host_costs import REFERENCE, MeasuredHost
 from codesign.hardware.calibrate.host_fit import (
+    ProgramFit,
     TimedPlan,
     Timing,
     all_timed,
@@ -89,31 +90,20 @@ def read_board(path: Path) -> MeasuredHost:
     known = {(program, key) for program, times in board.times.items() for key in times}
     if not known or not known <= by_key.keys():
         raise SpecError([fault(board, ("times",), "no plan of the script was timed", "run the script on the board")])
-    timings = tuple(
-        Timing(
-            program,
-            by_key[program, key].map,
-            by_key[program, key].units,
-            *less(median(each.call), [*zip(each.wall, each.processor, strict=True)]),
-        )
-        for program, times in board.times.items()
-        for key, each in times.items()
-    )
+    timings, fits = list[Timing](), list[ProgramFit]()
     first = {name: cost.value * 1e-12 for name, cost in HOSTS.find(REFERENCE).costs.items()}
-    fits = tuple(
-        fit
-        for program in board.times
-        for fit in fit_programs(
-            [each for each in timings if each.program == program],
-            first,
-            f"{board.machine}, {board.made[program]}, {path.name}",
-        )
-    )
+    for program, times in board.times.items():
+        own = []
+        for key, each in times.items():
+            plan, runs = by_key[program, key], [*zip(each.wall, each.processor, strict=True)]
+            own.append(Timing(program, plan.map, plan.units, *less(median(each.call), runs)))
+        timings += own
+        fits += fit_programs(own, first, f"{board.machine}, {board.made[program]}, {path.name}")
     costs = {kernel: cost for fit in fits for kernel, cost in fit.costs.items()}
     where = f"{board.machine}, {path.name}"
-    return MeasuredHost(
-        board.machine, board.cores, board.clock_hz, costs, disturbance_of(timings, where), fits, board.not_timed
-    )
+    disturbance = disturbance_of(timings, where)
+    machine = board.machine, board.cores, board.clock_hz
+    return MeasuredHost(*machine, costs, disturbance, tuple(fits), board.not_timed)
 
 
 def _plans() -> Iterator[TimedPlan]:

@@ -275,24 +275,24 @@ def resource_points(room: str) -> Iterator[Point]:
         found = known_of(room, row)
         if not isinstance(row, ResourceRow) or found is None:
             continue
-        part = part_for(row.family)
-        job = job_of(room, found.design, part)
-        held = circuit_of(room, found.design).held_out(row.variables)
+        job = job_of(room, found.design, part_for(row.family))
+        of_row, held = _of_row(room, row, found, job), circuit_of(room, found.design).held_out(row.variables)
         for line, resource, predicted, counted in _lines(laws_of(room, found.design).demand(job).items, row):
-            yield Point(
-                planner=room,
-                style=f"{row.task} {row.style}".strip(),
-                family=row.family,
-                part=part.full_name,
-                design=words_of(job, found.design),
-                variables=row.variables,
-                line=line,
-                quantity=resource,
-                predicted=predicted,
-                measured=counted,
-                held=held,
-                present=row.digest == found.digest,
-            )
+            yield Point(**of_row, line=line, quantity=resource, predicted=predicted, measured=counted, held=held)
+
+
+def _of_row(room: str, row: ResourceRow | ClockRow, found: Known, job: Job[Any, Any]) -> dict[str, Any]:
+    """The fields of a point that follow from its row and its design."""
+    assert job.part is not None, "a design on a part"
+    return {
+        "planner": room,
+        "style": f"{row.task} {row.style}".strip(),
+        "family": row.family,
+        "part": job.part.full_name,
+        "design": words_of(job, found.design),
+        "variables": row.variables,
+        "present": row.digest == found.digest,
+    }
 
 
 def _lines(items: tuple[Line, ...], row: ResourceRow) -> Iterator[tuple[str, str, Figure, int]]:
@@ -336,18 +336,12 @@ def clock_points(room: str) -> Iterator[Point]:
         job = job_of(room, found.design, load_part(row.part))
         seeds = f"{len(row.clocks)} seed{'s' if len(row.clocks) > 1 else ''}"
         yield Point(
-            planner=room,
-            style=f"{row.task} {row.style}".strip(),
-            family=row.family,
-            part=row.part,
-            design=words_of(job, found.design),
-            variables=row.variables,
+            **_of_row(room, row, found, job) | {"part": row.part},
             line="",
             quantity="clock",
             predicted=laws_of(room, found.design).clock_limit(job),
             measured=row.clock,
             held=False,
-            present=row.digest == found.digest,
             without=without.get(row.key),
             note=f"{seeds}; {row.path}",
         )

@@ -102,17 +102,9 @@ def _board(design: Design | None, models: Sequence[Any]) -> Board:
             continue
         laws, placed = laws_of(design.style, models[first], design.task), replace(design.job, part=part)
         demand = laws.demand(placed)
-        uses.append(
-            _use(
-                Same(laws.style),
-                Same(part),
-                Same(laws.calibration),
-                Same(demand),
-                Same(laws.power_demand(placed, demand)),
-                laws.clock_limit(placed),
-                own,
-            )
-        )
+        demands = Same(demand), Same(laws.power_demand(placed, demand))
+        law = Same(laws.style), Same(part), Same(laws.calibration)
+        uses.append(_use(*law, *demands, laws.clock_limit(placed), own))
     powers, too_fast = (list(chain(*each)) for each in zip(*((use.powers, use.too_fast) for use in uses), strict=True))
     return Board(
         kind,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Generator, Hashable, Mapping, Sequence
 from functools import cache
+from operator import attrgetter
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -96,17 +97,9 @@ class Computation(ResultModel):
 
         Which of several requests is the slowest is decided by their amounts, so these are part of it.
         """
-        several = len(self.requests) > 1
+        several, moments = len(self.requests) > 1, attrgetter("asked", "loaded", "planned", "answered", "before")
         requests = tuple(
-            (
-                *(act if several else act.kind for act in each.acts),
-                each.asked,
-                each.loaded,
-                each.planned,
-                each.answered,
-                each.before,
-            )
-            for each in self.requests
+            (*(act if several else act.kind for act in each.acts), *moments(each)) for each in self.requests
         )
         return requests, self.of_starts
 
@@ -124,17 +117,12 @@ class Computation(ResultModel):
 def alike(each: Sequence[tuple[Recorded, ...]], repeats: Sequence[int]) -> tuple[Recorded, ...]:
     """The requests of computations of one kind as one, with arrays of amounts. ``repeats``: machines of each."""
     first, *others = each
-    return tuple(
-        request.model_copy(
-            update={
-                "acts": tuple(
-                    act.of([other[number].acts[place] for other in others], repeats)
-                    for place, act in enumerate(request.acts)
-                )
-            }
-        )
-        for number, request in enumerate(first)
-    )
+    requests = []
+    for number, request in enumerate(first):
+        beside = [[other[number].acts[place] for other in others] for place in range(len(request.acts))]
+        acts = tuple(act.of(its, repeats) for act, its in zip(request.acts, beside, strict=True))
+        requests.append(request.model_copy(update={"acts": acts}))
+    return tuple(requests)
 
 
 def _typed(figures: Mapping[str, Any]) -> dict[str, Any]:
