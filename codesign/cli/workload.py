@@ -68,13 +68,8 @@ _ENDS = {"workload": ".yaml", "map": "-map.yaml", "image": "-map.pgm", "goals": 
 
 def _choices(asked: FromBag) -> Choices:
     topics = {name.removesuffix("_topic"): value for name, value in vars(asked).items() if name.endswith("_topic")}
-    rule = Rule(
-        asked.slot / _SECOND,
-        asked.margin,
-        asked.radius,
-        asked.least,
-        None if asked.stay is None else asked.stay / _SECOND,
-    )
+    stay = None if asked.stay is None else asked.stay / _SECOND
+    rule = Rule(asked.slot / _SECOND, asked.margin, asked.radius, asked.least, stay)
     return Choices(Topics(**topics, base=asked.base_frame, namespace=asked.namespace), rule, asked.near)
 
 

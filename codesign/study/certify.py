@@ -173,17 +173,13 @@ class Claims:
         of_points = outcomes.each(lambda template: numbers.get(_task(template), 0), 0)
         task = judged.by_design(of_points)[chosen, 0]
         tasks = [of_points[self._row_of(box.by) * judged.conditions] for box in boxes]
-        ends = [self._ends_of(box) for box in boxes]
+        ends, unknown = [self._ends_of(box) for box in boxes], np.full(len(boxes), math.nan)
+        budgets = [np.concatenate([judged.budgets(limit)[chosen], unknown]) for limit in self.budgets]
         columns: dict[str, NDArray[Any]] = {
             "design": self._places[chosen],
             "task": np.concatenate([task, np.array(tasks, np.int64)]),
             "figures": np.concatenate([figures, np.array(best, np.float64).reshape(figures.shape[0], -1)], axis=1),
-            "budgets": np.array(
-                [
-                    np.concatenate([judged.budgets(limit)[chosen], np.full(len(boxes), math.nan)])
-                    for limit in self.budgets
-                ]
-            ),
+            "budgets": np.array(budgets),
             "part": np.array([box.part for box in boxes]),
             "low": np.array([low for low, _ in ends]),
             "high": np.array([high for _, high in ends]),

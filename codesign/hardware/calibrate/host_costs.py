@@ -144,10 +144,9 @@ def _occupancy() -> Probe:
     def run() -> int:
         believed, seen = np.zeros(free.shape, np.int8), np.full(free.shape, -1, np.int32)
         obstacles, risks = np.zeros(free.shape, np.int32), np.full(free.shape, len(covers), np.int32)
+        grids = believed, obstacles, risks, seen
         return sum(
-            int(
-                kernels.enter_scan(believed, obstacles, risks, seen, turn, y, x, limit, scans[turn], directions, covers)
-            )
+            int(kernels.enter_scan(*grids, turn, y, x, limit, scans[turn], directions, covers))
             for turn, (y, x) in enumerate(points)
         )
 

@@ -13,7 +13,7 @@ is how many clock periods the chain waited for edges. That number has bounds, an
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache, reduce
 from typing import Annotated, Any, Literal
 
@@ -164,16 +164,7 @@ def mean_of(plans: Sequence[Plan]) -> Plan:
             key = term.where, term.what, frozenset(term.powers.items()), term.divide, term.by
             old = sums.get(key)
             amount, seconds = (0.0, 0.0) if old is None else (old.amount, old.seconds)
-            sums[key] = Term(
-                amount + share * term.amount,
-                term.powers,
-                term.divide,
-                term.by,
-                term.where,
-                term.what,
-                seconds + share * term.seconds,
-                term.works,
-            )
+            sums[key] = replace(term, amount=amount + share * term.amount, seconds=seconds + share * term.seconds)
     return tuple(sums.values())
 
 

@@ -166,13 +166,8 @@ def _drawn(layers: _Layers, title: str, facts: Sequence[str], format: Format) ->
         top, left, bottom, right = _extent(layers)
         axes.set(xlabel="column", ylabel="row", xlim=(left, right), ylim=(bottom, top))
         legend(picture)
-    return drawn(
-        picture,
-        format,
-        title=title,
-        alt=f"Map of {rows} by {columns} cells: {', '.join(facts)}",
-        caption=f"{title}: {', '.join(facts)}",
-    )
+    seen = ", ".join(facts)
+    return drawn(picture, format, title, f"Map of {rows} by {columns} cells: {seen}", f"{title}: {seen}")
 
 
 def _extent(layers: _Layers) -> tuple[float, float, float, float]:

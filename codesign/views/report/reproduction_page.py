@@ -417,12 +417,9 @@ def _bent(error: float) -> float:
     return math.copysign(math.log10(1 + abs(error) / _SMALLEST), error)
 
 
-_FATES = tuple(
-    zip(
-        ("met-1", "met-2", "met-3", "missed", "unheld"),
-        (*(f"within {share_text(most)}" for most in WITHIN), "missed", "cannot be held"),
-        strict=True,
-    )
+_FATES = (
+    *((f"met-{number}", f"within {share_text(most)}") for number, most in enumerate(WITHIN, 1)),
+    *(("missed", "missed"), ("unheld", "cannot be held")),
 )
 """The parts of a bar of the score: class and words."""
 
