@@ -23,6 +23,8 @@ RUNNING, CONVERGED, STAGNATED = 0, 1, 2
 
 Doubles = NDArray[np.float64]
 Mask = NDArray[np.bool_]
+Around = tuple[Doubles, Doubles, Doubles, Doubles]
+"""The values north, west, east and south of some nodes."""
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
@@ -46,17 +48,9 @@ def _verdict(top: Any, ending: tuple[float, int, float], watch: Doubles) -> Any:
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def _in_place(
-    here: Doubles,
-    movable: Mask,
-    north: Doubles,
-    west: Doubles,
-    east: Doubles,
-    south: Doubles,
-    quarter: float,
-    keep: float,
-) -> Any:
+def _in_place(here: Doubles, movable: Mask, around: Around, quarter: float, keep: float) -> Any:
     """One diagonal of a sweep in place; the largest change as bits."""
+    north, west, east, south = around
     top = np.int64(0)
     for k in range(here.size):
         # u' = ω/4 (N + W + E + S) + (1 - ω) u, the solution of (D - ωL) u' = ((1 - ω) D + ωT) u for one node
@@ -71,18 +65,9 @@ def _in_place(
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def _apart(
-    target: Doubles,
-    here: Doubles,
-    movable: Mask,
-    north: Doubles,
-    west: Doubles,
-    east: Doubles,
-    south: Doubles,
-    quarter: float,
-    keep: float,
-) -> Any:
+def _apart(target: Doubles, here: Doubles, movable: Mask, around: Around, quarter: float, keep: float) -> Any:
     """The same as ``_in_place``, with the new values in ``target``."""
+    north, west, east, south = around
     top = np.int64(0)
     for k in range(target.size):
         old = here[k]
@@ -97,18 +82,10 @@ def _apart(
 
 @njit(cache=True, error_model="numpy", nogil=True)
 def _mean(
-    here: Doubles,
-    first: Doubles,
-    second: Doubles,
-    movable: Mask,
-    north: Doubles,
-    west: Doubles,
-    east: Doubles,
-    south: Doubles,
-    quarter: float,
-    keep: float,
+    here: Doubles, first: Doubles, second: Doubles, movable: Mask, around: Around, quarter: float, keep: float
 ) -> Any:
     """Levels 2 and 3 on one diagonal: computes ``second``; ``here`` becomes the mean of ``first`` and ``second``."""
+    north, west, east, south = around
     top = np.int64(0)
     for k in range(here.size):
         old = here[k]
@@ -121,6 +98,12 @@ def _mean(
         change = np.float64(abs(new - old)).view(np.int64)
         top = max(top, change)
     return top
+
+
+@njit(cache=True, error_model="numpy", nogil=True, inline="always")
+def _around(before: Doubles, after: Doubles, p: int, q: int, n: int) -> Any:
+    """N and W of ``n`` nodes, from ``p`` of ``before`` on; E and S, from ``q`` of ``after`` on."""
+    return before[p : p + n], before[p + 1 : p + 1 + n], after[q : q + n], after[q + 1 : q + 1 + n]
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
@@ -168,17 +151,8 @@ def in_place_sweeps(
         for colour in range(colours):
             for d in range(2 + colour, rows + columns - 3, colours):
                 _, n, o, p, q = _diagonal(base, rows, columns, d)
-                bits = _in_place(
-                    values[o : o + n],
-                    movable[o : o + n],
-                    values[p : p + n],
-                    values[p + 1 : p + 1 + n],
-                    values[q : q + n],
-                    values[q + 1 : q + 1 + n],
-                    quarter,
-                    keep,
-                )
-                top = max(top, bits)
+                around = _around(values, values, p, q, n)
+                top = max(top, _in_place(values[o : o + n], movable[o : o + n], around, quarter, keep))
         done += 1
         change, state = _verdict(top, ending, watch)
     return done, change, state
@@ -204,18 +178,8 @@ def jacobi_sweeps(
         top = np.int64(0)
         for d in range(2, rows + columns - 3):
             _, n, o, p, q = _diagonal(base, rows, columns, d)
-            bits = _apart(
-                target[o : o + n],
-                source[o : o + n],
-                movable[o : o + n],
-                source[p : p + n],
-                source[p + 1 : p + 1 + n],
-                source[q : q + n],
-                source[q + 1 : q + 1 + n],
-                0.25,
-                0.0,
-            )
-            top = max(top, bits)
+            around = _around(source, source, p, q, n)
+            top = max(top, _apart(target[o : o + n], source[o : o + n], movable[o : o + n], around, 0.25, 0.0))
         source, target = target, source
         done += 1
         change, state = _verdict(top, ending, watch)
@@ -256,34 +220,15 @@ def mean_sweeps(
         # Level 1, forwards: N and W of u1, E and S of u(k).
         for d in range(2, rows + columns - 3):
             _, n, o, p, q = _diagonal(base, rows, columns, d)
-            _apart(
-                first[o : o + n],
-                values[o : o + n],
-                movable[o : o + n],
-                first[p : p + n],
-                first[p + 1 : p + 1 + n],
-                values[q : q + n],
-                values[q + 1 : q + 1 + n],
-                omega / 4.0,
-                1.0 - omega,
-            )
+            around, own = _around(first, values, p, q, n), slice(o, o + n)
+            _apart(first[own], values[own], movable[own], around, omega / 4.0, 1.0 - omega)
         top = np.int64(0)
         following[:] = wall
         # Level 2, backwards: N and W of u(k), which level 3 has not reached yet, E and S of u2.
         for d in range(rows + columns - 4, 1, -1):
             low, n, o, p, _ = _diagonal(base, rows, columns, d)
-            bits = _mean(
-                values[o : o + n],
-                first[o : o + n],
-                second[low : low + n],
-                movable[o : o + n],
-                values[p : p + n],
-                values[p + 1 : p + 1 + n],
-                following[low : low + n],
-                following[low + 1 : low + 1 + n],
-                r / 4.0,
-                1.0 - r,
-            )
+            around, own = _around(values, following, p, low, n), slice(o, o + n)
+            bits = _mean(values[own], first[own], second[low : low + n], movable[own], around, r / 4.0, 1.0 - r)
             top = max(top, bits)
             # The ring at both ends of the diagonal, which the next one reads.
             second[low - 1] = wall
@@ -317,45 +262,23 @@ def half_sweeps(
     omega, r = acceleration
     # NW  .  NE      The Laplacian on the grid turned by 45°, of nodes of one colour. A row keeps every second node, so
     #  .  x  .       that column 2k + offset is at k, and in the rows above and below, of the other offset, its western
-    # SW  .  SE      neighbour is at k + offset - 1, its eastern at k + offset.
+    # SW  .  SE      neighbour is at k + offset - 1, its eastern at k + offset. A row begins at k = 1 - offset.
     following, second = np.full(values.shape[1], wall), np.full(values.shape[1], wall)
     change, state, done = 0.0, RUNNING, 0
     while done < sweeps and state == RUNNING:
         for i in range(1, rows - 1):
-            offset = (odd + i) % 2
-            k, end = 1 - offset, (columns - 2 - offset) // 2 + 1
-            left, right = slice(k + offset - 1, end + offset - 1), slice(k + offset, end + offset)
-            _apart(
-                first[i, k:end],
-                values[i, k:end],
-                movable[i, k:end],
-                first[i - 1, left],
-                first[i - 1, right],
-                values[i + 1, left],
-                values[i + 1, right],
-                omega / 4.0,
-                1.0 - omega,
-            )
+            k = 1 - (odd + i) % 2
+            own = slice(k, (columns - 3 + k) // 2 + 1)
+            around = _around(first[i - 1], values[i + 1], 0, 0, own.stop - k)
+            _apart(first[i, own], values[i, own], movable[i, own], around, omega / 4.0, 1.0 - omega)
         top = np.int64(0)
         following[:] = wall
         second[:] = wall
         for i in range(rows - 2, 0, -1):
-            offset = (odd + i) % 2
-            k, end = 1 - offset, (columns - 2 - offset) // 2 + 1
-            left, right = slice(k + offset - 1, end + offset - 1), slice(k + offset, end + offset)
-            bits = _mean(
-                values[i, k:end],
-                first[i, k:end],
-                second[k:end],
-                movable[i, k:end],
-                values[i - 1, left],
-                values[i - 1, right],
-                following[left],
-                following[right],
-                r / 4.0,
-                1.0 - r,
-            )
-            top = max(top, bits)
+            k = 1 - (odd + i) % 2
+            own = slice(k, (columns - 3 + k) // 2 + 1)
+            around = _around(values[i - 1], following, 0, 0, own.stop - k)
+            top = max(top, _mean(values[i, own], first[i, own], second[own], movable[i, own], around, r / 4.0, 1.0 - r))
             second, following = following, second
         done += 1
         change, state = _verdict(top, ending, watch)
