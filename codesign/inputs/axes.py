@@ -368,9 +368,14 @@ def refusals(axes: Values, when: When) -> list[tuple[str, RefusalError]]:
             refusal = _refusal(axis, other, values, axes)
             if refusal is not None:
                 wrong.append((axis, refusal))
-    if not wrong:
-        wrong = [(axis, _circle(axis)) for axis in in_circle(axes, when)]
-    return wrong or [(axis, _never(axis)) for axis in _nowhere(axes, when)]
+    if wrong:
+        return wrong
+    for axis in in_circle(axes, when):
+        what = f"{axis} depends on an axis that depends on it"
+        return [(axis, RefusalError(what, "leave one of the conditions out", ("when",)))]
+    parts = parts_of({axis: axes[axis] for axis in ordered(axes, when)}, when)
+    nowhere = [axis for axis in when if not any(axis in part.axes for part in parts)]
+    return [(axis, _never(axis)) for axis in nowhere]
 
 
 def _refusal(axis: str, other: str, values: Sequence[Any], axes: Values) -> RefusalError | None:
@@ -394,18 +399,6 @@ def in_circle(axes: Collection[str], when: Mapping[str, Collection[str]]) -> lis
     order = ordered(axes, when)
     place = {axis: number for number, axis in enumerate(order)}
     return [axis for axis in order if any(place.get(other, -1) >= place[axis] for other in when.get(axis, ()))][:1]
-
-
-def _circle(axis: str) -> RefusalError:
-    what = f"{axis} depends on an axis that depends on it"
-    return RefusalError(what, "leave one of the conditions out", ("when",))
-
-
-def _nowhere(axes: Values, when: When) -> list[str]:
-    """The axes that exist for no point."""
-    order = ordered(axes, when)
-    parts = parts_of({axis: axes[axis] for axis in order}, when)
-    return [axis for axis in when if not any(axis in part.axes for part in parts)]
 
 
 def _never(axis: str) -> RefusalError:

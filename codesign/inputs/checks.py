@@ -249,7 +249,12 @@ def _listed(explore: Any, section: str) -> dict[str, Any]:
     """The decisions (``axes``) or the ``conditions`` of a raw section ``explore``, as far as they can be read."""
     axes = explore.get(section) if isinstance(explore, dict) else None
     axes = axes if isinstance(axes, dict) and len(axes) <= MAX_AXES else {}
-    return {axis: values for axis, values in axes.items() if _readable(axis, values)}
+    return {
+        axis: values
+        for axis, values in axes.items()
+        if isinstance(axis, str) and ("." in axis or axis == PLATFORM_AXIS)
+        if isinstance(values, list) and len(values) <= MAX_VALUES
+    }
 
 
 def _marked(what: str, form: _Form) -> str:
@@ -287,11 +292,6 @@ def workload_faults(document: Document) -> list[Fault]:
         # Too many points, which is reported elsewhere: then not each value in each variant too.
         explored = explored[:1]
     return faults + _axis_faults([forms[name] for name in explored], document, axes)
-
-
-def _readable(axis: Any, values: Any) -> bool:
-    named = isinstance(axis, str) and ("." in axis or axis == PLATFORM_AXIS)
-    return named and isinstance(values, list) and len(values) <= MAX_VALUES
 
 
 def _base(document: Document) -> _Form:

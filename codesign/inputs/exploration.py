@@ -91,13 +91,9 @@ class Searching(SpecModel):
         return self.model_copy(update={"sampler": "random", **dict.fromkeys(_OPTIONS)})
 
 
-def _form(raw: Any) -> Any:
-    return {"sampler": raw} if isinstance(raw, str) else raw
-
-
 Search = Annotated[
     Searching | None,
-    BeforeValidator(_form),
+    BeforeValidator(lambda raw: {"sampler": raw} if isinstance(raw, str) else raw),
     WithJsonSchema({"anyOf": [{"enum": list(SAMPLERS)}, Searching.model_json_schema()]}, mode="validation"),
 ]
 """A search as a file has it."""

@@ -166,11 +166,7 @@ def _quantity_text(dimension: Dimension) -> dict[str, Any]:
     return {"type": "string", "pattern": pattern, "examples": [scale.example]}
 
 
-def _dump(figure: Figure) -> dict[str, Any]:
-    return {**vars(figure), "status": str(figure.status)}
-
-
-_AS_MAPPING = PlainSerializer(_dump)
+_AS_MAPPING = PlainSerializer(lambda figure: {**vars(figure), "status": str(figure.status)})
 
 
 def _measured(

@@ -156,6 +156,9 @@ class RobotsQuality:
 Cell = tuple[int, int]
 """(row, column), from 0 at the top left."""
 
+Path = tuple[NDArray[np.float64], bool]
+"""A path: its points, float64 n × 2 (row, column) in cells, and whether it arrives."""
+
 Policy = Literal["restart", "lower_bound", "continue"]
 """The way in which a planner replans when the map has changed.
 
@@ -425,10 +428,10 @@ class Planner(ABC):
         return None
 
     @abstractmethod
-    def trajectory(self, problem: Any, plan: Any, start: Any) -> tuple[NDArray[np.float64], bool]:
+    def trajectory(self, problem: Any, plan: Any, start: Any) -> Path:
         """The path from ``start``: float64 n × 2 (row, column) in cells, and whether it arrives."""
 
-    def path_from(self, _problem: Any, _plan: Any, start: tuple[float, float], /) -> tuple[NDArray[np.float64], bool]:
+    def path_from(self, _problem: Any, _plan: Any, start: tuple[float, float], /) -> Path:
         """The path from a position, (row, column) in cells, that need not be the middle of a cell.
 
         As ``trajectory``: points float64 n × 2, ``start`` first, and whether it arrives. Where the plan holds no path
@@ -455,6 +458,12 @@ class PathsQuality(TypedDict):
     turning_mean: float | None
 
 
+def corner_cut(cuts: bool) -> tuple[str, str, str] | None:
+    """``Planner.check_drive`` of a planner whose paths may cut corners."""
+    text = "a path that cuts corners may lead between two obstacles, where no robot can drive"
+    return ("corner_cutting", text, "set corner_cutting: false") if cuts else None
+
+
 def judge_paths(problem: Problem, paths: Iterable[tuple[Cell, NDArray[Any] | None]]) -> PathsQuality:
     """Lengths, clearances and turning of the paths from some starts.
 
@@ -471,7 +480,10 @@ def judge_paths(problem: Problem, paths: Iterable[tuple[Cell, NDArray[Any] | Non
     along = length = turning = 0.0
     least: list[float] = []
     if arrived:
-        shortest, room = _of_maps.get(("paths", problem.map_digest), lambda: _lengths_and_room(problem))
+        shortest, room = _of_maps.get(
+            ("paths", problem.map_digest),
+            lambda: (distance_octile(problem.free, problem.goals), clearance(problem.free)),
+        )
         for start, points in arrived:
             steps = np.diff(points, axis=0)
             pieces = np.sqrt((steps**2).sum(axis=1))
@@ -496,15 +508,32 @@ def judge_paths(problem: Problem, paths: Iterable[tuple[Cell, NDArray[Any] | Non
     )
 
 
-def _lengths_and_room(problem: Problem) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Of each cell, the length of the shortest path to a goal, and the distance to the nearest obstacle."""
-    return distance_octile(problem.free, problem.goals), clearance(problem.free)
-
-
 def by_sides(problem: Problem) -> NDArray[np.bool_]:
     """``Planner.reachable`` of planners that move across the sides of cells, or diagonally without cutting a corner."""
     key = "by sides", problem.map_digest
     return _of_maps.get(key, lambda: reachable(problem.free, problem.goals)).copy()
+
+
+def judge_search(
+    problem: Problem, cells: NDArray[np.bool_], covered: Any, followed: Iterable[tuple[Cell, Path]]
+) -> Quality:
+    """The quality of a plan that leads to a goal from each cell that it covers.
+
+    Args:
+        problem: the map and its goals.
+        cells: bool, rows × columns: ``Planner.reachable``. It is changed: goals are left out.
+        covered: an index of the cells that the plan covers.
+        followed: each start with its path.
+    """
+    cells[tuple(np.array(problem.goals).T)] = False
+    planned = int(cells[covered].sum())
+    paths = ((start, points if arrived else None) for start, (points, arrived) in followed)
+    return Quality(
+        local_maxima=0,
+        wrong_cells=0,
+        **judge_arrival(planned, planned, int(cells.sum())),
+        **judge_paths(problem, paths),
+    )
 
 
 class ArrivalQuality(TypedDict):

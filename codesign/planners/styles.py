@@ -44,10 +44,6 @@ class Step:
     makes: type[Record] = TaskRecord
 
 
-def _no_cycles() -> NDArray[np.int64]:
-    return np.zeros(0, np.int64)
-
-
 @dataclass(frozen=True)
 class Exchange(Step):
     """A round trip between two steps: ``bits`` to the task ``to``, which answers with ``answer_bits``.
@@ -57,7 +53,7 @@ class Exchange(Step):
     """
 
     phase: str = "detect"
-    cycles: NDArray[np.int64] = field(default_factory=_no_cycles)
+    cycles: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
     to: str = "detect"
     bits: int = 1
     answer_bits: int = 1

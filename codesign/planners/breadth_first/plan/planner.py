@@ -28,14 +28,14 @@ from codesign.planners.breadth_first.plan.search import (
 )
 from codesign.planners.interface import (
     LoadParameters,
+    Path,
     Planner,
     Problem,
     Quality,
     by_sides,
     cell_of,
     from_position,
-    judge_arrival,
-    judge_paths,
+    judge_search,
 )
 from codesign.planners.job import Flow, Job
 
@@ -136,17 +136,8 @@ class BreadthFirst(Planner):
         to the path, so ``local_maxima`` and ``wrong_cells`` are 0. A search that finds no goal covers no cell. Each
         start is judged by a search of its own, or by the directions of a search everywhere.
         """
-        followed = ((start, *self.trajectory(problem, plan, start)) for start in problem.starts)
-        paths = ((start, points if arrived else None) for start, points, arrived in followed)
-        reachable = by_sides(problem)
-        reachable[tuple(np.array(problem.goals).T)] = False
-        planned = int(reachable.ravel()[plan.pushed].sum())
-        return Quality(
-            local_maxima=0,
-            wrong_cells=0,
-            **judge_arrival(planned, planned, int(reachable.sum())),
-            **judge_paths(problem, paths),
-        )
+        followed = ((start, self.trajectory(problem, plan, start)) for start in problem.starts)
+        return judge_search(problem, by_sides(problem), np.unravel_index(plan.pushed, problem.shape), followed)
 
     def identity(self, plan: BreadthFirstPlan) -> str:
         """The digest of the reached cells, their directions, and the path."""
@@ -168,7 +159,7 @@ class BreadthFirst(Planner):
             }
         }
 
-    def trajectory(self, problem: Problem, plan: BreadthFirstPlan, start: Cell) -> tuple[NDArray[np.float64], bool]:
+    def trajectory(self, problem: Problem, plan: BreadthFirstPlan, start: Cell) -> Path:
         """The path from ``start``, cell by cell: of the plan, of a search from there, or along the directions."""
         if plan.everywhere:
             back = _back_to_path(plan, start)
@@ -182,9 +173,7 @@ class BreadthFirst(Planner):
         """Steps from the begin of the search to each cell that it reached; infinite elsewhere."""
         return "distance", "steps", distances(plan)
 
-    def path_from(
-        self, problem: Problem, plan: BreadthFirstPlan, start: tuple[float, float]
-    ) -> tuple[NDArray[np.float64], bool]:
+    def path_from(self, problem: Problem, plan: BreadthFirstPlan, start: tuple[float, float]) -> Path:
         """The rest of the path from a position on one of its cells.
 
         From another cell, the path goes back along the directions of discovery until they meet the path of the plan, at

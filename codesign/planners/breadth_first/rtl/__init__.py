@@ -114,7 +114,9 @@ def shown_pins(problem: Problem, plan: BreadthFirstPlan, visited: int, tracked: 
     value, known = (
         np.resize(each, pixels) for each in _frame(problem, screen, *_memories(problem, plan, visited, tracked))
     )
-    known[(begin < end + _SETTLED) & _on_map(problem, screen, pixels)] = _SYNCS
+    on_map = np.zeros((screen.frame, screen.line), np.bool_)
+    on_map[: problem.rows] = _columns(problem, screen) >= 0
+    known[(begin < end + _SETTLED) & np.resize(on_map, pixels)] = _SYNCS
     both = value | known << np.uint16(8)
     first = np.append(0, np.flatnonzero(both[1:] != both[:-1]) + 1)
     return Pins(
@@ -130,12 +132,6 @@ def _columns(problem: Problem, screen: Screen) -> NDArray[np.int64]:
     x = np.arange(screen.line, dtype=np.int64)
     column = np.where(x < screen.half, x, x - screen.half)
     return np.where(column < problem.columns, column, -1)
-
-
-def _on_map(problem: Problem, screen: Screen, pixels: int) -> NDArray[np.bool_]:
-    lines = np.zeros((screen.frame, screen.line), np.bool_)
-    lines[: problem.rows] = _columns(problem, screen) >= 0
-    return np.resize(lines, pixels)
 
 
 def _frame(

@@ -204,14 +204,13 @@ class StateMachine(Architecture):
 def _deepest(job: Job[Problem, SearchParameters]) -> int:
     """The most words that a search of the problem queues: of each start and, for a replan, of each map."""
     problem = job.problem
+
+    def depth(of: Job[Problem, SearchParameters]) -> int:
+        key = (of.problem.map_digest, of.problem.starts[0], of.problem.task)
+        return _depths.get(key, lambda: searched(replace(of, memo=None)).queue_depth)
+
     return max(
-        _queue_depth(replace(job, problem=each.asked_from(start)))
+        depth(replace(job, problem=each.asked_from(start)))
         for each in dict.fromkeys((problem, problem.changed))
         for start in problem.starts
     )
-
-
-def _queue_depth(job: Job[Problem, SearchParameters]) -> int:
-    problem = job.problem
-    key = (problem.map_digest, problem.starts[0], problem.task)
-    return _depths.get(key, lambda: searched(replace(job, memo=None)).queue_depth)

@@ -5,9 +5,6 @@ from __future__ import annotations
 from collections.abc import Generator
 from dataclasses import replace
 
-import numpy as np
-from numpy.typing import NDArray
-
 from codesign.ground.figures import Figure, Status, weakest
 from codesign.ground.models import Part
 from codesign.planners.breadth_first.plan.parameters import MemoryPlace, SearchParameters
@@ -16,12 +13,10 @@ from codesign.planners.breadth_first.plan.search import BreadthFirstPlan
 from codesign.planners.breadth_first.styles import resources, timing
 from codesign.planners.breadth_first.styles.state_machine import StateMachine
 from codesign.planners.breadth_first.styles.timing import PATH, TRACK, step
-from codesign.planners.interface import Problem
+from codesign.planners.interface import Path, Problem
 from codesign.planners.job import Demand, Job, Line
 from codesign.planners.map_flood import CELL_KERNEL
 from codesign.planners.styles import HostTask, Step, TaskStyle
-
-Path = tuple[NDArray[np.float64], bool]
 
 
 class PathMachine(TaskStyle):

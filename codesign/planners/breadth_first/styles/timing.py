@@ -21,7 +21,7 @@ latency. All of this is assumed: the paper has no figure.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from functools import cache
 
 import numpy as np
@@ -171,14 +171,10 @@ def placements() -> tuple[Placement, ...]:
             row,
             registers(
                 (row.variables["ROWS"], row.variables["COLUMNS"]),
-                _address(row.variables),
+                Address.LINEAR if row.variables["LINEAR"] else Address.SIDE_BY_SIDE,
                 shown=bool(row.variables.get("SHOWN", 0)),
                 short=row.variables["QUEUE_WORDS"] < 1 << row.variables["ADDRESS_BITS"],
             ),
         )
         for row in clock_rows("breadth_first", "state_machine")
     )
-
-
-def _address(variables: Mapping[str, int]) -> Address:
-    return Address.LINEAR if variables["LINEAR"] else Address.SIDE_BY_SIDE

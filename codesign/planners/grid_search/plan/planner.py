@@ -34,21 +34,21 @@ from codesign.planners.grid_search.plan.parameters import (
     SearchParameters,
 )
 from codesign.planners.interface import (
+    Cell,
     LoadParameters,
+    Path,
     Planner,
     Problem,
     Quality,
     cell_of,
+    corner_cut,
     from_position,
-    judge_arrival,
-    judge_paths,
+    judge_search,
 )
 from codesign.planners.job import Flow, Job
 
 kernels = late("codesign.planners.grid_search.plan.kernels")
 navfn = late("codesign.planners.grid_search.plan.navfn")
-
-Cell = tuple[int, int]
 
 RULES = {Heuristic.OCTILE: OCTILE, Heuristic.EUCLIDEAN: EUCLIDEAN, Heuristic.NONE: NONE}
 
@@ -331,10 +331,7 @@ class GridSearch(Planner):
 
     def check_drive(self, job: Job[Problem, SearchParameters]) -> tuple[str, str, str] | None:
         """A robot cannot drive along a path between two obstacles that touch at a corner."""
-        if not job.parameters.cuts:
-            return None
-        text = "a path that cuts corners may lead between two obstacles, where no robot can drive"
-        return "corner_cutting", text, "set corner_cutting: false"
+        return corner_cut(job.parameters.cuts)
 
     def task_text(self, task: Task) -> str:
         """Each start is a search of its own; a field is a search from the goals."""
@@ -378,17 +375,9 @@ class GridSearch(Planner):
         The plan covers the cells from which it knows the way: those whose length is settled, and of navfn those of its
         path. Each of them leads to a goal, so ``local_maxima`` and ``wrong_cells`` are 0.
         """
-        followed = ((start, *self.trajectory(problem, plan, start)) for start in problem.starts)
-        paths = ((start, points if arrived else None) for start, points, arrived in followed)
+        followed = ((start, self.trajectory(problem, plan, start)) for start in problem.starts)
         cells = reachable(problem.free, problem.goals, corner_cutting=plan.parameters.cuts)
-        cells[tuple(np.array(problem.goals).T)] = False
-        planned = int((cells & plan.covered).sum())
-        return Quality(
-            local_maxima=0,
-            wrong_cells=0,
-            **judge_arrival(planned, planned, int(cells.sum())),
-            **judge_paths(problem, paths),
-        )
+        return judge_search(problem, cells, plan.covered, followed)
 
     def identity(self, plan: GridPlan) -> str:
         """The digest of the search, its path, and the lengths that it settled, on its map."""
@@ -418,7 +407,7 @@ class GridSearch(Planner):
             details["path_length_cells"] = "no way" if plan.length is None else plan.length
         return {"details": details}
 
-    def trajectory(self, problem: Problem, plan: GridPlan, start: Cell) -> tuple[NDArray[np.float64], bool]:
+    def trajectory(self, problem: Problem, plan: GridPlan, start: Cell) -> Path:
         """The path from ``start``: of the plan, or of a search from there."""
         known = plan.start in {None, start}
         points = (plan if known else search(problem.free, start, problem.goals, plan.parameters)).path_of(start)
@@ -429,9 +418,7 @@ class GridSearch(Planner):
         potential = plan.parameters.method is Method.NAVFN
         return ("potential", "1", plan.field) if potential else ("distance", "cells", plan.field)
 
-    def path_from(
-        self, problem: Problem, plan: GridPlan, start: tuple[float, float]
-    ) -> tuple[NDArray[np.float64], bool]:
+    def path_from(self, problem: Problem, plan: GridPlan, start: tuple[float, float]) -> Path:
         """The path from a position in a settled cell, and of navfn from the cell of the start.
 
         Steps from cell to cell leave the middle of the first cell out; a path at any angle begins with it.

@@ -149,10 +149,6 @@ def _sight(looked: int) -> Callable[[], object]:
     return lambda: [kernels.in_sight(cells, stride, begin, end) for _ in range(times)]
 
 
-def _entry() -> Probe:
-    return Probe(_SIDE * _SIDE, _heap(_SIDE * _SIDE))
-
-
 def _expansion() -> Probe:
     """A* over small rooms; its preparation and its heap are left out."""
     run = _across(_rooms(), Method.ASTAR)
@@ -167,10 +163,6 @@ def _jump_cell() -> Probe:
     side = math.isqrt(plan.expanded)
     expansions = _across(np.ones((side, side), np.bool_), Method.ASTAR, Heuristic.NONE)
     return Probe(plan.looked, run, lambda: (_prepare(), expansions()))
-
-
-def _sight_cell() -> Probe:
-    return Probe(_SIDE * _SIDE, _sight(_SIDE * _SIDE))
 
 
 def _theta_expansion() -> Probe:
@@ -190,10 +182,10 @@ def _navfn_update() -> Probe:
 PROBES: Mapping[str, Callable[[], Probe]] = {
     MAP_KERNEL: lambda: Probe(_SIDE * _SIDE, _prepare),
     EXPANSION: _expansion,
-    ENTRY: _entry,
+    ENTRY: lambda: Probe(_SIDE * _SIDE, _heap(_SIDE * _SIDE)),
     JUMP_CELL: _jump_cell,
     THETA_EXPANSION: _theta_expansion,
-    SIGHT_CELL: _sight_cell,
+    SIGHT_CELL: lambda: Probe(_SIDE * _SIDE, _sight(_SIDE * _SIDE)),
     NAVFN_MAP_KERNEL: lambda: Probe(_SIDE * _SIDE, lambda: _prepare(Method.NAVFN)),
     NAVFN_UPDATE: _navfn_update,
 }

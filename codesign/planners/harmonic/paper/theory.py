@@ -95,19 +95,23 @@ def labyrinth(seed: int) -> Environment:
     return Environment("labyrinth", free, _corner(free))
 
 
+def _synchronous(place: Environment, *schedule: int) -> HarmonicPlan:
+    """An environment as one block, through the precisions of a schedule."""
+    return _relaxed(place, schedule, 1, WHOLE_MAP_ITERATIONS)
+
+
 def _relaxed(
-    place: Environment, precision: int, side: int, iterations: int, termination: str, visits: bool = False
+    place: Environment, schedule: Sequence[int], side: int, iterations: int, termination: str = "sound"
 ) -> HarmonicPlan:
-    """The labyrinth or an environment in ``side`` × ``side`` blocks, at one precision from zero."""
+    """The labyrinth or an environment in ``side`` × ``side`` blocks, from zero."""
     rows, columns = (-(-length // side) for length in place.free.shape)
     return relax(
         place.free,
         [place.goal],
         block=(rows, columns),
         iterations=iterations,
-        schedule=[precision],
+        schedule=schedule,
         termination=termination,
-        record_visits=visits,
     )
 
 
@@ -136,7 +140,7 @@ def iterations_to_stability(magnifications: Sequence[int], progress: Progress) -
     for magnification in magnifications:
         progress(f"Figure 4: iterations to stabilise at magnification {magnification}")
         for place in environments(magnification):
-            result = _relaxed(place, STABILISATION_PRECISION, 1, WHOLE_MAP_ITERATIONS, "sound")
+            result = _synchronous(place, STABILISATION_PRECISION)
             points.append((place.name, (place.nodes, result.total_iterations)))
     return curves(points)
 
@@ -158,7 +162,7 @@ def still_blocks(
 ) -> StillBlocks:
     """Figure 5: iterations of the synchronous run over block-synchronous iterations, mean over labyrinths."""
     places = [labyrinth(seed) for seed in seeds]
-    references = [_relaxed(place, LABYRINTH_PRECISION, 1, WHOLE_MAP_ITERATIONS, "sound") for place in places]
+    references = [_synchronous(place, LABYRINTH_PRECISION) for place in places]
     series = []
     runs = wrong = 0
     for side in sides:
@@ -167,9 +171,9 @@ def still_blocks(
         for iterations in consecutive:
             gains = []
             for place, reference in zip(places, references, strict=True):
-                sound = _relaxed(place, LABYRINTH_PRECISION, side, iterations, "sound")
+                sound = _relaxed(place, [LABYRINTH_PRECISION], side, iterations)
                 gains.append(reference.total_iterations * side**2 / sound.total_iterations)
-                published = _relaxed(place, LABYRINTH_PRECISION, side, iterations, "published")
+                published = _relaxed(place, [LABYRINTH_PRECISION], side, iterations, "published")
                 runs += 1
                 wrong += published.field != reference.field
             ratios.append(fmean(gains))
@@ -183,7 +187,7 @@ def shares_by_sweep(sides: Sequence[int], progress: Progress) -> list[Series]:
     series = []
     for side in sides:
         progress(f"Figure 6: {side} × {side} blocks")
-        result = _relaxed(place, LABYRINTH_PRECISION, side, STILL_ITERATIONS, "published", visits=True)
+        result = _relaxed(place, [LABYRINTH_PRECISION], side, STILL_ITERATIONS, "published")
         assert result.visits is not None
         shares = result.visits.iterations.reshape(-1, side**2).mean(axis=1) / STILL_ITERATIONS
         bins = [float(part.mean()) for part in np.array_split(shares, min(BINS, shares.size))]
@@ -416,12 +420,10 @@ def count_maps(quick: bool, progress: Progress) -> tuple[Counts, ...]:
 
 
 def _count(place: Environment) -> Counts:
-    one_stage = _synchronous(place, [LAST])
-    ratios = {}
-    for stages in STAGES:
-        result = _synchronous(place, _equal_steps(stages))
-        ratios[stages] = result.total_cycles / one_stage.total_cycles
-    best, cycles = _best_schedule(place)
+    one_stage = _synchronous(place, LAST)
+    # The fastest schedule of synchronous stages.
+    parameters = RelaxParameters(blocks=(1, 1), iterations=1_000_000, schedule=(LAST,), stop=Stop.SCHEDULE_END)
+    best = optimise_schedule(Problem(place.free, (place.goal,), ()), parameters, CANDIDATES)
     return Counts(
         name=place.name,
         rows=place.free.shape[0],
@@ -429,33 +431,18 @@ def _count(place: Environment) -> Counts:
         gain=1.0 / (1.0 - largest_eigenvalue(place.free, place.goal)),
         error_bits=_bits_for(place, ERROR),
         first=one_stage.total_iterations,
-        later=_synchronous(place, [LAST - ADDED, LAST]).stages[1].iterations,
-        ratios=ratios,
-        best=best,
-        best_ratio=cycles / one_stage.total_cycles,
+        later=_synchronous(place, LAST - ADDED, LAST).stages[1].iterations,
+        ratios={
+            stages: _synchronous(place, *_equal_steps(stages)).total_cycles / one_stage.total_cycles
+            for stages in STAGES
+        },
+        best=best.precisions,
+        best_ratio=best.cost / one_stage.total_cycles,
     )
 
 
 def _equal_steps(stages: int) -> list[int]:
     return [LAST * stage // stages for stage in range(1, stages + 1)]
-
-
-def _synchronous(place: Environment, schedule: list[int]) -> HarmonicPlan:
-    return relax(
-        place.free,
-        [place.goal],
-        block=(place.free.shape[0], place.free.shape[1]),
-        iterations=WHOLE_MAP_ITERATIONS,
-        schedule=schedule,
-        record_visits=False,
-    )
-
-
-def _best_schedule(place: Environment) -> tuple[tuple[int, ...], int]:
-    """The fastest schedule of synchronous stages, and its cycles."""
-    parameters = RelaxParameters(blocks=(1, 1), iterations=1_000_000, schedule=(LAST,), stop=Stop.SCHEDULE_END)
-    schedule = optimise_schedule(Problem(place.free, (place.goal,), ()), parameters, CANDIDATES)
-    return schedule.precisions, schedule.cost
 
 
 def _bits_for(place: Environment, error: float) -> int:

@@ -36,6 +36,7 @@ from codesign.planners.interface import (
     Cell,
     LoadParameters,
     MapWork,
+    Path,
     Planner,
     Policy,
     Problem,
@@ -59,7 +60,6 @@ def sent_map(problem: Problem, parameters: RelaxParameters) -> NDArray[np.bool_]
     """
     if parameters.pockets is Pockets.KEPT:
         return problem.free
-
     return reachable(problem.free, problem.goals)
 
 
@@ -284,7 +284,6 @@ class Harmonic(Planner):
         Measured within a fifth on maps of 2^16 to 2^22 cells at 15 to 1023 bits, in blocks of 64 × 64 or as one.
         """
         problem, parameters = job.problem, job.parameters
-
         cells, precision = problem.free.size, parameters.precisions[-1]
         block = parameters.block_shape(*problem.shape)
         planes = precision * plane_bytes(problem.shape, block)
@@ -312,9 +311,7 @@ class Harmonic(Planner):
         figures: dict[str, Any] = {"stages": stages, "precision": plan.precision}
         return figures | ({"details": {"fault": plan.fault}} if plan.fault else {})
 
-    def trajectory(
-        self, problem: Problem, plan: HarmonicPlan, start: tuple[int, int]
-    ) -> tuple[NDArray[np.float64], bool]:
+    def trajectory(self, problem: Problem, plan: HarmonicPlan, start: Cell) -> Path:
         """The path of a robot that follows the decision module from ``start``."""
         path = _ascent(problem, plan).follow(start)
         return path.points, path.arrived
@@ -323,9 +320,7 @@ class Harmonic(Planner):
         """The field."""
         return plan.field
 
-    def path_from(
-        self, problem: Problem, plan: HarmonicPlan, start: tuple[float, float]
-    ) -> tuple[NDArray[np.float64], bool]:
+    def path_from(self, problem: Problem, plan: HarmonicPlan, start: tuple[float, float]) -> Path:
         """The path of the guarded robot from a position: decided at the closest cell at every step (section 5.3)."""
         if cell_of(problem, start) is None:
             return np.array([start], np.float64), False

@@ -229,10 +229,6 @@ class VisitCost(Protocol):
         """The cost of each entry, int64: linear in ``iterations``, ``count`` and ``early``, without a constant."""
 
 
-def _no_cost(_precision: int) -> int:
-    return 0
-
-
 @dataclass(frozen=True)
 class Costs:
     """The costs of a style: of visits, and of the end of a stage at a precision.
@@ -242,7 +238,7 @@ class Costs:
     """
 
     visits: VisitCost
-    stage_end: Callable[[int], int] = _no_cost
+    stage_end: Callable[[int], int] = lambda _precision: 0
     ram_addresses: int = 0
 
 

@@ -11,9 +11,6 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Generator
 
-import numpy as np
-from numpy.typing import NDArray
-
 from codesign.ground.figures import Figure, Status
 from codesign.ground.memo import Memo
 from codesign.ground.models import Part
@@ -26,11 +23,9 @@ from codesign.planners.harmonic.plan.planner import PLANNER
 from codesign.planners.harmonic.plan.relax import HarmonicPlan
 from codesign.planners.harmonic.plan.warm_start import warm_start
 from codesign.planners.harmonic.styles import resources, timing
-from codesign.planners.interface import Problem
+from codesign.planners.interface import Path, Problem
 from codesign.planners.job import Demand, Job, Line, packed
 from codesign.planners.styles import HostTask, Step, TaskStyle, one_step
-
-Path = tuple[NDArray[np.float64], bool]
 
 
 class DecisionModule(TaskStyle):

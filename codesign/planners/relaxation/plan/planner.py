@@ -20,6 +20,7 @@ from codesign.maps.reach import check_cells, reachable
 from codesign.planners.interface import (
     Cell,
     LoadParameters,
+    Path,
     Planner,
     Policy,
     Problem,
@@ -403,7 +404,7 @@ class Relaxation(Planner):
         details |= {name: value for name, value in (("omega", solution.omega), ("r", solution.r)) if value is not None}
         return {"details": details}
 
-    def trajectory(self, problem: Problem, plan: Plan, start: tuple[int, int]) -> tuple[NDArray[np.float64], bool]:
+    def trajectory(self, problem: Problem, plan: Plan, start: Cell) -> Path:
         """The path of the gradient descent search from ``start``."""
         descent = search_of(problem, plan).follow(start)
         return descent.cells.astype(np.float64), descent.arrived
@@ -412,7 +413,7 @@ class Relaxation(Planner):
         """The potential, rows × columns."""
         return plan.solution.potential
 
-    def path_from(self, problem: Problem, plan: Plan, start: tuple[float, float]) -> tuple[NDArray[np.float64], bool]:
+    def path_from(self, problem: Problem, plan: Plan, start: tuple[float, float]) -> Path:
         """The path of the gradient descent search from a position: the path of its cell without the cell's middle."""
         cell = cell_of(problem, start)
         if cell is None:

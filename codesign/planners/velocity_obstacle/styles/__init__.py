@@ -72,7 +72,7 @@ def resource_levers(style: Style, robots: int, parameters: AvoidParameters, part
     if not missing:
         return {}
     shared = [*_unit_levers(style, robots, parameters, part), *_style_levers(style, robots, parameters, part)]
-    most = _most_robots(style, robots, parameters, part)
+    most = max((n for n in range(2, robots) if not shortages(style, n, parameters, part)), default=None)
     if most is not None:
         shared.append(Lever("problem.robots", f"at most {most} fit {part.name} in style {style}"))
     return {kind: (*shared, part_lever(kind, need)) for kind, need in missing.items()}
@@ -144,11 +144,6 @@ def _style_levers(style: Style, robots: int, parameters: AvoidParameters, part: 
             text = f"{other} fits {part.name}, {cycles} cycles a trial"
             style_levers.append(Lever("avoid.style", text, axes={"avoid.style": str(other)}))
     return style_levers
-
-
-def _most_robots(style: Style, robots: int, parameters: AvoidParameters, part: Part) -> int | None:
-    fitting = [n for n in range(2, robots) if not shortages(style, n, parameters, part)]
-    return max(fitting, default=None)
 
 
 # Power: P = P0 + q · √n, with a q for each style, fitted to Table III with 2 and 4 robots, compared with 8.

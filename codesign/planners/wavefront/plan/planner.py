@@ -14,13 +14,14 @@ from codesign.maps.reach import reachable
 from codesign.planners.interface import (
     Cell,
     LoadParameters,
+    Path,
     Planner,
     Problem,
     Quality,
     cell_of,
+    corner_cut,
     from_position,
-    judge_arrival,
-    judge_paths,
+    judge_search,
 )
 from codesign.planners.job import Flow, Job
 from codesign.planners.wavefront.plan.grid import check_cells
@@ -50,16 +51,16 @@ def quality(problem: Problem, plan: WavefrontPlan) -> Quality:
     mean clearance weighs every step by its length.
     """
     cells = reachable(problem.free, problem.goals, corner_cutting=plan.wave_map.neighbours.corner_cutting)
-    cells[tuple(np.array(problem.goals).T)] = False
-    planned = int((cells & (plan.potentials >= 0)).sum())
     potentials, tracker = reaching(problem, plan, problem.starts)
-    paths = ((start, tracker.follow(start) if potentials[start] >= 0 else None) for start in problem.starts)
-    return Quality(
-        local_maxima=0,
-        wrong_cells=0,
-        **judge_arrival(planned, planned, int(cells.sum())),
-        **judge_paths(problem, paths),
-    )
+    followed = ((start, _followed(potentials, tracker, start)) for start in problem.starts)
+    return judge_search(problem, cells, plan.potentials >= 0, followed)
+
+
+def _followed(potentials: NDArray[np.int32], tracker: Tracker, start: Cell) -> Path:
+    """The path from a cell; the cell alone where no wave came."""
+    if potentials[start] < 0:
+        return np.array([start], np.float64), False
+    return tracker.follow(start).astype(np.float64), True
 
 
 def reaching(problem: Problem, plan: WavefrontPlan, starts: Iterable[Cell]) -> tuple[NDArray[np.int32], Tracker]:
@@ -126,7 +127,6 @@ class Wavefront(Planner):
     def reachable(self, job: Job[Problem, PropagateParameters]) -> NDArray[np.bool_]:
         """The wave passes between two obstacles that touch at a corner where it may cut corners."""
         problem = job.problem
-
         return reachable(problem.free, problem.goals, corner_cutting=job.parameters.corner_cutting)
 
     def plan(self, job: Job[Problem, PropagateParameters]) -> WavefrontPlan:
@@ -154,10 +154,7 @@ class Wavefront(Planner):
 
     def check_drive(self, job: Job[Problem, PropagateParameters]) -> tuple[str, str, str] | None:
         """A robot cannot drive along a path between two obstacles that touch at a corner."""
-        if not job.parameters.corner_cutting:
-            return None
-        text = "a path that cuts corners may lead between two obstacles, where no robot can drive"
-        return "corner_cutting", text, "set corner_cutting: false"
+        return corner_cut(job.parameters.corner_cutting)
 
     def horizon(self, job: Job[Any, PropagateParameters]) -> int | None:
         """The steps of a local course."""
@@ -193,9 +190,7 @@ class Wavefront(Planner):
             details["stop_potential"] = plan.stop_potential
         return {"details": details}
 
-    def trajectory(
-        self, problem: Problem, plan: WavefrontPlan, start: tuple[int, int]
-    ) -> tuple[NDArray[np.float64], bool]:
+    def trajectory(self, problem: Problem, plan: WavefrontPlan, start: Cell) -> Path:
         """The path from ``start`` by the rule of the plan; ``start`` alone where no wave comes.
 
         A start beyond the wave of this plan gets the path of a request of its own.
@@ -204,18 +199,13 @@ class Wavefront(Planner):
             MapError: a start outside of the map or on an obstacle.
         """
         check_cells([start], problem.free, "start")
-        potentials, tracker = reaching(problem, plan, (start,))
-        if potentials[start] < 0:
-            return np.array([start], np.float64), False
-        return tracker.follow(start).astype(np.float64), True
+        return _followed(*reaching(problem, plan, (start,)), start)
 
     def field_of(self, plan: WavefrontPlan) -> tuple[str, str, NDArray[np.float64]]:
         """The potentials, 2 a straight step unless the delays say otherwise; infinite where the wave did not come."""
         return "potential", "1", np.where(plan.potentials >= 0, plan.potentials, np.inf)
 
-    def path_from(
-        self, problem: Problem, plan: WavefrontPlan, start: tuple[float, float]
-    ) -> tuple[NDArray[np.float64], bool]:
+    def path_from(self, problem: Problem, plan: WavefrontPlan, start: tuple[float, float]) -> Path:
         """The path from a position, by the rule of the plan from its cell; none where the wave did not come."""
         cell = cell_of(problem, start)
         if cell is None or plan.potentials[cell] < 0:

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
+from more_itertools import chunked
 from numpy.typing import NDArray
 
 from codesign.ground.errors import Fault, UnsuitedError
@@ -134,19 +135,15 @@ def load_stream(problem: Problem, parameters: PropagateParameters, words: Words)
     flags[: words.shape[0]] = cell_flags(problem, parameters)
     stream = [row | column << words.row_bits]
     for cell in range(words.element_cells):
-        stream += _packed_words(flags[cell :: words.element_cells].ravel(), words)
+        stream += reversed(packed_words(flags[cell :: words.element_cells].ravel(), words.load_cells, words.flags))
     return Image(words.load_cells * words.flags, stream)
 
 
-def _packed_words(flags: NDArray[np.uint8], words: Words) -> list[int]:
-    """The flags of all elements in words, the last word first."""
-    begins = range(0, len(flags), words.load_cells)
-    return [packed_flags(flags[begin : begin + words.load_cells], words.flags) for begin in reversed(begins)]
-
-
-def packed_flags(flags: NDArray[np.uint8], bits: int) -> int:
-    """A word of the load stream: ``bits`` a cell, the bits of the first cell lowest."""
-    return sum(int(flag) << bits * place for place, flag in enumerate(flags))
+def packed_words(flags: NDArray[np.uint8], cells: int, bits: int) -> list[int]:
+    """The words of cells in their order: so many a word, ``bits`` a cell, the bits of the first cell lowest."""
+    return [
+        sum(int(flag) << bits * place for place, flag in enumerate(word)) for word in chunked(flags.tolist(), cells)
+    ]
 
 
 # What the model says of a run: values from the plan, cycles from the laws of the style.
@@ -363,7 +360,7 @@ def tile_stream(problem: Problem, parameters: PropagateParameters, words: Words,
     in_tiles = flags.reshape(down, rows, across, columns).transpose(0, 2, 1, 3).reshape(-1, columns)
     for row in in_tiles:
         padded = np.concatenate([row, np.full(-columns % chunk, OUTSIDE, np.uint8)])
-        stream += [packed_flags(padded[place : place + chunk], words.flags) for place in range(0, columns, chunk)]
+        stream += packed_words(padded, chunk, words.flags)
     return Image(max(chunk * words.flags, tile_words.start_bits), stream)
 
 

@@ -111,14 +111,14 @@ def _wavefront() -> Probe:
     return Probe(reached, lambda: propagate(free, [(8, 8)], limit=_LAST), lambda: (_prepare(), _times()))
 
 
-def _map() -> Probe:
-    return Probe(_SIDE * _SIDE, _prepare)
-
-
 def _time() -> Probe:
     long = np.ones((1, 20 * _LAST), np.bool_)
     return Probe(19 * _LAST, lambda: propagate(long, [(0, 0)], limit=20 * _LAST), _times)
 
 
-PROBES: Mapping[str, Callable[[], Probe]] = {"wavefront_cell": _wavefront, MAP_KERNEL: _map, TIME_KERNEL: _time}
+PROBES: Mapping[str, Callable[[], Probe]] = {
+    "wavefront_cell": _wavefront,
+    MAP_KERNEL: lambda: Probe(_SIDE * _SIDE, _prepare),
+    TIME_KERNEL: _time,
+}
 """The probe of each kernel, by the name of its cost in platforms."""

@@ -4,15 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Generator
 
-import numpy as np
-from numpy.typing import NDArray
-
 from codesign.ground.figures import Figure, Status
 from codesign.ground.models import Part
 from codesign.planners.breadth_first.styles import resources as memories
 from codesign.planners.breadth_first.styles.state_machine import StateMachine
 from codesign.planners.clock_law import on_family
-from codesign.planners.interface import Problem, cell_of
+from codesign.planners.interface import Path, Problem, cell_of
 from codesign.planners.job import Demand, Job, Line
 from codesign.planners.styles import HostTask, Step, TaskStyle, one_step
 from codesign.planners.wavefront.plan.parameters import PropagateParameters
@@ -20,8 +17,6 @@ from codesign.planners.wavefront.plan.planner import PLANNER, value_bits
 from codesign.planners.wavefront.styles import timing
 from codesign.planners.wavefront.styles.software import MAP_KERNEL, preparation
 from codesign.planners.wavefront.styles.timing import TRACK, tracked_steps
-
-Path = tuple[NDArray[np.float64], bool]
 
 LUT4_A_BIT, FLIP_FLOPS_A_BIT = 3, 2
 """Of a bit of potential: a difference to the neighbour, the best so far, a multiplexer; two registers. Assumed."""

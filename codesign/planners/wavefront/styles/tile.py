@@ -145,7 +145,8 @@ class TileLayout:
         array, (rows, columns) = self.array, self.array.shape
         # A node keeps no p^d: it goes to the memories too.
         node = replace(array, obstacle_bits=0).node_flip_flops
-        scan = 4 * (self.grid + self.address) + self._grid_place + SCAN_BITS + 4 * array.bits
+        of_tile = sum(side.bit_length() for side in self.tiles)
+        scan = 4 * (self.grid + self.address) + of_tile + SCAN_BITS + 4 * array.bits
         levels = len(self.minima)
         shifted = levels if family.startswith("xc") and levels >= LEAST_SHIFT else 0
         changes = (columns + sum(self.minima) + SIDES) * array.bits + 1 + 2 * (levels + 1 - shifted)
@@ -157,12 +158,6 @@ class TileLayout:
             CURSOR: sum(min(2, side_bits(side)) for side in self.map_shape) + self.address + self.place,
             CONTROL: self.control_flip_flops,
         }
-
-    @property
-    def _grid_place(self) -> int:
-        """Bits of the row and of the column of a tile."""
-        down, across = self.tiles
-        return down.bit_length() + across.bit_length()
 
     @property
     def control_flip_flops(self) -> int:
