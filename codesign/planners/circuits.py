@@ -22,7 +22,7 @@ that the laws give. A slower stream only delays the phase that takes it.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -30,6 +30,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from codesign.ground.errors import Fault, UnsuitedError
 from codesign.planners.counted import CountedLaws
 from codesign.planners.job import Job
 
@@ -98,6 +99,10 @@ class Circuit:
     elements: int = 1
 
 
+EventsOfKind = tuple[int, NDArray[np.int64], NDArray[np.uint64]]
+"""The kind of some events, their cycles and their values."""
+
+
 @dataclass(frozen=True, eq=False)
 class Events:
     """Events in the order of their cycles: arrays of one length, int64, uint8 and uint64.
@@ -108,6 +113,15 @@ class Events:
     cycle: NDArray[np.int64]
     kind: NDArray[np.uint8]
     value: NDArray[np.uint64]
+
+    @classmethod
+    def joined(cls, parts: Iterable[EventsOfKind]) -> Events:
+        """Events of several kinds, sorted by their cycles; in one cycle they stay in the order of ``parts``."""
+        kinds, cycles, values = zip(*parts, strict=True)
+        cycle = np.concatenate(cycles)
+        kind = np.repeat(np.array(kinds, np.uint8), [len(each) for each in cycles])
+        order = np.argsort(cycle, kind="stable")
+        return cls(cycle[order], kind[order], np.concatenate(values)[order])
 
 
 @dataclass(frozen=True, eq=False)
@@ -171,6 +185,11 @@ class CircuitStyle(ABC):
     def held_out(self, variables: Mapping[str, int], /) -> bool:
         """True if the resource laws of the style left a synthesis out of their fit, by the parameters of its top."""
         return self.laws is not None and self.laws.held_out(variables)
+
+
+def unsuited(key: str, what: str, hint: str) -> UnsuitedError:
+    """The error about a parameter that no circuit has."""
+    return UnsuitedError([Fault("circuit", 0, 0, key, what, hint)])
 
 
 def phase_cycles(steps: Any) -> tuple[dict[str, int], Any]:

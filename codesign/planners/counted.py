@@ -44,6 +44,12 @@ from codesign.planners.measured import (
     resource_rows,
 )
 
+
+def index_bits(count: int) -> int:
+    """Bits that number ``count`` things (rows, columns, words), at least 1."""
+    return max(1, (count - 1).bit_length())
+
+
 # Power on an FPGA: static by part, and dynamic = toggles a cycle × energy of a toggle × clock.
 
 TYPICAL = 0.125

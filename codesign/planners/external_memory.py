@@ -20,10 +20,6 @@ REFRESH_DENOMINATOR = 10_000
 """The share of refreshing is kept as a fraction with at most this denominator, so that cycles stay exact."""
 
 
-def _none() -> NDArray[np.int64]:
-    return np.zeros(0, np.int64)
-
-
 @dataclass(frozen=True)
 class Traffic:
     """The accesses of units of work to an external memory: int64, one entry a unit.
@@ -31,8 +27,8 @@ class Traffic:
     ``cycles``: the memory works and the design waits. ``words``: words read and written.
     """
 
-    cycles: NDArray[np.int64] = field(default_factory=_none)
-    words: NDArray[np.int64] = field(default_factory=_none)
+    cycles: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
+    words: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
 
     def part(self, first: int, last: int) -> Traffic:
         """The traffic of the units ``first`` to ``last`` - 1."""

@@ -14,7 +14,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from functools import cache, cached_property
 from importlib.resources import files
-from typing import Any
+from typing import TypeVar
 
 import numpy as np
 
@@ -133,6 +133,7 @@ class ActivityRow:
 
 
 Row = ResourceRow | ClockRow | ActivityRow
+R = TypeVar("R", ResourceRow, ClockRow, ActivityRow)
 
 
 def family_of(part_family: str) -> tuple[str, bool]:
@@ -147,28 +148,25 @@ def family_of(part_family: str) -> tuple[str, bool]:
 @cache
 def resource_rows(room: str, style: str, task: str = "") -> tuple[ResourceRow, ...]:
     """The syntheses of a style of a room, in the order of the file; none where the room has no file."""
-    rows = (ResourceRow(**row) for row in _read(room, "resources"))
-    return tuple(row for row in rows if (row.style, row.task) == (style, task))
+    return _rows(ResourceRow, room, "resources", (style, task))
 
 
 @cache
 def clock_rows(room: str, style: str, task: str = "") -> tuple[ClockRow, ...]:
     """The placements of a style of a room, in the order of the file; none where the room has no file."""
-    rows = (ClockRow(**row) for row in _read(room, "clocks"))
-    return tuple(row for row in rows if (row.style, row.task) == (style, task))
+    return _rows(ClockRow, room, "clocks", (style, task))
 
 
 @cache
 def activity_rows(room: str, style: str, task: str = "") -> tuple[ActivityRow, ...]:
     """The counted toggles of a style of a room, in the order of the file; none where the room has no file."""
-    rows = (ActivityRow(**row) for row in _read(room, "activity"))
-    return tuple(row for row in rows if (row.style, row.task) == (style, task))
+    return _rows(ActivityRow, room, "activity", (style, task))
 
 
-def _read(room: str, kind: str) -> list[dict[str, Any]]:
+def _rows(model: type[R], room: str, kind: str, circuit: tuple[str, str]) -> tuple[R, ...]:
     file = files("codesign.planners") / room / "measured" / f"{kind}.json"
-    rows: list[dict[str, Any]] = json.loads(file.read_text(encoding="utf-8")) if file.is_file() else []
-    return rows
+    rows = json.loads(file.read_text(encoding="utf-8")) if file.is_file() else []
+    return tuple(row for row in (model(**each) for each in rows) if (row.style, row.task) == circuit)
 
 
 def rows_text(rows: Sequence[Row]) -> str:

@@ -12,9 +12,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from codesign.ground.errors import Fault, UnsuitedError
 from codesign.ground.models import Task
-from codesign.planners import circuits
 from codesign.planners.breadth_first.plan.parameters import (
     Address,
     MemoryPlace,
@@ -27,7 +25,18 @@ from codesign.planners.breadth_first.plan.search import BreadthFirstPlan
 from codesign.planners.breadth_first.styles import resources, timing
 from codesign.planners.breadth_first.styles.state_machine import StateMachine
 from codesign.planners.breadth_first.styles.timing import INIT, PATH, SEARCH, TRACK, discoverers, expansions
-from codesign.planners.circuits import Circuit, CircuitStyle, Events, Expected, Image, Pins, phase_cycles
+from codesign.planners.circuits import (
+    SHARED,
+    Circuit,
+    CircuitStyle,
+    Events,
+    Expected,
+    Image,
+    Pins,
+    phase_cycles,
+    unsuited,
+)
+from codesign.planners.counted import index_bits
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
 
@@ -184,18 +193,12 @@ KINDS = ("pop", "push", "path", "empty", "overflow")
 PIXELS = "A pixel of the display lasts two clocks: 65 MHz where the design runs at 130 MHz."
 
 HERE = Path(__file__).parent
-SHARED = Path(circuits.__file__).parent / "verilog"
 MODULES = tuple(f"breadth_first_{name}" for name in ("machine", "memory", "move", "queue", "schedule"))
 TOP, SCREEN_TOP, DISPLAY = "breadth_first_top", "breadth_first_screen_top", "breadth_first_display"
 
 SHOWN = {VgaController.NONE: 0, VgaController.SHARED: 1, VgaController.COPY: 2}
 
 SearchJob = Job[Problem, SearchParameters]
-
-
-def unsuited(key: str, what: str, hint: str) -> UnsuitedError:
-    """The error about a parameter that no circuit has."""
-    return UnsuitedError([Fault("circuit", 0, 0, key, what, hint)])
 
 
 def refuse(job: SearchJob) -> None:
@@ -229,7 +232,7 @@ def addresses(cells: NDArray[np.integer], shape: tuple[int, int], parameters: Se
     rows, columns = np.divmod(cells.astype(np.uint64), np.uint64(shape[1]))
     stride = shape[1] + 1
     if parameters.address is Address.SIDE_BY_SIDE:
-        stride = 1 << resources.side_bits(shape[1])
+        stride = 1 << index_bits(shape[1])
     return rows * np.uint64(stride) + columns
 
 
@@ -275,13 +278,13 @@ class StateMachineCircuit(CircuitStyle):
             parameters={
                 "ROWS": problem.rows,
                 "COLUMNS": problem.columns,
-                "ROW_BITS": resources.side_bits(problem.rows),
-                "COLUMN_BITS": resources.side_bits(problem.columns),
+                "ROW_BITS": index_bits(problem.rows),
+                "COLUMN_BITS": index_bits(problem.columns),
                 "ADDRESS_BITS": bits,
                 "LINEAR": int(parameters.address is Address.LINEAR),
                 "CYCLES": timing.EXPANSION_CYCLES[parameters.micro_architecture],
                 "QUEUE_WORDS": words,
-                "POINTER_BITS": resources.side_bits(words),
+                "POINTER_BITS": index_bits(words),
                 "CHECKED": int(words < problem.free.size),
                 **({"SHOWN": shown} if shown else {}),
             },
@@ -304,11 +307,10 @@ class StateMachineCircuit(CircuitStyle):
         cycles, plan = phase_cycles(StateMachine().work(job))
         begin = cycles[INIT]
         bits = resources.address_bits(*job.problem.shape, parameters.address)
-        parts = [*_search(plan, parameters, begin), *_path(plan, begin + cycles[SEARCH])]
-        cycle, kind, side, cell = (np.concatenate(each) for each in zip(*parts, strict=True))
-        order = np.argsort(cycle, kind="stable")
-        value = side.astype(np.uint64) << np.uint64(bits) | addresses(cell, job.problem.shape, parameters)
-        events = Events(cycle[order], kind[order].astype(np.uint8), value[order])
+        events = Events.joined(
+            (kind, cycle, side.astype(np.uint64) << np.uint64(bits) | addresses(cell, job.problem.shape, parameters))
+            for kind, cycle, side, cell in (*_search(plan, parameters, begin), *_path(plan, begin + cycles[SEARCH]))
+        )
         end = _overflow(plan, events, parameters)
         if end is not None:
             events.kind[end] = OVERFLOW
@@ -326,12 +328,8 @@ class StateMachineCircuit(CircuitStyle):
         return random_job(seed)
 
 
-Part = tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]
-"""Events: cycle, kind, side and cell (row × columns + column), int64."""
-
-
-def _events(kind: int, cycle: NDArray[np.int64], side: NDArray[np.int64], cell: NDArray[np.int64]) -> Part:
-    return cycle, np.full(len(cycle), kind, np.int64), side, cell
+Part = tuple[int, NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]
+"""Events of one kind: the kind; cycle, side and cell (row × columns + column), int64."""
 
 
 def _search(plan: BreadthFirstPlan, parameters: SearchParameters, begin: int) -> Iterator[Part]:
@@ -340,14 +338,14 @@ def _search(plan: BreadthFirstPlan, parameters: SearchParameters, begin: int) ->
     each = timing.EXPANSION_CYCLES[micro_architecture]
     pushed = plan.pushed.astype(np.int64)
     pops = np.arange(plan.popped_cells, dtype=np.int64)
-    yield _events(POP, begin + each * pops, np.zeros_like(pops), pushed[: plan.popped_cells])
+    yield POP, begin + each * pops, np.zeros_like(pops), pushed[: plan.popped_cells]
     by = discoverers(plan)
     side = plan.directions.ravel()[pushed[1:]].astype(np.int64) ^ 1
     later = np.array(timing.PUSH_CYCLES[micro_architecture], np.int64)[side]
-    yield _events(PUSH, begin + each * by + later, side, pushed[by])
+    yield PUSH, begin + each * by + later, side, pushed[by]
     if expansions(plan) == plan.popped_cells:
         end = np.array([begin + each * plan.popped_cells], np.int64)
-        yield _events(EMPTY, end, np.zeros_like(end), pushed[plan.popped_cells - 1 : plan.popped_cells])
+        yield EMPTY, end, np.zeros_like(end), pushed[plan.popped_cells - 1 : plan.popped_cells]
 
 
 def _path(plan: BreadthFirstPlan, begin: int) -> Iterator[Part]:
@@ -357,7 +355,7 @@ def _path(plan: BreadthFirstPlan, begin: int) -> Iterator[Part]:
     rows, columns = plan.path[::-1].T.astype(np.int64)
     cycle = begin + timing.PATH_CYCLES * (np.arange(len(rows), dtype=np.int64) + 1) - 1
     side = plan.directions[rows, columns].astype(np.int64)
-    yield _events(PATH_CELL, cycle, np.concatenate(([0], side[:-1])), rows * plan.directions.shape[1] + columns)
+    yield PATH_CELL, cycle, np.concatenate(([0], side[:-1])), rows * plan.directions.shape[1] + columns
 
 
 def _overflow(plan: BreadthFirstPlan, events: Events, parameters: SearchParameters) -> int | None:

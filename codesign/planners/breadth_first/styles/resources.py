@@ -21,7 +21,7 @@ from codesign.planners.breadth_first.plan.parameters import (
     VgaController,
 )
 from codesign.planners.breadth_first.styles import timing
-from codesign.planners.counted import CountedLaws
+from codesign.planners.counted import CountedLaws, index_bits
 from codesign.planners.external_memory import ExternalMemoryLaw
 from codesign.planners.interface import Problem
 from codesign.planners.job import Lever, Line, largest, packed, part_lever
@@ -42,11 +42,6 @@ LARGEST_SIDE = 4096
 """Of the maps that a lever names."""
 
 
-def side_bits(cells: int) -> int:
-    """Bits of a row or a column, or of an address among ``cells``."""
-    return max(1, (cells - 1).bit_length())
-
-
 def address_bits(rows: int, columns: int, address: Address = Address.SIDE_BY_SIDE) -> int:
     """Bits of a cell's address.
 
@@ -57,8 +52,8 @@ def address_bits(rows: int, columns: int, address: Address = Address.SIDE_BY_SID
     """
     # Side by side, each side is rounded up to a power of two.
     if address is Address.LINEAR:
-        return side_bits(timing.cell_words((rows, columns), address))
-    return side_bits(rows) + side_bits(columns)
+        return index_bits(timing.cell_words((rows, columns), address))
+    return index_bits(rows) + index_bits(columns)
 
 
 def on_screen(shape: tuple[int, int]) -> bool:
@@ -151,7 +146,7 @@ LAWS = CountedLaws(
     "breadth_first",
     "machine",
     {
-        "side_bits": side_bits,
+        "side_bits": index_bits,
         "CELL_BITS": CELL_BITS,
         "PIPELINED_CYCLES": timing.EXPANSION_CYCLES[MicroArchitecture.PIPELINED],
     },

@@ -9,13 +9,13 @@ import numpy as np
 
 from codesign.ground.errors import Fault, UnsuitedError
 from codesign.planners.circuits import SHARED, Bits, Circuit, CircuitStyle, Expected, Image
+from codesign.planners.counted import index_bits
 from codesign.planners.harmonic.plan.parameters import RelaxParameters, Stop, Termination
 from codesign.planners.harmonic.rtl.alone import DecisionCircuit
 from codesign.planners.harmonic.rtl.expected import (
     DECISION_BITS,
     SWEEP_BITS,
     expected_run,
-    index_bits,
     place_words,
     random_job,
     stream_bits,

@@ -9,18 +9,12 @@ from pathlib import Path
 import numpy as np
 
 from codesign.planners.circuits import SHARED, Circuit, CircuitStyle, Events, Expected, Image, phase_cycles
+from codesign.planners.counted import index_bits
 from codesign.planners.harmonic.plan.fixed_point import Field
 from codesign.planners.harmonic.plan.parameters import RelaxParameters
 from codesign.planners.harmonic.plan.planner import PLANNER
 from codesign.planners.harmonic.plan.relax import HarmonicPlan
-from codesign.planners.harmonic.rtl.expected import (
-    DECISION_BITS,
-    decision_value,
-    index_bits,
-    nearest_cell,
-    place_words,
-    random_job,
-)
+from codesign.planners.harmonic.rtl.expected import DECISION_BITS, decision_value, nearest_cell, place_words, random_job
 from codesign.planners.harmonic.styles import timing
 from codesign.planners.harmonic.styles.resources import ALONE, field_groups
 from codesign.planners.harmonic.styles.steps import DECIDE, LOAD

@@ -7,13 +7,14 @@ The stream has the words of the memories, then the position of the robot. Values
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from codesign.planners.circuits import Events, Expected, phase_cycles
+from codesign.planners.circuits import Events, EventsOfKind, Expected, phase_cycles
+from codesign.planners.counted import index_bits
 from codesign.planners.harmonic.plan.arguments import StageEnd
 from codesign.planners.harmonic.plan.fixed_point import Field
 from codesign.planners.harmonic.plan.parameters import RelaxParameters, Stop, Termination
@@ -27,11 +28,6 @@ from codesign.planners.harmonic.styles.resources import RAM_WIDTH, digits, words
 from codesign.planners.harmonic.styles.steps import DECIDE, LOAD, READ, RELAX, single_visits
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
-
-
-def index_bits(count: int) -> int:
-    """Bits that number ``count`` things, at least 1."""
-    return max(1, (count - 1).bit_length())
 
 
 def address_bits(blocks: int, parameters: RelaxParameters) -> int:
@@ -183,47 +179,24 @@ EVENT_DELAY = 2
 """Cycles from an answer of the OR trees to its event."""
 
 
-@dataclass
-class _Recorder:
-    """Events in the order of their cycles, in pieces."""
-
-    cycle: list[NDArray[np.int64]]
-    kind: list[NDArray[np.uint8]]
-    value: list[NDArray[np.uint64]]
-
-    def add(self, kind: int, cycle: NDArray[np.int64], value: NDArray[np.uint64]) -> None:
-        """More events of one kind."""
-        self.cycle.append(cycle)
-        self.kind.append(np.full(len(cycle), kind, np.uint8))
-        self.value.append(value)
-
-    def events(self) -> Events:
-        """All events, sorted by their cycles."""
-        cycle = np.concatenate(self.cycle)
-        order = np.argsort(cycle, kind="stable")
-        return Events(cycle[order], np.concatenate(self.kind)[order], np.concatenate(self.value)[order])
-
-
 def expected_run(job: Job[Problem, RelaxParameters]) -> Expected:
     """The events and the cycles of the phases of one run."""
     parameters, problem = job.parameters, job.problem
     shape = parameters.block_shape(*problem.shape)
     blocks = parameters.block_count(*problem.shape)
     cycles, plan = phase_cycles(BitSerial().work(replace(job, detail=False, memo=None)))
-    recorder = _Recorder([], [], [])
-    _add_visits(job, cycles[LOAD], recorder)
+    parts = [*_visits(job, cycles[LOAD])]
     begin = cycles[LOAD] + cycles[RELAX]
     if job.does(DECIDE):
         begin += cycles[DECIDE]
         value = decision_value(plan.field, *nearest_cell(job))
-        recorder.add(DECISION, np.array([begin], np.int64), np.array([value], np.uint64))
+        parts.append((DECISION, np.array([begin], np.int64), np.array([value], np.uint64)))
     options = parameters.pipeline, parameters.digit_bits
     cycles[READ] = timing.read_cycles(*shape, blocks, plan.precision, *options)
-    _add_bits(job, plan.field, begin, recorder)
-    return Expected(recorder.events(), cycles)
+    return Expected(Events.joined([*parts, *_bits(job, plan.field, begin)]), cycles)
 
 
-def _add_visits(job: Job[Problem, RelaxParameters], begin: int, recorder: _Recorder) -> None:
+def _visits(job: Job[Problem, RelaxParameters], begin: int) -> Iterator[EventsOfKind]:
     """The ends of visits and stages; the relaxation takes the cycles from ``begin`` on."""
     problem, parameters = job.problem, job.parameters
     shape = parameters.block_shape(*problem.shape)
@@ -249,14 +222,14 @@ def _add_visits(job: Job[Problem, RelaxParameters], begin: int, recorder: _Recor
             now += costs.stage_end(item.stage.precision)
             # The pass that is dropped at the end of a stage ends one cycle after the answer.
             value = item.stage.sweeps << 1 | (tested and item.stage.local_maxima > 0)
-            recorder.add(STAGE, np.array([now + EVENT_DELAY], np.int64), np.array([value], np.uint64))
+            yield STAGE, np.array([now + EVENT_DELAY], np.int64), np.array([value], np.uint64)
             continue
         visits = single_visits(parameters, item)
         cycles = costs.visits(item.precision, visits)
         passes = visits.iterations * timing.iteration_cycles(item.precision, parameters.digit_bits)
         begins = now + np.cumsum(cycles) - cycles
         values = item.block.astype(np.uint64) << shift | visits.iterations.astype(np.uint64)
-        recorder.add(VISIT, begins + passes + answer + EVENT_DELAY, values)
+        yield VISIT, begins + passes + answer + EVENT_DELAY, values
         now += int(cycles.sum())
 
 
@@ -269,7 +242,7 @@ def decision_value(field: Field, row: int, column: int) -> int:
     return value
 
 
-def _add_bits(job: Job[Problem, RelaxParameters], field: Field, begin: int, recorder: _Recorder) -> None:
+def _bits(job: Job[Problem, RelaxParameters], field: Field, begin: int) -> Iterator[EventsOfKind]:
     """The digits of the field, row by row of every block; the read-out takes the cycles from ``begin`` on."""
     problem, parameters = job.problem, job.parameters
     height, width = parameters.block_shape(*problem.shape)
@@ -297,4 +270,4 @@ def _add_bits(job: Job[Problem, RelaxParameters], field: Field, begin: int, reco
         weights = np.uint64(1) << (place + index).astype(np.uint64)
         words[digit] += np.add.reduceat(ones * weights, starts, axis=3).ravel()
     for digit, values in enumerate(words):
-        recorder.add(BITS, first + digit + period * np.arange(passes, dtype=np.int64), values)
+        yield BITS, first + digit + period * np.arange(passes, dtype=np.int64), values

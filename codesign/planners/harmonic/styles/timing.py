@@ -27,7 +27,7 @@ Clock
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cache
 
@@ -235,23 +235,13 @@ def options(blocks: int, *, decides: bool, sound: bool) -> frozenset[str]:
 @cache
 def placements() -> tuple[Placement, ...]:
     """The blocks that were placed and routed."""
-    return tuple(
-        Placement(
-            row,
-            registers(
-                row.variables["ROWS"],
-                row.variables["COLUMNS"],
-                row.variables["PIPELINE"],
-                row.variables.get("DIGIT_BITS", 1),
-                options(
-                    row.variables["DOWN"] * row.variables["ACROSS"],
-                    decides=bool(row.variables["DECISION"]),
-                    sound=bool(row.variables["SOUND"]),
-                ),
-            ),
-        )
-        for row in clock_rows("harmonic", "bit_serial")
-    )
+    return tuple(Placement(row, _registers_of(row.variables)) for row in clock_rows("harmonic", "bit_serial"))
+
+
+def _registers_of(top: Mapping[str, int]) -> Registers:
+    sound, decides = bool(top["SOUND"]), bool(top["DECISION"])
+    chosen = options(top["DOWN"] * top["ACROSS"], decides=decides, sound=sound)
+    return registers(top["ROWS"], top["COLUMNS"], top["PIPELINE"], top.get("DIGIT_BITS", 1), chosen)
 
 
 def clock_limit(

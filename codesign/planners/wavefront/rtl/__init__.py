@@ -12,9 +12,19 @@ import numpy as np
 from more_itertools import chunked
 from numpy.typing import NDArray
 
-from codesign.ground.errors import Fault, UnsuitedError
 from codesign.ground.models import Task
-from codesign.planners.circuits import SHARED, Circuit, CircuitStyle, Events, Expected, Image, phase_cycles
+from codesign.planners.circuits import (
+    SHARED,
+    Circuit,
+    CircuitStyle,
+    Events,
+    EventsOfKind,
+    Expected,
+    Image,
+    phase_cycles,
+    unsuited,
+)
+from codesign.planners.counted import index_bits
 from codesign.planners.interface import Cell, Problem
 from codesign.planners.job import Job
 from codesign.planners.wavefront.plan.parameters import Course, Paths, PropagateParameters, ReadOut, WaveEnd
@@ -77,12 +87,12 @@ class Words:
     @property
     def row_bits(self) -> int:
         """Bits of a row."""
-        return max(1, (self.shape[0] - 1).bit_length())
+        return index_bits(self.shape[0])
 
     @property
     def column_bits(self) -> int:
         """Bits of a column."""
-        return max(1, (self.shape[1] - 1).bit_length())
+        return index_bits(self.shape[1])
 
     @property
     def word(self) -> int:
@@ -153,26 +163,18 @@ TILED_PHASES = (LOAD, OBSTACLES, PROPAGATE, EXCHANGE, TRACK)
 KINDS = ("potential", "obstacle_potential", "step", "visit")
 POTENTIAL, OBSTACLE_POTENTIAL, STEP, VISIT = range(4)
 
-Part = tuple[NDArray[np.int64], int, NDArray[np.uint64]]
-"""Events of one kind: cycles, kind, values."""
-
 
 def expected_run(style: ArrayStyle, job: Job[Problem, PropagateParameters], words: Words) -> Expected:
     """The events of a run of ``style`` with the settled parameters of ``job``."""
     cycles, plan = phase_cycles(style.work(job))
     parts = [_visit_events(style, job, cycles[LOAD])] if isinstance(style, Tiled) else []
     parts += _parts(style, job, words, cycles, plan)
-    events = Events(
-        np.concatenate([part[0] for part in parts]),
-        np.concatenate([np.full(len(part[0]), part[1], np.uint8) for part in parts]),
-        np.concatenate([part[2] for part in parts]),
-    )
-    return Expected(events, cycles)
+    return Expected(Events.joined(parts), cycles)
 
 
 def _parts(
     style: ArrayStyle, job: Job[Problem, PropagateParameters], words: Words, cycles: dict[str, int], plan: WavefrontPlan
-) -> Iterator[Part]:
+) -> Iterator[EventsOfKind]:
     """The events in the order of their cycles: a chain reports before the path is tracked, an array after it."""
     flags = cell_flags(job.problem, job.parameters)
     potentials = np.where(plan.potentials >= 0, plan.potentials, infinity(style, plan, words)).astype(np.int64)
@@ -185,21 +187,21 @@ def _parts(
     cells = np.arange(job.problem.free.size, dtype=np.int64)
     begin = cycles[LOAD] + cycles.get(OBSTACLES, 0)
     if words.chain and distances is not None:
-        yield begin + cells, OBSTACLE_POTENTIAL, words.packed(distances, None, flags)
+        yield OBSTACLE_POTENTIAL, begin + cells, words.packed(distances, None, flags)
         begin += timing.read_out_cycles(len(cells))
     begin += cycles.get(PROPAGATE, 0) + cycles.get(EXCHANGE, 0)
     shown = words.packed(potentials, distances, flags)
     if words.chain:
-        yield begin + cells, POTENTIAL, shown
+        yield POTENTIAL, begin + cells, shown
         begin += timing.read_out_cycles(len(cells))
     if job.does(TRACK):
         yield _steps(job, words, plan, begin)
         begin += cycles[TRACK]
     if not words.chain:
-        yield begin + timing.READ_LATENCY + cells, POTENTIAL, shown
+        yield POTENTIAL, begin + timing.READ_LATENCY + cells, shown
 
 
-def _visit_events(style: Tiled, job: Job[Problem, PropagateParameters], begin: int) -> Part:
+def _visit_events(style: Tiled, job: Job[Problem, PropagateParameters], begin: int) -> EventsOfKind:
     """The tiles in the order of their visits, each in the last cycle of the scan that chooses it."""
     tile, tiles = style.array_shape(job), job.parameters.tile_count(*job.problem.shape)
     exchange = timing.exchange_cycles(tile, tiles)
@@ -210,7 +212,7 @@ def _visit_events(style: Tiled, job: Job[Problem, PropagateParameters], begin: i
         cycles.append(np.concatenate([[begin], ends[:-1]])[: len(ends)] - 1)
         chosen.append(visits.tile.astype(np.uint64))
         begin = int(ends[-1]) if len(ends) else begin
-    return np.concatenate(cycles).astype(np.int64), VISIT, np.concatenate(chosen)
+    return VISIT, np.concatenate(cycles).astype(np.int64), np.concatenate(chosen)
 
 
 def infinity(style: ArrayStyle, plan: WavefrontPlan, words: Words) -> int:
@@ -220,7 +222,7 @@ def infinity(style: ArrayStyle, plan: WavefrontPlan, words: Words) -> int:
     return plan.largest_potential + 1
 
 
-def _steps(job: Job[Problem, PropagateParameters], words: Words, plan: WavefrontPlan, begin: int) -> Part:
+def _steps(job: Job[Problem, PropagateParameters], words: Words, plan: WavefrontPlan, begin: int) -> EventsOfKind:
     """The cells of the path behind the start; each is chosen in the last cycle of its step."""
     start = job.problem.starts[0] if job.problem.starts else (0, 0)
     path = np.zeros((0, 2), np.int64)
@@ -229,7 +231,7 @@ def _steps(job: Job[Problem, PropagateParameters], words: Words, plan: Wavefront
         path = plan.tracker.follow(start, most)[1:]
     after = np.array([timing.track_cycles(step + 1) for step in range(len(path))], np.int64)
     values = (path[:, 0] << words.column_bits | path[:, 1]).astype(np.uint64)
-    return begin + after - 1, STEP, values
+    return STEP, begin + after - 1, values
 
 
 # Random design points on random maps.
@@ -308,12 +310,12 @@ class TileWords:
         tile = parameters.tile_shape(*problem.shape)
         tiles = -(-problem.rows // tile[0]), -(-problem.columns // tile[1])
         bits = words.row_bits + words.column_bits
-        return cls(tile, tiles, bits + _bits(tiles[0] * tiles[1] * tile[0]) + _bits(tile[1]))
+        return cls(tile, tiles, bits + index_bits(tiles[0] * tiles[1] * tile[0]) + index_bits(tile[1]))
 
     @property
     def tile_bits(self) -> int:
         """Bits of the number of a tile."""
-        return _bits(self.tiles[0] * self.tiles[1])
+        return index_bits(self.tiles[0] * self.tiles[1])
 
     @property
     def words(self) -> int:
@@ -335,8 +337,8 @@ class TileWords:
             "DOWN_BITS": self.tiles[0].bit_length(),
             "ACROSS_BITS": self.tiles[1].bit_length(),
             "TILE_BITS": self.tile_bits,
-            "ADDRESS_BITS": _bits(self.words),
-            "PLACE_BITS": _bits(self.tile[1]),
+            "ADDRESS_BITS": index_bits(self.words),
+            "PLACE_BITS": index_bits(self.tile[1]),
             "STEP_BITS": (self.tile[0] + 1).bit_length(),
             "LEVELS": (self.tile[1] - 1).bit_length(),
         }
@@ -347,7 +349,7 @@ class TileWords:
         number, place = divmod(column, self.tile[1])
         at = words.row_bits + words.column_bits
         address = row * self.tiles[1] + number
-        return row | column << words.row_bits | address << at | place << at + _bits(self.words)
+        return row | column << words.row_bits | address << at | place << at + index_bits(self.words)
 
 
 def tile_stream(problem: Problem, parameters: PropagateParameters, words: Words, tile_words: TileWords) -> Image:
@@ -362,10 +364,6 @@ def tile_stream(problem: Problem, parameters: PropagateParameters, words: Words,
         padded = np.concatenate([row, np.full(-columns % chunk, OUTSIDE, np.uint8)])
         stream += packed_words(padded, chunk, words.flags)
     return Image(max(chunk * words.flags, tile_words.start_bits), stream)
-
-
-def _bits(count: int) -> int:
-    return max(1, (count - 1).bit_length())
 
 
 HERE = Path(__file__).parent
@@ -417,6 +415,48 @@ class _WaveCircuit(CircuitStyle):
         job = replace(job, parameters=self.model.settled(job.parameters))
         return job, Words.of(job.problem, job.parameters, self.model.bits(job))
 
+    def _machine(
+        self, job: Job[Problem, PropagateParameters], words: Words, event_bits: int, own: dict[str, int], **parts: Any
+    ) -> Circuit:
+        """The machine of a design; ``own``: parameters that one kind of machine has. ``parts``: of ``Circuit``.
+
+        Raises:
+            UnsuitedError: registers that do not hold the largest potential.
+        """
+        parameters, problem, largest = job.parameters, job.problem, self.model.largest_potential(job)
+        if largest + 1 >= 1 << words.bits:
+            raise unsuited(
+                "propagate.register_bits",
+                f"registers of {words.bits} bits do not hold the potential {largest} and infinity",
+                f"give at least {(largest + 1).bit_length()}, or leave it out",
+            )
+        return Circuit(
+            parameters={
+                "ROWS": problem.rows,
+                "COLUMNS": problem.columns,
+                "ROW_BITS": words.row_bits,
+                "COLUMN_BITS": words.column_bits,
+                "STRAIGHT": parameters.delays[0],
+                "DIAGONAL": parameters.delays[1],
+                "EXTRA": words.extra,
+                "CORNER_CUTTING": int(parameters.corner_cutting),
+                "SAFE": int(words.safe),
+                "WAITS": int(waits(problem, parameters)),
+                "TRACK": int(job.does(TRACK)),
+                "MOST_STEPS": parameters.steps if parameters.course is Course.LOCAL else 0,
+                "BITS": words.bits,
+                "OBSTACLE_BITS": words.obstacle_bits,
+                "FLAGS": words.flags,
+                "WORD": words.word,
+                "EVENT_BITS": event_bits,
+                **own,
+            },
+            kinds=KINDS,
+            event_bits=event_bits,
+            notes=(TRACKER_NOTE,),
+            **parts,
+        )
+
     def expected(self, job: Job[Problem, PropagateParameters]) -> Expected:
         """The visits of tiles, the words of all nodes, and the steps of the path of the first start."""
         return expected_run(self.model, *self._settled(job))
@@ -442,44 +482,25 @@ class ArrayCircuit(_WaveCircuit):
     def circuit(self, job: Job[Problem, PropagateParameters]) -> Circuit:
         """The machine with the array of the style."""
         job, words = self._settled(job)
-        parameters, problem = job.parameters, job.problem
-        number, node = self.array(parameters)
-        _check_width(words, self.model.largest_potential(job))
-        stream = load_stream(problem, parameters, words)
-        event_bits = max(words.word, words.row_bits + words.column_bits)
-        return Circuit(
-            top="wavefront_machine",
-            sources=(*(HERE / f"{name}.v" for name in MACHINE), SHARED / "ram_1w1r.v"),
-            parameters={
+        number, node = self.array(job.parameters)
+        stream = load_stream(job.problem, job.parameters, words)
+        return self._machine(
+            job,
+            words,
+            max(words.word, words.row_bits + words.column_bits),
+            {
                 "STYLE": number,
-                "ROWS": problem.rows,
-                "COLUMNS": problem.columns,
-                "ROW_BITS": words.row_bits,
-                "COLUMN_BITS": words.column_bits,
-                "STRAIGHT": parameters.delays[0],
-                "DIAGONAL": parameters.delays[1],
-                "EXTRA": words.extra,
-                "CORNER_CUTTING": int(parameters.corner_cutting),
-                "SAFE": int(words.safe),
                 "CHAIN": int(words.chain),
-                "WAITS": int(waits(problem, parameters)),
-                "TRACK": int(job.does(TRACK)),
-                "MOST_STEPS": parameters.steps if parameters.course is Course.LOCAL else 0,
-                "BITS": words.bits,
-                "OBSTACLE_BITS": words.obstacle_bits,
                 "LONGEST": words.longest,
                 "ELEMENT_CELLS": words.element_cells,
-                "ELEMENT_BITS": max(1, (words.element_cells - 1).bit_length()),
-                "FLAGS": words.flags,
+                "ELEMENT_BITS": index_bits(words.element_cells),
                 "LOAD_CELLS": words.load_cells,
                 "LOAD_WORDS": len(stream.words) - 1,
-                "WORD": words.word,
-                "EVENT_BITS": event_bits,
             },
+            top="wavefront_machine",
+            sources=(*(HERE / f"{name}.v" for name in MACHINE), SHARED / "ram_1w1r.v"),
             stream=stream,
             phases=PHASES,
-            kinds=KINDS,
-            event_bits=event_bits,
             elements=words.elements[0] * words.elements[1],
             pieces={
                 "nodes": (node,),
@@ -488,7 +509,6 @@ class ArrayCircuit(_WaveCircuit):
                 "tracker": ("path_tracker",),
                 "control": ("wavefront_machine", "delay_line_array", "adder_array", "element_array"),
             },
-            notes=(TRACKER_NOTE,),
         )
 
 
@@ -503,8 +523,8 @@ class DelayLineCircuit(ArrayCircuit):
         if parameters.element_cells == 1:
             return DELAY_LINE, "delay_line_node"
         if parameters.read_out is ReadOut.CHAIN:
-            raise _unsuited(
-                "read_out",
+            raise unsuited(
+                "propagate.read_out",
                 f"no circuit has a chain with {parameters.element_cells} cells an element",
                 "set read_out: addressed, as the potentials are in the memories of the elements, or element_cells: 1",
             )
@@ -532,56 +552,19 @@ class TiledCircuit(_WaveCircuit):
     def circuit(self, job: Job[Problem, PropagateParameters]) -> Circuit:
         """The machine with the array of the tile."""
         job, words = self._settled(job)
-        parameters, problem = job.parameters, job.problem
-        _check_width(words, self.model.largest_potential(job))
-        tiles = TileWords.of(problem, parameters, words)
-        stream = tile_stream(problem, parameters, words, tiles)
-        event_bits = max(words.word, words.row_bits + words.column_bits, tiles.tile_bits)
-        return Circuit(
+        tiles = TileWords.of(job.problem, job.parameters, words)
+        stream = tile_stream(job.problem, job.parameters, words, tiles)
+        return self._machine(
+            job,
+            words,
+            max(words.word, words.row_bits + words.column_bits, tiles.tile_bits),
+            {**tiles.parameters(), "LOAD_CELLS": tiles.load_cells, "LOAD_BITS": stream.width},
             top="tiled_machine",
             sources=(*(HERE / f"{name}.v" for name in TILED_MACHINE), SHARED / "ram_1w1r.v"),
-            parameters={
-                "ROWS": problem.rows,
-                "COLUMNS": problem.columns,
-                "ROW_BITS": words.row_bits,
-                "COLUMN_BITS": words.column_bits,
-                **tiles.parameters(),
-                "STRAIGHT": parameters.delays[0],
-                "DIAGONAL": parameters.delays[1],
-                "EXTRA": words.extra,
-                "CORNER_CUTTING": int(parameters.corner_cutting),
-                "SAFE": int(words.safe),
-                "WAITS": int(waits(problem, parameters)),
-                "TRACK": int(job.does(TRACK)),
-                "MOST_STEPS": parameters.steps if parameters.course is Course.LOCAL else 0,
-                "BITS": words.bits,
-                "OBSTACLE_BITS": words.obstacle_bits,
-                "FLAGS": words.flags,
-                "LOAD_CELLS": tiles.load_cells,
-                "LOAD_BITS": stream.width,
-                "WORD": words.word,
-                "EVENT_BITS": event_bits,
-            },
             stream=stream,
             phases=TILED_PHASES,
-            kinds=KINDS,
-            event_bits=event_bits,
             elements=tiles.tile[0] * tiles.tile[1],
             pieces=TILED_PIECES,
-            notes=(TRACKER_NOTE,),
-        )
-
-
-def _unsuited(key: str, what: str, hint: str) -> UnsuitedError:
-    return UnsuitedError([Fault("circuit", 0, 0, f"propagate.{key}", what, hint)])
-
-
-def _check_width(words: Words, largest: int) -> None:
-    if largest + 1 >= 1 << words.bits:
-        raise _unsuited(
-            "register_bits",
-            f"registers of {words.bits} bits do not hold the potential {largest} and infinity",
-            f"give at least {(largest + 1).bit_length()}, or leave it out",
         )
 
 

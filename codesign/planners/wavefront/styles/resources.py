@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from codesign.ground.figures import Status
 from codesign.ground.models import Part
 from codesign.planners.breadth_first.styles.resources import block_rams
-from codesign.planners.counted import CountedLaws
+from codesign.planners.counted import CountedLaws, index_bits
 from codesign.planners.job import Line
 from codesign.planners.wavefront import published
 from codesign.planners.wavefront.published import PAPER
@@ -30,11 +30,6 @@ DRIVEN_BITS = 16
 TRACKER_BITS = 11
 """Of a tracker: the slot (4), the side of the best neighbour (3), whether there is one, on the map (2), the start."""
 STATE_BITS = 3
-
-
-def side_bits(cells: int) -> int:
-    """Bits of a row or of a column."""
-    return max(1, (cells - 1).bit_length())
 
 
 @dataclass(frozen=True)
@@ -110,7 +105,7 @@ class ArrayLayout:
     @property
     def address(self) -> int:
         """Bits of a row and of a column."""
-        return side_bits(self.shape[0]) + side_bits(self.shape[1])
+        return index_bits(self.shape[0]) + index_bits(self.shape[1])
 
     @property
     def counter(self) -> int:
@@ -134,7 +129,7 @@ class ArrayLayout:
             return self.nodes, ((self.element_cells, state),)
         if not (self.chain and self.tracked):
             return 0, ()
-        words = max(2, self.shape[0]) << side_bits(self.shape[1])
+        words = max(2, self.shape[0]) << index_bits(self.shape[1])
         return 1, ((words, self.word), *(((words, self.bits),) if self.safe else ()))
 
     @property
@@ -180,17 +175,17 @@ class ArrayLayout:
         report = 0 if self.chain else self.word + 5
         elements = 0
         if self.shared:
-            turn = side_bits(self.element_cells)
-            down = max(0, side_bits(self.shape[0]) - turn)
+            turn = index_bits(self.element_cells)
+            down = max(0, index_bits(self.shape[0]) - turn)
             # The loader's words and its two edges more, the turn, the address of the read-out, the end of a step.
-            elements = 1 + DRIVEN_BITS + 1 + turn + down + side_bits(self.shape[1]) + 1
+            elements = 1 + DRIVEN_BITS + 1 + turn + down + index_bits(self.shape[1]) + 1
         return states + self.counter + loader + report + elements
 
 
 NODES, MEMORIES, READ_OUT, TRACKER, CONTROL = "nodes", "memories", "read-out", "tracker", "control"
 
 
-LAWS = CountedLaws("wavefront", "array", {"side_bits": side_bits}, ArrayLayout.of_row)
+LAWS = CountedLaws("wavefront", "array", {"side_bits": index_bits}, ArrayLayout.of_row)
 """The LUT of each piece, of an ``ArrayLayout``."""
 
 

@@ -13,18 +13,10 @@ from functools import lru_cache
 from codesign.ground.figures import Status
 from codesign.ground.models import Part
 from codesign.planners.breadth_first.styles.resources import block_rams
-from codesign.planners.counted import CountedLaws
+from codesign.planners.counted import CountedLaws, index_bits
 from codesign.planners.job import Line
 from codesign.planners.wavefront.styles import resources
-from codesign.planners.wavefront.styles.resources import (
-    CONTROL,
-    NODES,
-    READ_OUT,
-    TRACKER,
-    ArrayLayout,
-    Shape,
-    side_bits,
-)
+from codesign.planners.wavefront.styles.resources import CONTROL, NODES, READ_OUT, TRACKER, ArrayLayout, Shape
 
 HALO, COLUMNS, SCHEDULER, CURSOR = "halo", "column memories", "scheduler", "cursor"
 PIECES = NODES, HALO, COLUMNS, SCHEDULER, TRACKER, CURSOR, READ_OUT, CONTROL
@@ -83,18 +75,18 @@ class TileLayout:
     @property
     def address(self) -> int:
         """Bits of the address of such a word."""
-        return side_bits(self.words)
+        return index_bits(self.words)
 
     @property
     def place(self) -> int:
         """Bits of a column of the tile."""
-        return side_bits(self.array.shape[1])
+        return index_bits(self.array.shape[1])
 
     @property
     def grid(self) -> int:
         """Bits of the number of a tile, of its row and of its column, which hold the numbers of tiles themselves."""
         down, across = self.tiles
-        return side_bits(down * across) + down.bit_length() + across.bit_length()
+        return index_bits(down * across) + down.bit_length() + across.bit_length()
 
     @property
     def minima(self) -> tuple[int, ...]:
@@ -155,7 +147,7 @@ class TileLayout:
             HALO: self.halo * (array.bits + HALO_BITS),
             SCHEDULER: scan + changes,
             TRACKER: self.whole.tracker_flip_flops,
-            CURSOR: sum(min(2, side_bits(side)) for side in self.map_shape) + self.address + self.place,
+            CURSOR: sum(min(2, index_bits(side)) for side in self.map_shape) + self.address + self.place,
             CONTROL: self.control_flip_flops,
         }
 
