@@ -8,12 +8,16 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+Doubles = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+Cells = NDArray[np.int64]
+
 CORNER = 1e-9
 """Cells: a line that passes a corner of four cells within this distance counts as passing through the corner."""
 
 
 @njit(cache=True, nogil=True)
-def crossings(points: NDArray[np.float64], arcs: NDArray[np.float64]) -> Any:
+def crossings(points: Doubles, arcs: Doubles) -> Any:
     """Every cell that a polyline enters, in order, the first cell included.
 
     After Amanatides and Woo (1987). Here the number of borders to cross follows from the two end cells, so rounding can
@@ -75,7 +79,7 @@ def crossings(points: NDArray[np.float64], arcs: NDArray[np.float64]) -> Any:
 
 
 @njit(cache=True, nogil=True)
-def first_closed(cells: NDArray[np.int64], grid: NDArray[np.bool_], is_open: bool, first: int, last: int) -> int:
+def first_closed(cells: Cells, grid: Mask, is_open: bool, first: int, last: int) -> int:
     """Index of the first crossing, from ``first`` to before ``last``, into a closed cell or past a corner beside one.
 
     -1 where all are open. Cells outside of the grid are closed.
@@ -97,9 +101,7 @@ def first_closed(cells: NDArray[np.int64], grid: NDArray[np.bool_], is_open: boo
 
 
 @njit(cache=True, nogil=True)
-def ranges(
-    free: NDArray[np.bool_], y: float, x: float, reach: float, directions: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def ranges(free: Mask, y: float, x: float, reach: float, directions: Doubles) -> Doubles:
     """The length of each ray from (y, x), cells, to the side of the first blocked cell; infinite within ``reach``.
 
     The rays are the rays of ``components.kernels.cast``, with the same arguments.
@@ -137,9 +139,7 @@ def ranges(
 
 
 @njit(cache=True, nogil=True)
-def bend_limits(
-    arcs: NDArray[np.float64], changes: NDArray[np.float64], acceleration: float, period: float, fastest: float
-) -> NDArray[np.float64]:
+def bend_limits(arcs: Doubles, changes: Doubles, acceleration: float, period: float, fastest: float) -> Doubles:
     """Greatest speed at each vertex that limits the change of velocity within one control period.
 
     At speed v the vertices j to k are passed within a period where arcs[k] - arcs[j] ≤ v·period. The sum of their
@@ -184,7 +184,7 @@ def bend_limits(
 
 
 @njit(cache=True, nogil=True)
-def speeds_at(lengths: NDArray[np.float64], limits: NDArray[np.float64], acceleration: float, begin: float) -> Any:
+def speeds_at(lengths: Doubles, limits: Doubles, acceleration: float, begin: float) -> Any:
     """Greatest speed at each vertex within the limits and the acceleration: backward and forward pass.
 
     Args:
@@ -215,12 +215,7 @@ def speeds_at(lengths: NDArray[np.float64], limits: NDArray[np.float64], acceler
 
 @njit(cache=True, nogil=True)
 def phases_of(
-    lengths: NDArray[np.float64],
-    arcs: NDArray[np.float64],
-    speeds: NDArray[np.float64],
-    turns: NDArray[np.float64],
-    speed: float,
-    acceleration: float,
+    lengths: Doubles, arcs: Doubles, speeds: Doubles, turns: Doubles, speed: float, acceleration: float
 ) -> Any:
     """Phases of constant acceleration along the segments: float64 m × 4.
 
@@ -264,7 +259,7 @@ UNSEEN, FREE, BLOCKED = 0, 1, 2
 
 
 @njit(cache=True, nogil=True)
-def cast(free: NDArray[np.bool_], y: float, x: float, reach: float, directions: NDArray[np.float64]) -> Any:
+def cast(free: Mask, y: float, x: float, reach: float, directions: Doubles) -> Any:
     """The cells that rays from (y, x) see: int64 n × 2 free ones and int64 m × 2 blocked ones, in raster order.
 
     Args:
@@ -307,15 +302,7 @@ def cast(free: NDArray[np.bool_], y: float, x: float, reach: float, directions: 
 
 @njit(cache=True, nogil=True)
 def _cast_ray(
-    free: NDArray[np.bool_],
-    seen: NDArray[np.int8],
-    top: int,
-    left: int,
-    y: float,
-    x: float,
-    reach: float,
-    down: float,
-    along: float,
+    free: Mask, seen: NDArray[np.int8], top: int, left: int, y: float, x: float, reach: float, down: float, along: float
 ) -> None:
     rows, columns = free.shape
     row, column = int(np.floor(y + 0.5)), int(np.floor(x + 0.5))
@@ -357,7 +344,7 @@ def _cast_ray(
 
 
 @njit(cache=True, nogil=True)
-def _blocked(free: NDArray[np.bool_], row: int, column: int) -> bool:
+def _blocked(free: Mask, row: int, column: int) -> bool:
     inside = 0 <= row < free.shape[0] and 0 <= column < free.shape[1]
     return not inside or not free[row, column]
 

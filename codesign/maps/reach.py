@@ -191,6 +191,25 @@ def clearance(free: NDArray[np.bool_]) -> NDArray[np.float64]:
     return result
 
 
+def led_to(sides: NDArray[np.int8], steps: Sequence[Cell], goal: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Bool H×W: the cells from which the way from side to side ends at a goal, goals included.
+
+    Every cell points at a neighbour, then at the target of its target, and so on: cells × log cells.
+
+    Args:
+        sides: int8 H×W, an index into ``steps``, -1 where a way ends.
+        steps: (rows, columns) of a step to each side.
+        goal: bool H×W.
+    """
+    offsets = np.array([down * sides.shape[1] + right for down, right in steps] + [0])
+    ends_here = goal.ravel()
+    target = np.arange(sides.size) + np.where(ends_here, 0, offsets[sides.ravel()])
+    while not np.array_equal(further := target[target], target):
+        target = further
+    result: NDArray[np.bool_] = ends_here[target].reshape(sides.shape)
+    return result
+
+
 def _flatten(free: NDArray[np.bool_], goals: Iterable[Cell]) -> tuple[NDArray[np.uint8], NDArray[np.int64]]:
     cells = check_cells(free, goals)
     padded = np.pad(free.astype(np.uint8), 1)

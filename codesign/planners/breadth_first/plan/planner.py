@@ -75,14 +75,14 @@ class BreadthFirst(Planner):
 
     name = "breadth_first"
     planning_task = "search"
+    tasks: Mapping[str, type[TaskParameters]] = {
+        "load": LoadParameters,
+        "search": SearchParameters,
+        "track": TrackParameters,
+    }
     answers_no_way = True
     fields_a_stage = 0
     description = "the shortest 4-connected path by breadth-first search (Vacariu et al. 2008)"
-
-    @property
-    def tasks(self) -> Mapping[str, type[TaskParameters]]:
-        """The tasks of a mapping, with their parameter models."""
-        return {"load": LoadParameters, "search": SearchParameters, "track": TrackParameters}
 
     def check(self, job: Job[Problem, SearchParameters]) -> tuple[str, str] | None:
         """A search begins at a start, so one is required; the search of a field begins at its only goal."""

@@ -313,14 +313,10 @@ class GridSearch(Planner):
 
     name = "grid_search"
     planning_task = "search"
+    tasks: Mapping[str, type[TaskParameters]] = {"load": LoadParameters, "search": SearchParameters}
     answers_no_way = True
     fields_a_stage = 0
     description = "A*, jump points, theta* and Nav2's NavFn, as robots run them on their processors"
-
-    @property
-    def tasks(self) -> Mapping[str, type[TaskParameters]]:
-        """The tasks of a mapping, with their parameter models."""
-        return {"load": LoadParameters, "search": SearchParameters}
 
     def check(self, job: Job[Problem, SearchParameters]) -> tuple[str, str] | None:
         """A search needs a start; only A* fills a field."""

@@ -170,18 +170,14 @@ class Harmonic(Planner):
     name = "harmonic"
     description = "A potential without local maxima, relaxed block by block at rising precision; Girau et al. 2008"
     planning_task = "relax"
+    tasks: Mapping[str, type[TaskParameters]] = {
+        "load": LoadParameters,
+        "lower_bound": LowerBoundParameters,
+        "relax": RelaxParameters,
+        "detect": DetectParameters,
+        "decide": DecideParameters,
+    }
     policies: tuple[Policy, ...] = ("restart", "lower_bound", "continue")
-
-    @property
-    def tasks(self) -> Mapping[str, type[TaskParameters]]:
-        """The tasks of a mapping, with their parameter models."""
-        return {
-            "load": LoadParameters,
-            "lower_bound": LowerBoundParameters,
-            "relax": RelaxParameters,
-            "detect": DetectParameters,
-            "decide": DecideParameters,
-        }
 
     def check(self, job: Job[Problem, RelaxParameters]) -> tuple[str, str] | None:
         """The number of equal blocks is required to be possible for the map, and not too large; a start has its task.

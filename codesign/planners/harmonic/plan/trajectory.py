@@ -30,9 +30,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codesign.ground.errors import InputError, choose_hint
+from codesign.ground.late import late
 from codesign.maps.grid import as_free
-from codesign.maps.reach import check_cells
+from codesign.maps.reach import check_cells, led_to
 from codesign.planners.harmonic.plan.fixed_point import Field
+
+ascent_kernels = late("codesign.planners.harmonic.plan.ascent_kernels")
 
 
 class Rule(StrEnum):
@@ -52,8 +55,6 @@ def directions(field: Field, free: NDArray[np.bool_], rule: Rule | str = Rule.TR
     Raises:
         InputError: the field and the map differ in shape; unknown rule.
     """
-    from codesign.planners.harmonic.plan import ascent_kernels
-
     check_field(field, free)
     rule = _rule(rule)
     if rule is Rule.NEIGHBOUR:
@@ -68,8 +69,6 @@ def chosen_triangle(field: Field, row: int, column: int) -> tuple[tuple[int, int
 
     Each as (side, sign): 0..3 = north, east, south, west, and the sign of h' - h, 0 where the two are equal.
     """
-    from codesign.planners.harmonic.plan import ascent_kernels
-
     chosen, other = np.empty((2, field.limbs.shape[2]), np.uint64)
     corners = []
     for axis in range(2):
@@ -83,8 +82,6 @@ def best_neighbours(field: Field, free: NDArray[np.bool_]) -> NDArray[np.int8]:
 
     The first in that order among equals; -1 on obstacles.
     """
-    from codesign.planners.harmonic.plan import ascent_kernels
-
     check_field(field, free)
     result: NDArray[np.int8] = ascent_kernels.best_neighbours(field.limbs, free)
     return result
@@ -212,16 +209,12 @@ class Ascent:
         Raises:
             InputError: the start is not in a free cell.
         """
-        from codesign.planners.harmonic.plan import ascent_kernels
-
         y, x = self._check_start(start)
         points, ending, fallbacks = ascent_kernels.follow(*self._arrays, y, x, self.step, self.most_steps, self.guarded)
         return Trajectory(points.copy(), _ENDINGS[ending], int(fallbacks))
 
     def endings(self, cells: NDArray[np.bool_]) -> dict[Ending, int]:
         """The number of trajectories by their ending, from the centres of the free cells of a mask."""
-        from codesign.planners.harmonic.plan import ascent_kernels
-
         starts = np.argwhere(cells & self.free).astype(np.float64)
         codes = ascent_kernels.arrivals(*self._arrays, starts, self.step, self.most_steps, self.guarded)
         counts = np.bincount(codes, minlength=len(_ENDINGS))
@@ -229,7 +222,7 @@ class Ascent:
 
     def climbs_to_goal(self) -> NDArray[np.bool_]:
         """Bool rows × columns: cells from which the steepest ascent ends at a goal (goals included)."""
-        return _arrives(self.best, self.goal)
+        return led_to(self.best, ((-1, 0), (0, 1), (1, 0), (0, -1)), self.goal)
 
     def _check_start(self, start: tuple[float, float]) -> tuple[float, float]:
         y, x = float(start[0]), float(start[1])
@@ -239,18 +232,3 @@ class Ascent:
             if 0 <= row < rows and 0 <= column < columns and self.free[row, column]:
                 return y, x
         raise InputError(f"start {tuple(start)} is not in a free cell", "start", "move it to a free cell")
-
-
-def _arrives(best: NDArray[np.int8], goal: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Pointer jumping: every cell points at its greatest neighbour, then at the target of that cell, and so on."""
-    columns = best.shape[1]
-    offsets = np.array([-columns, 1, columns, -1, 0])
-    ends_here = goal.ravel()
-    target = np.arange(best.size) + np.where(ends_here, 0, offsets[best.ravel()])
-    while True:
-        further = target[target]
-        if np.array_equal(further, target):
-            break
-        target = further
-    result: NDArray[np.bool_] = ends_here[target].reshape(best.shape)
-    return result

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import math
 from enum import StrEnum
-from typing import Any, Literal
+from typing import Any, Literal, TypeVar
 
 from pydantic import Field, model_validator
 
 from codesign.ground.errors import InputError, choose_hint
 from codesign.ground.models import RefusalError, TaskParameters
+
+E = TypeVar("E", bound=StrEnum)
 
 PUBLISHED_TOLERANCE = 1e-15
 """Section V: "a very small error tolerance"."""
@@ -122,14 +124,12 @@ def settle(method: Method, omega: Any, r: Any) -> tuple[float | None, float | No
     return settled[0], settled[1]
 
 
-def check_method(method: Any) -> Method:
-    """The method of that name. Raises InputError where there is none."""
+def named(kind: type[E], value: Any, name: str) -> E:
+    """The member of an enumeration. Raises InputError, with ``name`` of the argument, where there is none."""
     try:
-        return Method(method)
+        return kind(value)
     except ValueError:
-        raise InputError(
-            f"method {method!r:.80} is unknown", "method", choose_hint(str(method), list(Method))
-        ) from None
+        raise InputError(f"{name} {value!r:.80} is unknown", name, choose_hint(str(value), list(kind))) from None
 
 
 class RelaxParameters(TaskParameters):

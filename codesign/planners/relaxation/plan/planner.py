@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from codesign.ground.errors import InputError, outside_map
 from codesign.ground.models import TaskParameters
-from codesign.maps.reach import check_cells, reachable
+from codesign.maps.reach import check_cells, led_to, reachable
 from codesign.planners.interface import (
     Cell,
     LoadParameters,
@@ -129,19 +129,8 @@ class Search:
         return np.asarray(self.reachable & ~self.goal & (self.best < 0))
 
     def arriving(self) -> NDArray[np.bool_]:
-        """Bool rows × columns: reachable cells with a path that ends at a goal (goals included).
-
-        Every cell points at its lowest neighbour, then at the target of its target, and so on: cells × log cells.
-        """
-        offsets = np.array([down * self.free.shape[1] + right for down, right in STEPS] + [0])
-        ends_here = self.goal.ravel()
-        target = np.arange(self.best.size) + np.where(ends_here, 0, offsets[self.best.ravel()])
-        while True:
-            further = target[target]
-            if np.array_equal(further, target):
-                break
-            target = further
-        return np.asarray(ends_here[target].reshape(self.free.shape) & self.reachable)
+        """Bool rows × columns: reachable cells with a path that ends at a goal (goals included)."""
+        return led_to(self.best, STEPS, self.goal) & self.reachable
 
     def _check_start(self, start: tuple[int, int]) -> tuple[int, int]:
         try:
@@ -308,13 +297,13 @@ class Relaxation(Planner):
 
     name = "relaxation"
     planning_task = "relax"
+    tasks: Mapping[str, type[TaskParameters]] = {
+        "load": LoadParameters,
+        "relax": RelaxParameters,
+        "search": SearchParameters,
+    }
     policies: tuple[Policy, ...] = ("restart", "continue")
     description = "Laplace's equation relaxed in doubles on a host (Saudi and Sulaiman 2016)"
-
-    @property
-    def tasks(self) -> Mapping[str, type[TaskParameters]]:
-        """The tasks of a mapping, with their parameter models."""
-        return {"load": LoadParameters, "relax": RelaxParameters, "search": SearchParameters}
 
     def check(self, job: Job[Problem, RelaxParameters]) -> tuple[str, str] | None:
         """The method must suit the map."""

@@ -24,7 +24,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from codesign.ground.errors import InputError, choose_hint
+from codesign.ground.errors import InputError
 from codesign.ground.late import late
 from codesign.maps.reach import check_cells, reachable
 from codesign.planners.relaxation.plan.parameters import (
@@ -34,7 +34,7 @@ from codesign.planners.relaxation.plan.parameters import (
     MOST_ITERATIONS,
     Boundary,
     Method,
-    check_method,
+    named,
     settle,
 )
 
@@ -418,9 +418,9 @@ def solve(
     """
     cells = check_cells(free, goals)
     # The inputs of Algorithm 1: ω and r (equations 12 and 13), boundary values (equation 2), ε.
-    chosen = check_method(method)
+    chosen = named(Method, method, "method")
     settled = settle(chosen, omega, r)
-    edge = _boundary(boundary)
+    edge = named(Boundary, boundary, "boundary")
     least = None if tolerance is None else _tolerance(tolerance)
     most = _iterations(max_iterations)
     pairs = [(int(i), int(j)) for i, j in cells]
@@ -463,14 +463,6 @@ def refusal(method: Method, shape: tuple[int, ...], goals: Sequence[tuple[int, i
     if method is Method.HALF_SWEEP_AM and len({sum(goal) % 2 for goal in goals}) > 1:
         return "half sweeps see goals of one colour only (row + column even, or odd), and both are given"
     return None
-
-
-def _boundary(value: Boundary | str) -> Boundary:
-    try:
-        return Boundary(value)
-    except ValueError:
-        hint = choose_hint(str(value), list(Boundary))
-        raise InputError(f"boundary {value!r:.80} is unknown", "boundary", hint) from None
 
 
 def _start(value: NDArray[np.float64], free: NDArray[np.bool_]) -> NDArray[np.float64]:

@@ -126,20 +126,9 @@ def _is_safe(
 
 
 @njit(cache=True, nogil=True)
-def _choose(
-    robot: Any,
-    position: Any,
-    velocity: Any,
-    stepped: Any,
-    target: Any,
-    array: Any,
-    bounds: Any,
-    constants: Any,
-    shifts: Any,
-    approaching: Any,
-    half: Any,
-) -> Any:
+def _choose(robot: Any, position: Any, velocity: Any, stepped: Any, target: Any, rules: Any) -> Any:
     """Candidate, checks, trials, and the velocity that the candidate leads to."""
+    array, bounds, constants, shifts, approaching, half = rules
     speeds, directions = array.shape[0], array.shape[1]
     checks, trials = 0, 0
     px, py = position[robot]
@@ -227,21 +216,17 @@ def decide(
     arrived: Any,
     stepped: Any,
     wanted: Any,
-    array: Any,
-    bounds: Any,
-    constants: Any,
-    shifts: Any,
-    approaching: bool,
-    half: bool,
+    rules: Any,
     candidates: Any,
     checks: Any,
     trials: Any,
 ) -> Any:
     """Every robot's choice from one common state; writes arrived, stepped, wanted, candidates, checks and trials.
 
-    Returns the robot that leaves the words of a position if it drives on for one step, or -1. The choices are valid in
-    either case.
+    ``rules``: as of ``run``. Returns the robot that leaves the words of a position if it drives on for one step, or -1.
+    The choices are valid in either case.
     """
+    constants, shifts = rules[2], rules[3]
     count = len(position)
     outside = -1
     for robot in range(count):
@@ -257,9 +242,7 @@ def decide(
     for robot in range(count):
         candidate, checks[robot], trials[robot] = SELECT_STAY, 0, 0
         if not arrived[robot]:
-            candidate, checks[robot], trials[robot], x, y = _choose(
-                robot, position, velocity, stepped, targets, array, bounds, constants, shifts, approaching, half
-            )
+            candidate, checks[robot], trials[robot], x, y = _choose(robot, position, velocity, stepped, targets, rules)
             wanted[robot, 0], wanted[robot, 1] = x, y
         if candidate < 0:
             # No safe velocity, or arrived: nearer to rest, each axis by itself.
@@ -271,12 +254,13 @@ def decide(
 
 
 @njit(cache=True, nogil=True)
-def hold(position: Any, velocity: Any, steps: Any, constants: Any, shifts: Any) -> Any:
+def hold(position: Any, velocity: Any, steps: Any, rules: Any) -> Any:
     """Drive all robots on for some steps with their velocities (equation 2b without acceleration).
 
     Returns the robot that first leaves its words and the number of that step, with ``position`` at that step; or
     (-1, 0).
     """
+    constants, shifts = rules[2], rules[3]
     count, limit = len(position), constants[LIMIT]
     moved = np.zeros((count, 2), np.int64)
     outside, first = -1, steps
@@ -300,14 +284,14 @@ def hold(position: Any, velocity: Any, steps: Any, constants: Any, shifts: Any) 
 
 
 @njit(cache=True, nogil=True)
-def act(position: Any, velocity: Any, sums: Any, errors: Any, wanted: Any, constants: Any, shifts: Any) -> Any:
+def act(position: Any, velocity: Any, sums: Any, errors: Any, wanted: Any, rules: Any) -> Any:
     """One step in which every robot's PID control drives it to its wanted velocity.
 
     Returns the kind of value that first left its word (0: none), and the robot.
     """
     overflow, overflown = 0, 0
     for robot in range(len(position)):
-        outside = _move(robot, wanted, position, velocity, sums, errors, constants, shifts)
+        outside = _move(robot, wanted, position, velocity, sums, errors, rules[2], rules[3])
         if outside != 0 and overflow == 0:
             overflow, overflown = outside, robot
     return overflow, overflown
@@ -324,24 +308,13 @@ def at_rest(velocity: Any, arrived: Any) -> Any:
 
 @njit(cache=True, nogil=True)
 def run(
-    position: NDArray[np.int64],
-    velocity: NDArray[np.int64],
-    targets: NDArray[np.int64],
-    arrived: NDArray[np.bool_],
-    sums: NDArray[np.int64],
-    errors: NDArray[np.int64],
-    array: NDArray[np.int64],
-    bounds: NDArray[np.int64],
-    constants: NDArray[np.int64],
-    shifts: NDArray[np.int64],
-    approaching: bool,
-    half: bool,
-    updates: int,
+    position: Any, velocity: Any, targets: Any, arrived: Any, sums: Any, errors: Any, rules: Any, updates: int
 ) -> Any:
     """The closed loop of n robots for at most ``updates`` updates, each decided within its time step.
 
     ``position``, ``velocity``, ``sums``, ``errors``: int64 n × 2, left in the state at the end; ``targets`` likewise.
-    ``array``: int64 speeds × directions × 2. ``bounds``: int64 k × 2.
+    ``arrived``: bool n. ``rules``: the array, int64 speeds × directions × 2; the bounds, int64 k × 2; the constants and
+    the shifts, int64; whether robots have to approach, and whether each takes half.
     Returns the number of updates done; positions and velocities after each, int64 updates × n × 2; candidate, checks
     and trials, int32 updates × n; the kind of value that overflowed in the next update (0: none), and its robot.
     """
@@ -354,28 +327,13 @@ def run(
     stepped, wanted = np.zeros((count, 2), np.int64), np.zeros((count, 2), np.int64)
     overflow, overflown = 0, 0
     for number in range(updates):
-        outside = decide(
-            position,
-            velocity,
-            targets,
-            arrived,
-            stepped,
-            wanted,
-            array,
-            bounds,
-            constants,
-            shifts,
-            approaching,
-            half,
-            candidates[number],
-            checks[number],
-            trials[number],
-        )
+        tried = candidates[number], checks[number], trials[number]
+        outside = decide(position, velocity, targets, arrived, stepped, wanted, rules, *tried)
         if outside >= 0:
             position[outside] = stepped[outside]
             overflow, overflown = POSITION_OVERFLOW, outside
         else:
-            overflow, overflown = act(position, velocity, sums, errors, wanted, constants, shifts)
+            overflow, overflown = act(position, velocity, sums, errors, wanted, rules)
         if overflow != 0:
             return number, positions, velocities, candidates, checks, trials, overflow, overflown
         positions[number], velocities[number] = position, velocity

@@ -47,10 +47,14 @@ class Loop:
         )
         self.arrived = np.zeros(count, np.bool_)
         self.candidates, self.checks, self.trials = (np.zeros(count, np.int32) for _ in range(3))
-        self._array = np.array(numbers.velocities, np.int64)
-        self._bounds = np.array(numbers.bounds, np.int64)
-        self._constants, self._shifts = _constants(numbers)
-        self._rules = (parameters.detection is Detection.APPROACHING, parameters.responsibility is Responsibility.HALF)
+        # As ``kernels.run`` takes them.
+        self._rules = (
+            np.array(numbers.velocities, np.int64),
+            np.array(numbers.bounds, np.int64),
+            *_constants(numbers),
+            parameters.detection is Detection.APPROACHING,
+            parameters.responsibility is Responsibility.HALF,
+        )
         self.updates = self.steps = 0
         self.departure: Departure | None = None
         self._resting = False
@@ -84,29 +88,16 @@ class Loop:
         #        decide                     decide         and of each act are kept.
         self._begin, self._held = self.steps, []
         self.candidates, self.checks, self.trials = (np.zeros_like(self.checks) for _ in range(3))
-        outside = kernels.decide(
-            self.position,
-            self.velocity,
-            self._targets,
-            self.arrived,
-            self._stepped,
-            self._wanted,
-            self._array,
-            self._bounds,
-            self._constants,
-            self._shifts,
-            *self._rules,
-            self.candidates,
-            self.checks,
-            self.trials,
-        )
+        places = self._targets, self.arrived, self._stepped, self._wanted
+        tried = self.candidates, self.checks, self.trials
+        outside = kernels.decide(self.position, self.velocity, *places, self._rules, *tried)
         if outside >= 0:
             self.position[outside] = self._stepped[outside]
             self._depart(kernels.POSITION_OVERFLOW, int(outside), 1)
 
     def hold(self, steps: int) -> None:
         """Drive on for ``steps`` time steps, 1 or more."""
-        robot, first = kernels.hold(self.position, self.velocity, steps, self._constants, self._shifts)
+        robot, first = kernels.hold(self.position, self.velocity, steps, self._rules)
         if robot >= 0:
             self._depart(kernels.POSITION_OVERFLOW, int(robot), int(first))
             return
@@ -115,9 +106,7 @@ class Loop:
 
     def act(self) -> None:
         """Take the chosen velocities: one time step."""
-        overflow, robot = kernels.act(
-            self.position, self.velocity, self._sums, self._errors, self._wanted, self._constants, self._shifts
-        )
+        overflow, robot = kernels.act(self.position, self.velocity, self._sums, self._errors, self._wanted, self._rules)
         if overflow:
             self._depart(overflow, int(robot), 1)
             return
@@ -133,20 +122,9 @@ class Loop:
     def run(self) -> None:
         """Do all remaining updates, each decided within its time step."""
         left = self.parameters.updates - self.updates
-        done, positions, velocities, candidates, checks, trials, overflow, robot = kernels.run(
-            self.position,
-            self.velocity,
-            self._targets,
-            self.arrived,
-            self._sums,
-            self._errors,
-            self._array,
-            self._bounds,
-            self._constants,
-            self._shifts,
-            *self._rules,
-            left,
-        )
+        state = self.position, self.velocity, self._targets, self.arrived, self._sums, self._errors
+        ran = kernels.run(*state, self._rules, left)
+        done, positions, velocities, candidates, checks, trials, overflow, robot = ran
         # Without a hold every update takes one step, from its begin to the next.
         begins = self.steps + np.arange(done)
         self._begins.append(begins)

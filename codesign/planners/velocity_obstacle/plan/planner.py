@@ -173,14 +173,10 @@ class VelocityObstacle(Planner):
 
     name = "velocity_obstacle"
     planning_task = "avoid"
+    tasks: Mapping[str, type[TaskParameters]] = {"avoid": AvoidParameters}
     problem_model = RobotsWorkload
     fields_a_stage = 0
     description = "several robots that avoid each other, in fixed point (Dubey et al. 2013)"
-
-    @property
-    def tasks(self) -> Mapping[str, type[TaskParameters]]:
-        """The tasks of a mapping, with their parameter models."""
-        return {"avoid": AvoidParameters}
 
     def check(self, job: Job[RobotsProblem, AvoidParameters]) -> tuple[str, str] | None:
         """The array of velocities must be fine enough for the acceleration, and the words wide enough."""

@@ -26,19 +26,15 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+Ints = NDArray[np.int32]
+Bytes = NDArray[np.uint8]
+Mask = NDArray[np.bool_]
+
 OPEN, CLOSED, ENTERED = -1, -2, -3
 
 
 @njit(cache=True, nogil=True)
-def _lock_seeds(
-    potentials: NDArray[np.int32],
-    order: NDArray[np.int32],
-    used: int,
-    seeds: NDArray[np.int32],
-    seed_times: NDArray[np.int32],
-    seed: int,
-    time: int,
-) -> Any:
+def _lock_seeds(potentials: Ints, order: Ints, used: int, seeds: Ints, seed_times: Ints, seed: int, time: int) -> Any:
     """Lock the seeds of this time; returns how many cells are locked, and the next seed."""
     # p = 0 at a reference cell (equation 1), or the time at which a cell around a tile emits.
     while seed < seeds.size and seed_times[seed] == time:
@@ -51,14 +47,7 @@ def _lock_seeds(
 
 
 @njit(cache=True, nogil=True)
-def _release(
-    potentials: NDArray[np.int32],
-    order: NDArray[np.int32],
-    used: int,
-    first: NDArray[np.int32],
-    following: NDArray[np.int32],
-    time: int,
-) -> Any:
+def _release(potentials: Ints, order: Ints, used: int, first: Ints, following: Ints, time: int) -> Any:
     """Lock the cells with an own line that ends now; returns how many are locked, and how many left their lines."""
     # The cells in delay lines of their own, in a list for each time at which a line ends; as many lists as the
     # longest line has flip-flops, and one more:
@@ -80,7 +69,7 @@ def _release(
 
 
 @njit(cache=True, nogil=True)
-def _blocked(potentials: NDArray[np.int32], cell: int, beside: NDArray[np.int32]) -> bool:
+def _blocked(potentials: Ints, cell: int, beside: Ints) -> bool:
     """True if an obstacle stands beside a diagonal step from ``cell``."""
     #   from  b        b: the cells beside a diagonal step, CLOSED at an obstacle. In three dimensions there are more.
     #    b    cell
@@ -92,15 +81,15 @@ def _blocked(potentials: NDArray[np.int32], cell: int, beside: NDArray[np.int32]
 
 @njit(cache=True, nogil=True)
 def _enter(
-    potentials: NDArray[np.int32],
-    order: NDArray[np.int32],
+    potentials: Ints,
+    order: Ints,
     used: int,
-    origins: NDArray[np.int32],
+    origins: Ints,
     offset: int,
-    beside: NDArray[np.int32],
-    extra: NDArray[np.uint8],
-    first: NDArray[np.int32],
-    following: NDArray[np.int32],
+    beside: Ints,
+    extra: Bytes,
+    first: Ints,
+    following: Ints,
     time: int,
 ) -> Any:
     """Step from ``origins`` by ``offset``; returns how many cells are locked, and how many entered own lines."""
@@ -125,7 +114,7 @@ def _enter(
 
 
 @njit(cache=True, nogil=True)
-def _all_reached(potentials: NDArray[np.int32], cells: NDArray[np.int32]) -> bool:
+def _all_reached(potentials: Ints, cells: Ints) -> bool:
     for cell in cells:  # noqa: SIM110
         if potentials[cell] < 0:
             return False
@@ -134,14 +123,14 @@ def _all_reached(potentials: NDArray[np.int32], cells: NDArray[np.int32]) -> boo
 
 @njit(cache=True, nogil=True)
 def spread(
-    potentials: NDArray[np.int32],
-    seeds: NDArray[np.int32],
-    seed_times: NDArray[np.int32],
-    offsets: NDArray[np.int32],
-    delays: NDArray[np.int32],
-    beside: NDArray[np.int32],
-    extra: NDArray[np.uint8],
-    stops: NDArray[np.int32],
+    potentials: Ints,
+    seeds: Ints,
+    seed_times: Ints,
+    offsets: Ints,
+    delays: Ints,
+    beside: Ints,
+    extra: Bytes,
+    stops: Ints,
     limit: int,
 ) -> Any:
     """Run the wave; fills ``potentials`` and returns the locked cells in order of time, int32.
@@ -194,14 +183,7 @@ def spread(
 
 
 @njit(cache=True, nogil=True)
-def rounds(
-    potentials: NDArray[np.int32],
-    order: NDArray[np.int32],
-    offsets: NDArray[np.int32],
-    delays: NDArray[np.int32],
-    beside: NDArray[np.int32],
-    extra: NDArray[np.uint8],
-) -> int:
+def rounds(potentials: Ints, order: Ints, offsets: Ints, delays: Ints, beside: Ints, extra: Bytes) -> int:
     """Parallel updates by equation 3 until the last potential stands: the steps of the longest shortest path.
 
     Of several shortest paths to a cell, the path with the fewest steps counts. ``order``: cells by rising potential.
@@ -228,14 +210,14 @@ def rounds(
 
 @njit(cache=True, nogil=True)
 def follow(
-    potentials: NDArray[np.int32],
-    distances: NDArray[np.int32],
+    potentials: Ints,
+    distances: Ints,
     start: int,
     most_steps: int,
-    offsets: NDArray[np.int32],
-    delays: NDArray[np.int32],
-    beside: NDArray[np.int32],
-    extra: NDArray[np.uint8],
+    offsets: Ints,
+    delays: Ints,
+    beside: Ints,
+    extra: Bytes,
 ) -> Any:
     """The path from ``start`` down the potentials, int32 cells, ``start`` first.
 
@@ -290,13 +272,7 @@ HALO = -4
 
 
 @njit(cache=True, nogil=True)
-def _copy_tile(
-    potentials: NDArray[np.int32],
-    frame: NDArray[np.int32],
-    extra: NDArray[np.uint8],
-    own: NDArray[np.uint8],
-    first: int,
-) -> None:
+def _copy_tile(potentials: Ints, frame: Ints, extra: Bytes, own: Bytes, first: int) -> None:
     """A tile and the cells around it from the padded map into ``frame``; ``extra`` into ``own``."""
     rows, columns = frame.shape
     top, left = first // potentials.shape[1], first % potentials.shape[1]
@@ -313,14 +289,7 @@ def _copy_tile(
 
 @njit(cache=True, nogil=True)
 def _seed_tile(
-    potentials: NDArray[np.int32],
-    source: NDArray[np.bool_],
-    frame: NDArray[np.int32],
-    own: NDArray[np.uint8],
-    first: int,
-    steps: NDArray[np.int32],
-    delays: NDArray[np.int32],
-    beside: NDArray[np.int32],
+    potentials: Ints, source: Mask, frame: Ints, own: Bytes, first: int, steps: Ints, delays: Ints, beside: Ints
 ) -> Any:
     """Lower the cells that a source or a cell around the tile reaches by a step: these, first and last emission."""
     rows, columns = frame.shape
@@ -359,15 +328,7 @@ def _seed_tile(
 
 
 @njit(cache=True, nogil=True)
-def _lower_tile(
-    frame: NDArray[np.int32],
-    seeds: NDArray[np.int32],
-    own: NDArray[np.uint8],
-    offsets: NDArray[np.int32],
-    delays: NDArray[np.int32],
-    beside: NDArray[np.int32],
-    slots: int,
-) -> NDArray[np.int32]:
+def _lower_tile(frame: Ints, seeds: Ints, own: Bytes, offsets: Ints, delays: Ints, beside: Ints, slots: int) -> Ints:
     """The wave of a visit: lowers every cell of the flat ``frame`` that it reaches earlier; returns these.
 
     A cell is lowered once, as the wave comes in order of time. ``slots``: one more than the longest own line.
@@ -419,9 +380,7 @@ def _lower_tile(
 
 
 @njit(cache=True, nogil=True)
-def _note_changes(
-    lowered: NDArray[np.int32], frame: NDArray[np.int32], earliest: NDArray[np.int32], potentials: NDArray[np.int32]
-) -> None:
+def _note_changes(lowered: Ints, frame: Ints, earliest: Ints, potentials: Ints) -> None:
     """Write ``frame`` back, into ``potentials``; ``earliest`` 3 × 3: the first change that each tile beside sees."""
     rows, columns = frame.shape
     earliest[:] = NEVER
@@ -440,15 +399,15 @@ def _note_changes(
 
 @njit(cache=True, nogil=True)
 def _visit(
-    potentials: NDArray[np.int32],
-    source: NDArray[np.bool_],
-    extra: NDArray[np.uint8],
+    potentials: Ints,
+    source: Mask,
+    extra: Bytes,
     corner: tuple[int, int],
     size: tuple[int, int],
-    steps: NDArray[np.int32],
-    delays: NDArray[np.int32],
-    beside: NDArray[np.int32],
-    earliest: NDArray[np.int32],
+    steps: Ints,
+    delays: Ints,
+    beside: Ints,
+    earliest: Ints,
 ) -> Any:
     """Visit the tile of ``size`` at ``corner``; fills ``earliest``, returns the first and the last time."""
     frame = np.empty((size[0] + 2, size[1] + 2), np.int32)
@@ -470,13 +429,13 @@ def _visit(
 
 @njit(cache=True, nogil=True)
 def visit_tiles(
-    potentials: NDArray[np.int32],
-    source: NDArray[np.bool_],
-    extra: NDArray[np.uint8],
+    potentials: Ints,
+    source: Mask,
+    extra: Bytes,
     tile: tuple[int, int],
-    steps: NDArray[np.int32],
-    delays: NDArray[np.int32],
-    beside: NDArray[np.int32],
+    steps: Ints,
+    delays: Ints,
+    beside: Ints,
     until: int,
     exchange: int,
     most_cycles: int,

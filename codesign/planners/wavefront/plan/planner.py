@@ -84,12 +84,12 @@ class Wavefront(Planner):
 
     name = "wavefront"
     planning_task = "propagate"
+    tasks: Mapping[str, type[TaskParameters]] = {
+        "load": LoadParameters,
+        "propagate": PropagateParameters,
+        "track": TrackParameters,
+    }
     description = "shortest and safe paths by a wave of delays 2 and 3 (Möller and Paschke 1998)"
-
-    @property
-    def tasks(self) -> Mapping[str, type[TaskParameters]]:
-        """The tasks of a mapping, with their parameter models."""
-        return {"load": LoadParameters, "propagate": PropagateParameters, "track": TrackParameters}
 
     def check(self, job: Job[Problem, PropagateParameters]) -> tuple[str, str] | None:
         """A wave that waits for a start must reach it, and the number of tiles is limited."""
