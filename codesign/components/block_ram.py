@@ -154,11 +154,8 @@ class Claims:
         self.scan = scan
         self._pixels, self._cycles = pixel_clock.hz // common, clock.hz // common
         if self._pixels * self._cycles > LARGEST:
-            raise RunError(
-                f"clocks of {clock.hz} and {pixel_clock.hz} Hz have too little in common to be scanned exactly",
-                None,
-                "give at least one of them in round MHz",
-            )
+            what = f"clocks of {clock.hz} and {pixel_clock.hz} Hz have too little in common to be scanned exactly"
+            raise RunError(what, None, "give at least one of them in round MHz")
         self.words = scan.words_a_line if burst is None else words
         self._run = burst
         budget = self.line_cycles(scan, pixel_clock, clock)
@@ -169,11 +166,9 @@ class Claims:
         each = self.words if self._run is None else self._run
         self.a_frame = each * scan.fetched[0]
         if self.a_frame * self._pixels >= scan.pixels_a_frame * self._cycles:
-            raise RunError(
-                "the display takes every cycle of the memory",
-                None,
-                "raise the memory's clock, hold more pixels a word, or give the display a copy of its own",
-            )
+            what = "the display takes every cycle of the memory"
+            hint = "raise the memory's clock, hold more pixels a word, or give the display a copy of its own"
+            raise RunError(what, None, hint)
 
     @staticmethod
     def line_cycles(scan: Scan, pixel_clock: ClockDomain, clock: ClockDomain) -> int:
@@ -256,11 +251,8 @@ class ScannedMemory(Component):
             RunError: the memory has a display already, time has passed, or the display would take every cycle.
         """
         if self.claims is not None or self.now:
-            raise RunError(
-                "the display is attached too late" if self.now else "two displays read one memory",
-                self.name,
-                "attach one display to a memory before the run begins",
-            )
+            what = "the display is attached too late" if self.now else "two displays read one memory"
+            raise RunError(what, self.name, "attach one display to a memory before the run begins")
         self.claims = self._claims_of(scan, pixel_clock)
         return self.claims
 
@@ -305,11 +297,8 @@ def choose_shape(shapes: Iterable[tuple[int, int]], width: int) -> tuple[int, in
     wide_enough = [shape for shape in offered if shape[1] >= width]
     if not wide_enough:
         widest = max((shape[1] for shape in offered), default=0)
-        raise RunError(
-            f"no shape of the block RAM is {width} bits wide",
-            None,
-            f"the widest has {widest}; use several side by side",
-        )
+        what = f"no shape of the block RAM is {width} bits wide"
+        raise RunError(what, None, f"the widest has {widest}; use several side by side")
     return wide_enough[-1]
 
 
@@ -402,11 +391,8 @@ class BlockRam(ScannedMemory):
         if words < 1 or name in self.allotted:
             raise RunError(f"{words} words for {name!r}", self.name, "allot a positive number once for each name")
         if words > self.words_left:
-            raise RunError(
-                f"{name} needs {words} words, {self.words_left} of {self.depth} are left",
-                self.name,
-                "use fewer blocks, a lower precision, or a part with deeper block RAMs",
-            )
+            what = f"{name} needs {words} words, {self.words_left} of {self.depth} are left"
+            raise RunError(what, self.name, "use fewer blocks, a lower precision, or a part with deeper block RAMs")
         first = self.depth - self.words_left
         self.allotted[name] = range(first, first + words)
         return self.allotted[name]
@@ -469,11 +455,8 @@ class BlockRam(ScannedMemory):
             RunError: as for ``read``, or the value is wider than a word.
         """
         if not 0 <= value < 1 << self.width:
-            raise RunError(
-                f"{value} does not fit a word of {self.width} bits",
-                self.name,
-                "write a smaller value, or take a wider shape",
-            )
+            what = f"{value} does not fit a word of {self.width} bits"
+            raise RunError(what, self.name, "write a smaller value, or take a wider shape")
         self._begin(port, cycle, address)
         mode, old, before = self.write_modes[port], self._contents()[address], self._shown[port]
         output = {
@@ -491,11 +474,8 @@ class BlockRam(ScannedMemory):
             raise RunError(f"port {port}, word {address}", self.name, f"ports are 0 and 1, words 0 to {self.depth - 1}")
         self._check(cycle, 1)
         if port not in self._free(cycle):
-            raise RunError(
-                f"port {port} takes a second address in cycle {cycle}",
-                self.name,
-                "use the other port, or the next cycle",
-            )
+            what = f"port {port} takes a second address in cycle {cycle}"
+            raise RunError(what, self.name, "use the other port, or the next cycle")
         if cycle > self._last_cycle:
             self._settle()
         self._book(cycle, 1, {port})

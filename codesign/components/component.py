@@ -217,11 +217,9 @@ class Component:
             RunError: with ``alone``, the component is working already.
         """
         if alone and self._in_progress:
-            raise RunError(
-                f"{self.name} was given work while it was working",
-                self.name,
-                "wait for the end of the first task, or map the second to another component",
-            )
+            what = f"{self.name} was given work while it was working"
+            hint = "wait for the end of the first task, or map the second to another component"
+            raise RunError(what, self.name, hint)
         self._begin_work()
         try:
             yield

@@ -67,27 +67,18 @@ class ExternalMemory(ScannedMemory):
             raise RunError(f"{bits} bits for {name!r}", self.name, "allot a positive number once for each name")
         whole = -(-bits // self.law.width) * self.law.width
         if whole > self.bits_left:
-            raise RunError(
-                f"{name} needs {whole} bits, {self.bits_left} of {self.law.capacity} are left",
-                self.name,
-                "take a memory with a larger capacity, or a smaller map",
-            )
+            what = f"{name} needs {whole} bits, {self.bits_left} of {self.law.capacity} are left"
+            raise RunError(what, self.name, "take a memory with a larger capacity, or a smaller map")
         self.allotted[name] = whole
 
     def share(self, clock: ClockDomain) -> None:
         """Take over the clock of the design that uses the memory; see ``Fpga.use``."""
         if self._shared or self.claims is not None or self.now:
-            raise RunError(
-                "a design is attached too late, or is the second one",
-                self.name,
-                "attach one design, before any display and before the run begins",
-            )
+            what = "a design is attached too late, or is the second one"
+            raise RunError(what, self.name, "attach one design, before any display and before the run begins")
         if clock.hz > self.law.hz:
-            raise RunError(
-                f"a design at {clock.hz} Hz beside a memory at {self.law.hz} Hz",
-                self.name,
-                "the two share one clock: lower that of the FPGA",
-            )
+            what = f"a design at {clock.hz} Hz beside a memory at {self.law.hz} Hz"
+            raise RunError(what, self.name, "the two share one clock: lower that of the FPGA")
         self._shared = True
         self.clock = clock
 
@@ -305,11 +296,9 @@ class Fpga(Component):
         cycles = np.asarray(step.cycles, dtype=np.int64)
         if cycles.size and int(cycles.min()) < 1:
             # With a unit of no time, the order of events would depend on the granularity.
-            raise RunError(
-                f"a unit of phase {step.phase!r} takes {int(cycles.min())} cycles",
-                self.name,
-                "every unit of a step takes at least one cycle; leave out units that do nothing",
-            )
+            what = f"a unit of phase {step.phase!r} takes {int(cycles.min())} cycles"
+            hint = "every unit of a step takes at least one cycle; leave out units that do nothing"
+            raise RunError(what, self.name, hint)
         if float(cycles.sum(dtype=np.float64)) + first > MAX_STEP_CYCLES:
             raise RunError(f"phase {step.phase!r} runs beyond 2^62 cycles", self.name, "make the problem smaller")
         work = np.cumsum(cycles, dtype=np.int64)

@@ -573,11 +573,8 @@ class MobileRobot(Component):
         self._stopping = False
         position = self.position
         if math.dist(position, path.points[0]) > NEAR:
-            raise InputError(
-                f"a path from {path.point_at(0.0)}, but {self.name} is at {position}",
-                f"{self.name}.path",
-                "begin it at the position of the robot: join(path, position)",
-            )
+            what = f"a path from {path.point_at(0.0)}, but {self.name} is at {position}"
+            raise InputError(what, f"{self.name}.path", "begin it at the position of the robot: join(path, position)")
         if tuple(path.points[0]) != position:
             path = Polyline([position, *path.points[1:]])
         motion = Motion.drive(
@@ -611,11 +608,8 @@ class MobileRobot(Component):
 
     def _check_time(self, now: int) -> None:
         if now != self._time:
-            raise RunError(
-                f"{self.name} was advanced to {self._time} ps and cannot be commanded at {now} ps",
-                self.name,
-                "advance it first",
-            )
+            what = f"{self.name} was advanced to {self._time} ps and cannot be commanded at {now} ps"
+            raise RunError(what, self.name, "advance it first")
 
 
 def _is_closed(blocked: NDArray[np.bool_], cell: Cell) -> bool:

@@ -104,10 +104,8 @@ class ExtraTask(SpecModel):
             return value
         name = value[0] if isinstance(value, list) and value else value
         example = name if isinstance(name, str) and name.isidentifier() else "TASK"
-        raise RefusalError(
-            f"{show(value)} is not a mapping",
-            f"write {{{clip(example, 60)}: 128}}: each task, and the bits that it sends",
-        )
+        what = f"{show(value)} is not a mapping"
+        raise RefusalError(what, f"write {{{clip(example, 60)}: 128}}: each task, and the bits that it sends")
 
 
 def task_refusals(

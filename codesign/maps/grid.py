@@ -24,11 +24,8 @@ def check_size(rows: int, columns: int, where: str | None = None) -> None:
     if rows < 1 or columns < 1:
         raise MapError(f"the map is empty: {rows} × {columns} cells", where, "a map needs at least one cell")
     if rows * columns > MAX_CELLS:
-        raise MapError(
-            f"{rows} × {columns} = {rows * columns} cells is above the limit of {MAX_CELLS}",
-            where,
-            "crop the map or lower its resolution",
-        )
+        what = f"{rows} × {columns} = {rows * columns} cells is above the limit of {MAX_CELLS}"
+        raise MapError(what, where, "crop the map or lower its resolution")
 
 
 @dataclass(frozen=True, eq=False)

@@ -115,11 +115,8 @@ def decode_image(content: bytes, where: str) -> GreyImage:
             return _decode_by_pillow(content, kind, where)
     if content[:2] in (b"P2", b"P5"):
         return _decode_pgm(content, where)
-    raise MapError(
-        f"the file begins with {show(content[:8])}: neither PNG, BMP nor PGM (P5, P2)",
-        where,
-        "convert it to PNG or to PGM",
-    )
+    what = f"the file begins with {show(content[:8])}: neither PNG, BMP nor PGM (P5, P2)"
+    raise MapError(what, where, "convert it to PNG or to PGM")
 
 
 def write_image(grid: OccupancyGrid, path: str | os.PathLike[str]) -> None:
@@ -158,11 +155,8 @@ def _decode_pgm(content: bytes, where: str) -> GreyImage:
     else:
         level = _text_levels(content[position:], where)
     if level.size != width * height:
-        raise MapError(
-            f"the image has {counted(level.size, 'pixel')}, its header says {height} × {width} = {width * height}",
-            where,
-            "the file may be cut, or contain more than one image",
-        )
+        what = f"the image has {counted(level.size, 'pixel')}, its header says {height} × {width} = {width * height}"
+        raise MapError(what, where, "the file may be cut, or contain more than one image")
     if int(level.max()) > full:
         raise MapError(f"a pixel of {int(level.max())} is above the image's own maximum {full}", where)
     return GreyImage(level.reshape(height, width), full, 1, None)

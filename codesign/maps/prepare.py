@@ -68,11 +68,8 @@ def parse_movingai(content: bytes, where: str) -> OccupancyGrid:
     """The grid of ``read_movingai`` from the content of a file. ``where``: the file, for errors."""
     lines = split_lines(content, where)
     if lines[0].split() != [b"type", b"octile"]:
-        raise MapError(
-            f"the first line is {show(lines[0])}, not 'type octile'",
-            f"{where}:1:1",
-            "a MovingAI map begins with the lines type octile, height, width, map",
-        )
+        what = f"the first line is {show(lines[0])}, not 'type octile'"
+        raise MapError(what, f"{where}:1:1", "a MovingAI map begins with the lines type octile, height, width, map")
     sizes: dict[bytes, int] = {}
     for number, line in enumerate(lines[1:3], 2):
         words = line.split()
@@ -81,19 +78,13 @@ def parse_movingai(content: bytes, where: str) -> OccupancyGrid:
             raise MapError(f"{show(line)} is neither height nor width", f"{where}:{number}:1", "write, say, height 32")
         sizes[words[0]] = size
     if len(lines) < 5 or lines[3].strip() != b"map":
-        raise MapError(
-            "the header ends without the line 'map' and its rows",
-            f"{where}:{min(len(lines), 4)}",
-            "lines 1 to 4 are: type octile, height, width, map",
-        )
+        what = "the header ends without the line 'map' and its rows"
+        raise MapError(what, f"{where}:{min(len(lines), 4)}", "lines 1 to 4 are: type octile, height, width, map")
     check_size(sizes[b"height"], sizes[b"width"], where)
     rows = lines[4:]
     if len(rows) != sizes[b"height"]:
-        raise MapError(
-            f"the map has {counted(len(rows), 'row')}, its header says height {sizes[b'height']}",
-            f"{where}:{4 + min(len(rows), sizes[b'height'] + 1)}",
-            "the file may be cut",
-        )
+        what = f"the map has {counted(len(rows), 'row')}, its header says height {sizes[b'height']}"
+        raise MapError(what, f"{where}:{4 + min(len(rows), sizes[b'height'] + 1)}", "the file may be cut")
     if len(rows[0]) != sizes[b"width"]:
         raise MapError(
             f"this row has {counted(len(rows[0]), 'cell')}, the header says width {sizes[b'width']}", f"{where}:5:1"
@@ -123,11 +114,8 @@ def _scenario(line: bytes, file: str, number: int) -> MovingAiScenario:
     fields = [field.strip() for field in (line.split(b"\t") if b"\t" in line else line.split())]
     numbers = [parse_count(field) for field in (fields[:1] + fields[2:8])]
     if len(fields) != 9 or None in numbers:
-        raise MapError(
-            f"{show(line)} is not a scenario",
-            where,
-            "fields: bucket, map, width, height, start x, start y, goal x, goal y, length",
-        )
+        what = f"{show(line)} is not a scenario"
+        raise MapError(what, where, "fields: bucket, map, width, height, start x, start y, goal x, goal y, length")
     bucket, width, height, start_x, start_y, goal_x, goal_y = (value or 0 for value in numbers)
     length = float(fields[8]) if _LENGTH.fullmatch(fields[8]) else math.inf
     if not math.isfinite(length):

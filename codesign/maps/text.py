@@ -149,11 +149,9 @@ def parse_cells(
     for number, line in enumerate(lines, first_line):
         if len(line) != columns:
             column = min(len(line), columns) + 1
-            raise MapError(
-                f"this row has {counted(len(line), 'cell')}, the first has {columns}",
-                f"{where}:{number}:{column}",
-                "give all rows the same length (blanks at the end of a line count)",
-            )
+            what = f"this row has {counted(len(line), 'cell')}, the first has {columns}"
+            hint = "give all rows the same length (blanks at the end of a line count)"
+            raise MapError(what, f"{where}:{number}:{column}", hint)
     # One look-up for the whole map: 0 obstacle, 1 free, 2 any other character.
     kinds = np.full(256, 2, dtype=np.uint8)
     kinds[np.frombuffer(obstacle, dtype=np.uint8)] = 0
@@ -162,11 +160,9 @@ def parse_cells(
     unknown = np.argwhere(cells == 2)
     if unknown.size:
         row, column = (int(index) for index in unknown[0])
-        raise MapError(
-            f"{show(lines[row][column : column + 1])} is not a cell",
-            f"{where}:{first_line + row}:{column + 1}",
-            f"free: {_listed(free)}; obstacle: {_listed(obstacle)}",
-        )
+        what = f"{show(lines[row][column : column + 1])} is not a cell"
+        hint = f"free: {_listed(free)}; obstacle: {_listed(obstacle)}"
+        raise MapError(what, f"{where}:{first_line + row}:{column + 1}", hint)
     return cells.astype(np.bool_)
 
 

@@ -54,11 +54,8 @@ class TaskGraph:
                     raise InputError(f"{flow.name!r} flows from or to {task!r}, which is no task", "tasks")
         cycle = _cycle(self.tasks, self._edges)
         if cycle:
-            raise InputError(
-                f"tasks wait for each other in a circle: {' -> '.join((*cycle, cycle[0]))}",
-                "tasks",
-                "break it where one of them can go on without the other",
-            )
+            what = f"tasks wait for each other in a circle: {' -> '.join((*cycle, cycle[0]))}"
+            raise InputError(what, "tasks", "break it where one of them can go on without the other")
 
     @property
     def networkx(self) -> networkx.MultiDiGraph[str]:

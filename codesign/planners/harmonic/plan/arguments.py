@@ -175,11 +175,8 @@ def _check_map(free: Any) -> NDArray[np.bool_]:
     if array.size == 0:
         raise MapError(f"the map is empty: {array.shape[0]} × {array.shape[1]} cells", "free")
     if array.size > MAX_CELLS:
-        raise MapError(
-            f"the map has {array.shape[0]} × {array.shape[1]} cells, more than {MAX_CELLS}",
-            "free",
-            "use a coarser map, or a part of it",
-        )
+        what = f"the map has {array.shape[0]} × {array.shape[1]} cells, more than {MAX_CELLS}"
+        raise MapError(what, "free", "use a coarser map, or a part of it")
     if array.dtype != np.bool_ and not (array.dtype.kind in "iu" and np.isin(array, (0, 1)).all()):
         raise MapError(f"the map holds {array.dtype}, not bool", "free", "True for free cells, False for obstacles")
     return array.astype(np.bool_)

@@ -119,11 +119,8 @@ class Engine:
                 self._signed,
             )
             if status == kernels.CYCLE and most_sweeps is None:
-                raise RunError(
-                    f"at {precision} bits the values come back to where they were and never settle",
-                    "start",
-                    "start from zero, or from values nowhere above the final field",
-                )
+                what = f"at {precision} bits the values come back to where they were and never settle"
+                raise RunError(what, "start", "start from zero, or from values nowhere above the final field")
             if status == kernels.GROW:
                 self._grow()
             if written:

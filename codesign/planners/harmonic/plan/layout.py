@@ -233,11 +233,8 @@ def make_state(layout: Layout, signed: bool) -> State:
     try:
         return _zero_state(layout, blocks, room, signed)
     except MemoryError as error:
-        raise RunError(
-            f"{blocks} blocks in {layout.planes} planes take {room * 16 >> 30} GiB, more than there is",
-            "block",
-            "use larger blocks, a smaller map, or smaller steps of precision",
-        ) from error
+        what = f"{blocks} blocks in {layout.planes} planes take {room * 16 >> 30} GiB, more than there is"
+        raise RunError(what, "block", "use larger blocks, a smaller map, or smaller steps of precision") from error
 
 
 def _zero_state(layout: Layout, blocks: int, room: int, signed: bool) -> State:

@@ -63,6 +63,20 @@ def sent_map(problem: Problem, parameters: RelaxParameters) -> NDArray[np.bool_]
     return reachable(problem.free, problem.goals)
 
 
+def run_arguments(problem: Problem, parameters: RelaxParameters) -> dict[str, Any]:
+    """The arguments of ``relax`` and ``work`` for a problem, on the map that is sent."""
+    return {
+        "free": sent_map(problem, parameters),
+        "goals": problem.goals,
+        "block": parameters.block_shape(*problem.shape),
+        "iterations": parameters.iterations,
+        "schedule": parameters.precisions,
+        "termination": parameters.termination,
+        "stop_without_local_maxima": parameters.stop is Stop.FIRST_WITHOUT_LOCAL_MAXIMA,
+        "promote_after": parameters.promote_after,
+    }
+
+
 def fill_work(problem: Problem, parameters: RelaxParameters) -> tuple[MapWork, ...]:
     """The work of the sender that fills the pockets: a flood from the goals; none where it sends the map as it is.
 
@@ -238,18 +252,7 @@ class Harmonic(Planner):
         """
         if job.parameters.to_find:
             raise InputError("the best schedule is not known yet", "schedule", "bind platform and workload")
-        problem, parameters = job.problem, job.parameters
-        return relax(
-            sent_map(problem, parameters),
-            problem.goals,
-            block=parameters.block_shape(*problem.shape),
-            iterations=parameters.iterations,
-            schedule=parameters.precisions,
-            termination=parameters.termination,
-            stop_without_local_maxima=parameters.stop is Stop.FIRST_WITHOUT_LOCAL_MAXIMA,
-            record_visits=False,
-            promote_after=parameters.promote_after,
-        )
+        return relax(**run_arguments(job.problem, job.parameters), record_visits=False)
 
     def flows(self, job: Job[Problem, RelaxParameters]) -> tuple[Flow, ...]:
         """The map, two bits a cell; a start and the field, p + 1 bits a cell at the last precision; a direction.

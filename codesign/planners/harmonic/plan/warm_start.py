@@ -63,11 +63,8 @@ class FieldBounds:
         self._shape = free.shape
         count = self._cells.size
         if count > MAX_UNKNOWNS:
-            raise InputError(
-                f"{count} reachable cells are too many for a direct solve (at most {MAX_UNKNOWNS})",
-                "free",
-                "start from zero instead",
-            )
+            what = f"{count} reachable cells are too many for a direct solve (at most {MAX_UNKNOWNS})"
+            raise InputError(what, "free", "start from zero instead")
         self._neighbours = _neighbour_indices(self._goal, self._cells)
         self._precision = GUARD_BITS
         self._values: NDArray[Any] = np.zeros(count, object)

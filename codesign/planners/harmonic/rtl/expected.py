@@ -18,7 +18,7 @@ from codesign.planners.counted import index_bits
 from codesign.planners.harmonic.plan.arguments import StageEnd
 from codesign.planners.harmonic.plan.fixed_point import Field
 from codesign.planners.harmonic.plan.parameters import RelaxParameters, Stop, Termination
-from codesign.planners.harmonic.plan.planner import sent_map
+from codesign.planners.harmonic.plan.planner import run_arguments, sent_map
 from codesign.planners.harmonic.plan.relax import work
 from codesign.planners.harmonic.plan.trajectory import chosen_triangle
 from codesign.planners.harmonic.published import CLUSTER_COLUMNS, CLUSTER_ROWS
@@ -209,15 +209,7 @@ def _visits(job: Job[Problem, RelaxParameters], begin: int) -> Iterator[EventsOf
         or parameters.block_count(*problem.shape) == 1
     )
     now = begin
-    for item in work(
-        sent_map(problem, parameters),
-        problem.goals,
-        block=shape,
-        iterations=parameters.iterations,
-        schedule=parameters.precisions,
-        termination=parameters.termination,
-        stop_without_local_maxima=parameters.stop is Stop.FIRST_WITHOUT_LOCAL_MAXIMA,
-    ):
+    for item in work(**run_arguments(problem, parameters)):
         if isinstance(item, StageEnd):
             now += costs.stage_end(item.stage.precision)
             # The pass that is dropped at the end of a stage ends one cycle after the answer.

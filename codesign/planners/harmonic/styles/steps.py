@@ -18,7 +18,7 @@ from codesign.maps.reach import reachable
 from codesign.planners.harmonic.plan.arguments import Stage, StageEnd, VisitBatch, Visits, check_arguments
 from codesign.planners.harmonic.plan.fixed_point import Field, LowerBound
 from codesign.planners.harmonic.plan.parameters import RelaxParameters, Stop, Termination
-from codesign.planners.harmonic.plan.planner import sent_map
+from codesign.planners.harmonic.plan.planner import run_arguments, sent_map
 from codesign.planners.harmonic.plan.relax import HarmonicPlan, work
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
@@ -305,11 +305,8 @@ def remaining_precisions(precisions: tuple[int, ...], start: Field | None) -> tu
         return precisions
     remaining = tuple(precision for precision in precisions if precision >= start.precision)
     if not remaining:
-        raise InputError(
-            f"a start of {start.precision} bits for a schedule that ends at {precisions[-1]}",
-            "start",
-            "give one that is no finer than the last stage",
-        )
+        what = f"a start of {start.precision} bits for a schedule that ends at {precisions[-1]}"
+        raise InputError(what, "start", "give one that is no finer than the last stage")
     return remaining
 
 
@@ -386,19 +383,8 @@ def _each_stage(run: _Run, costs: Costs, memo: Memo | None) -> _StageSteps:
 
 
 def _work(run: _Run, precisions: tuple[int, ...], start: Field | None) -> Iterator[VisitBatch | StageEnd]:
-    problem, parameters = run.problem, run.parameters
-    return work(
-        sent_map(problem, parameters),
-        problem.goals,
-        block=parameters.block_shape(*problem.shape),
-        iterations=parameters.iterations,
-        schedule=precisions,
-        termination=parameters.termination,
-        start=start,
-        stop_without_local_maxima=parameters.stop is Stop.FIRST_WITHOUT_LOCAL_MAXIMA,
-        most_sweeps=None if run.below else MOST_SWEEPS,
-        promote_after=parameters.promote_after,
-    )
+    asked = {"schedule": precisions, "start": start, "most_sweeps": None if run.below else MOST_SWEEPS}
+    return work(**run_arguments(run.problem, run.parameters) | asked)
 
 
 def _visits_record(batch: VisitBatch, clock: _StageClock) -> Callable[[int, int, str], VisitsRecord]:

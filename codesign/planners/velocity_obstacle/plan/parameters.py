@@ -104,10 +104,9 @@ class Gains(SpecModel):
             most = round(math.sqrt(proportional) - proportional, 4)
             if not _stays_within(proportional, most):
                 most = max(0.0, round(most - 1e-4, 4))
-            raise RefusalError(
-                f"with a derivative gain of {value:g} a robot can exceed its greatest speed or its acceleration",
-                f"from 0 to {most:g} (√proportional - proportional; 0.25 at most, with a proportional gain of 0.25)",
-            )
+            what = f"with a derivative gain of {value:g} a robot can exceed its greatest speed or its acceleration"
+            hint = f"from 0 to {most:g} (√proportional - proportional; 0.25 at most, with a proportional gain of 0.25)"
+            raise RefusalError(what, hint)
         return value
 
 
@@ -239,10 +238,8 @@ class RobotsSpec(SpecModel):
         named = self.positions is not None and self.targets is not None
         some = (self.count, self.arrangement), (self.positions, self.targets)
         if drawn == named or any(value is not None for value in some[drawn]):
-            raise RefusalError(
-                "the robots are given neither in one form nor in the other",
-                "give count: and arrangement:, or positions: and targets:",
-            )
+            what = "the robots are given neither in one form nor in the other"
+            raise RefusalError(what, "give count: and arrangement:, or positions: and targets:")
         try:
             self.problem()
         except InputError as wrong:

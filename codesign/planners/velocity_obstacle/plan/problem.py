@@ -205,11 +205,8 @@ def _drawn(
             places.append(place)
             if len(places) == count:
                 return np.array(places)
-    raise InputError(
-        f"{count} robots of radius {border:g} find no place in {arena[0]:g} × {arena[1]:g} cells",
-        "count",
-        "fewer or smaller robots, or a larger arena",
-    )
+    what = f"{count} robots of radius {border:g} find no place in {arena[0]:g} × {arena[1]:g} cells"
+    raise InputError(what, "count", "fewer or smaller robots, or a larger arena")
 
 
 Arrangement = Callable[..., tuple[NDArray[np.float64], NDArray[np.float64]]]

@@ -156,11 +156,8 @@ def _check_extra(extra: Any, free: NDArray[np.bool_]) -> NDArray[np.uint8] | Non
         return None
     array = np.asarray(extra)
     if array.shape != free.shape or array.dtype.kind not in "iu":
-        raise InputError(
-            f"extra_delay holds {array.dtype} of shape {array.shape}",
-            "extra_delay",
-            f"give whole numbers of shape {free.shape}",
-        )
+        what = f"extra_delay holds {array.dtype} of shape {array.shape}"
+        raise InputError(what, "extra_delay", f"give whole numbers of shape {free.shape}")
     least, most = int(array.min()), int(array.max())
     if least < 0 or most > MAX_EXTRA_DELAY:
         value = least if least < 0 else most

@@ -76,11 +76,8 @@ class Tracker:
         cell = check_cells([start], self._map.free, "start")
         index = int(self._map.indices(cell)[0])
         if self._potentials[index] < 0:
-            raise MapError(
-                f"the wave did not reach cell {tuple(int(part) for part in start)}",
-                "start",
-                "no path leads there, or the wave ended before",
-            )
+            what = f"the wave did not reach cell {tuple(int(part) for part in start)}"
+            raise MapError(what, "start", "no path leads there, or the wave ended before")
         most = WHOLE_PATH if steps is None else steps
         path = kernels.follow(self._potentials, self._distances, index, most, *self._map.arrays)
         return self._map.cells(path)

@@ -95,11 +95,8 @@ def run_wave(
         NO_LIMIT if limit is None else limit,
     )
     if limit is None and (missed := np.flatnonzero(potentials[stop_indices] < 0)).size:
-        raise MapError(
-            f"cell {tuple(stops[missed[0]].tolist())} cannot be reached from any source",
-            "stop",
-            "the wave would never arrive; choose another cell, or no stop",
-        )
+        what = f"cell {tuple(stops[missed[0]].tolist())} cannot be reached from any source"
+        raise MapError(what, "stop", "the wave would never arrive; choose another cell, or no stop")
     return wave_map.unpad(np.maximum(potentials, UNREACHED)), order
 
 

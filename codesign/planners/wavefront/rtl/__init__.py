@@ -523,11 +523,9 @@ class DelayLineCircuit(ArrayCircuit):
         if parameters.element_cells == 1:
             return DELAY_LINE, "delay_line_node"
         if parameters.read_out is ReadOut.CHAIN:
-            raise unsuited(
-                "propagate.read_out",
-                f"no circuit has a chain with {parameters.element_cells} cells an element",
-                "set read_out: addressed, as the potentials are in the memories of the elements, or element_cells: 1",
-            )
+            what = "propagate.read_out"
+            hint = "set read_out: addressed, as the potentials are in the memories of the elements, or element_cells: 1"
+            raise unsuited(what, f"no circuit has a chain with {parameters.element_cells} cells an element", hint)
         return ELEMENTS, "wave_element"
 
 
