@@ -414,7 +414,7 @@ def push_all(layout, state, block, signed):
 
 
 CALLED = ("lanes", "layout", "planes")
-CALLED_DIGEST = "574c29995b96a520"
+CALLED_DIGEST = "8d731b2332ae4615"
 
 RUNNING, CONVERGED, GROW, CYCLE = range(4)
 POSITION, DONE_ITERATIONS, UNSETTLED, SWEEPS, POWER, SINCE = range(6)
