@@ -46,8 +46,8 @@ def advise(asked: Advise) -> None:
     )
     question = advice.ask(needs, section, asked.map_file)
     if asked.write is not None:
-        for board in boards:
-            check_replaceable("--write", advice.design_file(asked.write, board))
+        for path, kind in advice.files_of(asked.write, boards).items():
+            check_replaceable("--write", path, kind)
     budget_s = advice.BUDGET_S if asked.budget is None else asked.budget
     outputs = {"--html": asked.page, "--certify": asked.certificate}
     check_outputs(outputs, (asked.map_file, asked.prices), kind="advise")
@@ -79,6 +79,8 @@ def advise(asked: Advise) -> None:
             if sentence:
                 click.echo(f"{printable(sentence, None)}.")
         click.echo(render_text(advice_table(answer)))
+        if asked.write is not None:
+            click.echo(f"files and commands: {printable(str(asked.write / advice.COMMANDS), None)}")
         if answer.command is not None:
             click.echo(f"the winner's run: {printable(answer.command, None)}")
         if asked.page is not None:

@@ -61,6 +61,9 @@ KINDS = {
     "measured": Kind("a platform of hwsw measured", (b"# Written by hwsw measured",)),
     "-o": Kind("a page of hwsw fidelity", (b"# How far the model carries",)),
     "--write": Kind("a workload of hwsw advise", (b"# The design that hwsw advise chose",)),
+    "robot --write": Kind("a platform of hwsw advise", (b"# A robot that hwsw advise put on",)),
+    "commands --write": Kind("the commands of hwsw advise", (b"# The commands of an answer of hwsw advise",)),
+    "answer --write": Kind("an answer of hwsw advise", (b"{",), b'"question": "Asked: '),
 }
 """By option; by the word of the command where several have the option."""
 

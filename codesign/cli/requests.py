@@ -140,7 +140,10 @@ class Advise(Request):
     )
     page: Path | None = option("Write a self-contained HTML page of the answer.", "--html")
     write: Path | None = option(
-        "Write the workload of each board's best design into this folder.", "--write FOLDER", type=_FOLDER
+        "Write into this folder: each board's best design, its best circuit and a mission, the answer as JSON, and the"
+        " commands for them.",
+        "--write FOLDER",
+        type=_FOLDER,
     )
     certificate: Path | None = option(
         "Write the certificate: why no cheaper board suffices. hwsw verify-advice checks it.", "--certify"

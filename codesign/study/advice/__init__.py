@@ -5,7 +5,7 @@ needs, with the reason why the cheaper ones do not.
 
 The stages, one module each: ``motion`` (from a speed to a rate), ``needs`` (the question), ``candidates`` (the designs
 of a board), ``trials`` (what a design comes to, and which are tried), ``answer`` (boards side by side), ``certainty``
-(how sure it is), ``sentence`` (the verdict in words).
+(how sure it is), ``sentence`` (the verdict in words), ``way_on`` (its designs as files, and the commands for them).
 
 Of the designs that suffice on a board, the simplest is named: software before a circuit, a circuit before a split. The
 board costs the same with each of them. The fastest stands beside it.
@@ -15,18 +15,12 @@ Mean power, not power while planning, is held against ``--power``: a battery see
 
 from __future__ import annotations
 
-import json
-import os
-import shlex
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Any
-
-import yaml
 
 from codesign.ground.errors import CodesignError, RunError, StoreError
-from codesign.ground.files import cache_folder, kept_folder, write_atomically
+from codesign.ground.files import cache_folder, kept_folder
 from codesign.ground.records import Listener
 from codesign.study.advice.answer import (
     Advice,
@@ -40,64 +34,24 @@ from codesign.study.advice.answer import (
     met_alone,
     proof_of,
 )
-from codesign.study.advice.candidates import Board, Candidate, boards_of, is_file, price_remarks
+from codesign.study.advice.candidates import Board, Candidate, boards_of, price_remarks
 from codesign.study.advice.certainty import Certainty, certainty_of
 from codesign.study.advice.certificate import certificate_of, write_certificate
 from codesign.study.advice.motion import Driven, driven_text, parse_motion
-from codesign.study.advice.needs import Needs, Question, ask, limited, parse_needs, problem_section, workload_tree
+from codesign.study.advice.needs import Needs, Question, ask, limited, parse_needs, problem_section
 from codesign.study.advice.search import BUDGET_S, Progress, search
 from codesign.study.advice.sentence import verdict
 from codesign.study.advice.trials import Laboratory, trial_of
+from codesign.study.advice.way_on import (
+    COMMANDS,
+    WayOn,
+    best_circuits,
+    command_of,
+    files_of,
+    mission_remark,
+    write_design,
+)
 from codesign.study.store import FileStore, MemoryStore, Store
-
-# The workload of a design as a file, and the command that runs it.
-
-
-def write_design(candidate: Candidate, question: Question, folder: Path, *, portable: bool) -> Path:
-    """Write the workload of a design into ``folder``, which is made if it is missing.
-
-    ``portable``: the path of the map is relative to the folder, so that both can be moved together.
-
-    Raises:
-        RunError: the folder cannot be written to.
-    """
-    section = dict(question.section)
-    if portable:
-        file = os.path.relpath(section["map"]["file"], folder.resolve())
-        section["map"] = {**section["map"], "file": file}
-    tree = workload_tree(candidate.planner.name, section, candidate.mapping)
-    # YAML has no tuples, which samples of plug-ins may hold.
-    plain = json.loads(json.dumps(tree))
-    text = f"# {_first_line(candidate)}\n{yaml.safe_dump(plain, sort_keys=False, allow_unicode=True)}"
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as fault:
-        raise RunError(f"cannot make the folder: {fault.strerror}", str(folder), "name another") from fault
-    path = design_file(folder, candidate.board)
-    write_atomically(path, text.encode())
-    return path
-
-
-def design_file(folder: Path, board: Board) -> Path:
-    """The workload of a design for a board, in ``folder``."""
-    return folder / f"{board.name}.yaml"
-
-
-def command_of(candidate: Candidate, workload: Path) -> str:
-    """The command that runs a design, quoted for a shell."""
-    board = candidate.board
-    source = str(board.source) if is_file(board) else board.name
-    words = ["hwsw", "run", source, str(workload)]
-    return shlex.join([*words, *_settings(candidate.settings)])
-
-
-def _settings(settings: Mapping[str, Any]) -> list[str]:
-    return [word for axis, value in settings.items() for word in ("--set", f"{axis}={value}")]
-
-
-def _first_line(candidate: Candidate) -> str:
-    return f"The design that hwsw advise chose for {candidate.board.name}."
-
 
 # The cache of trials: a second question about a map takes what the first one computed.
 
@@ -128,6 +82,7 @@ def kept_trials() -> Iterator[tuple[Store, str]]:
 
 __all__ = [
     "BUDGET_S",
+    "COMMANDS",
     "Advice",
     "Needs",
     "Question",
@@ -135,11 +90,12 @@ __all__ = [
     "advise",
     "ask",
     "boards_of",
-    "design_file",
+    "files_of",
     "limited",
     "parse_motion",
     "parse_needs",
     "problem_section",
+    "write_design",
 ]
 
 
@@ -155,36 +111,36 @@ def advise(
 ) -> Advice:
     """Answer a question about boards.
 
-    ``write``: the folder for the workload of each board's best design; by default that of the winner is written into
-    the cache. ``certificate``: the file for the certificate. ``budget_s``: see ``search``. ``listeners`` take the
+    ``write``: the folder for the files of ``WayOn``; by default the workload of the winner is written into the cache.
+    ``certificate``: the file for the certificate. ``budget_s``: see ``search``. ``listeners`` take the
     records of the winner's run.
 
     Raises:
-        RunError: a workload cannot be written into ``write``, or the certificate.
+        RunError: a file cannot be written into ``write``, or the certificate.
     """
     laboratory = Laboratory(question)
     with kept_trials() as (store, remark):
         findings = search(laboratory, boards, store, budget_s=budget_s, progress=progress)
+        circuits = {} if write is None else best_circuits(laboratory, boards, findings, store, budget_s)
     needs = question.needs
     advice, best = judged(boards, findings, needs)
     winner = advice[0] if advice[0].suffices else None
     certainty, unkept = None, ""
     if winner is not None:
         certainty = _confirmed(laboratory, best[winner.board], winner.design, listeners)
-    try:
-        advice = _written(laboratory, advice, best, write)
-    except (RunError, OSError) as fault:
-        if write is not None:
-            raise
-        why = fault.what if isinstance(fault, RunError) else fault.strerror
-        unkept = f"the winner's workload is not kept (--write FOLDER writes it): {why}"
+    driven = driven_with(advice, needs.motion)
+    way = None if write is None else WayOn(laboratory, write, circuits)
+    if way is not None:
+        advice = [way.of(row, best.get(row.board), driven.get(row.board)) for row in advice]
+    elif winner is not None:
+        advice[0], unkept = _kept(laboratory, advice[0], best[winner.board])
     proof, about = proof_of(winner, advice, findings)
     # A board whose chip has no work is its computer at a higher price.
     near = min(about, key=lambda each: (each.under is not None, distance(each)), default=None)
     witness = None if near is None else (near, _certainty(laboratory, best.get(near.board)))
     texts = (*question.grid.remarks, *laboratory.failures[:1], needs.remark, remark, unkept, *price_remarks(boards))
-    driven = driven_with(advice, needs.motion)
     by_price = None if winner is None else cheapest(winner, advice)
+    texts = (*texts, mission_remark(needs, advice))
     answer = Advice(
         question=str(question),
         verdict=verdict(advice, needs, met_alone(boards, findings, needs), certainty, proof, witness, by_price),
@@ -211,6 +167,8 @@ def advise(
         kept=findings.kept,
         command=None if winner is None else advice[0].command,
     )
+    if way is not None:
+        way.write(answer)
     if certificate is not None:
         names = [board.board for board in about]
         write_certificate(certificate_of(answer, question, findings, names), certificate)
@@ -225,20 +183,15 @@ def _driving(needs: Needs, driven: Mapping[str, Driven], winner: BoardAdvice | N
     return driven_text(needs.motion, best, driven[best])
 
 
-def _written(
-    laboratory: Laboratory, advice: Sequence[BoardAdvice], best: Mapping[str, Candidate], write: Path | None
-) -> list[BoardAdvice]:
-    """The boards with the files of their best designs: of all into ``write``, or of the winner into the cache."""
-    each = []
-    for number, board in enumerate(advice):
-        candidate = best.get(board.board)
-        if candidate is None or (write is None and (number or not board.suffices)):
-            each.append(board)
-            continue
-        folder = kept_folder("advice", laboratory.key(candidate)[:12]) if write is None else write
-        file = write_design(candidate, laboratory.question, folder, portable=write is not None)
-        each.append(board.model_copy(update={"workload": str(file), "command": command_of(candidate, file)}))
-    return each
+def _kept(laboratory: Laboratory, winner: BoardAdvice, candidate: Candidate) -> tuple[BoardAdvice, str]:
+    """The winner with the file of its best design in the cache; or as it is, with a remark on why there is none."""
+    try:
+        folder = kept_folder("advice", laboratory.key(candidate)[:12])
+        file = write_design(candidate, laboratory.question, folder)
+    except (RunError, OSError) as fault:
+        why = fault.what if isinstance(fault, RunError) else fault.strerror
+        return winner, f"the winner's workload is not kept (--write FOLDER writes it): {why}"
+    return winner.model_copy(update={"workload": str(file), "command": command_of(candidate, file)}), ""
 
 
 def _confirmed(

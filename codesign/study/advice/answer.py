@@ -75,6 +75,25 @@ class BoardAdvice(ResultModel):
     )
     workload: str | None = Field(default=None, description="the file of its best design, where it was written")
     command: str | None = Field(default=None, description="the command that runs its best design, where it was written")
+    circuit: Design | None = Field(
+        default=None,
+        description="with --write, its best circuit that was found: it fits and its plans serve, whatever the needs",
+    )
+    circuit_shortfalls: tuple[Shortfall, ...] = Field(
+        default=(), description="the needs that this circuit does not meet"
+    )
+    circuit_workload: str | None = Field(
+        default=None, description="the file of this circuit; that of the best design where it is the circuit"
+    )
+    circuit_command: str | None = Field(default=None, description="the command that runs this circuit")
+    rtl_command: str | None = Field(default=None, description="the command that writes this circuit as Verilog")
+    no_rtl: str = Field(default="", description="why hwsw rtl refuses this circuit; empty: it does not")
+    mission_platform: str | None = Field(default=None, description="the file of the board with a robot, for a mission")
+    mission_workload: str | None = Field(
+        default=None, description="the file of its best design in a mission from the first start"
+    )
+    mission_command: str | None = Field(default=None, description="the command that simulates the mission")
+    no_mission: str = Field(default="", description="why no mission was written; empty: one was, or none was asked for")
 
 
 class Proof(ResultModel):
@@ -221,7 +240,7 @@ def _of_board(
     serving = [each for each in tried if each[1].time_s is not None and not each[1].shortfalls]
     fastest = min(serving, key=lambda each: each[1].time_s or 0.0, default=None)
     ordered = sorted(tried, key=lambda each: order(each, board, needs))
-    design = None if chosen is None else _design(chosen, board, needs)
+    design = None if chosen is None else design_of(chosen, board, needs)
     short = (Shortfall(need="refused", name=why),) if chosen is None else shortfalls_of(chosen[1], board, needs)
     least, most = board.price_interval_usd or (None, None)
     return BoardAdvice(
@@ -232,7 +251,7 @@ def _of_board(
         idle_w=board.idle_w,
         suffices=not short,
         design=design,
-        fastest=None if fastest is None else _design(fastest, board, needs),
+        fastest=None if fastest is None else design_of(fastest, board, needs),
         margin=None if design is None or design.rate_hz is None else design.rate_hz / needs.rate_hz,
         shortfalls=short,
         perhaps="" if not short else next(filter(None, (may_suffice(each[1], board, needs) for each in ordered)), ""),
@@ -297,7 +316,8 @@ def distance(board: BoardAdvice) -> float:
     return max((1.0 if short.is_unknown else short.ratio for short in board.shortfalls), default=1.0)
 
 
-def _design(tried: Tried, board: Board, needs: Needs) -> Design:
+def design_of(tried: Tried, board: Board, needs: Needs) -> Design:
+    """A design and what it comes to."""
     candidate, trial = tried
     binds, share = _binding(trial, shortfalls_of(trial, board, needs), board, needs)
     return Design(

@@ -245,7 +245,7 @@ def test_a_style_that_proposes_no_designs_is_tried_with_the_samples_of_its_plug_
     sample = {"block": (12, 16), "iterations": 6, "schedule": (7, 15, 23)}
     assert sample in blocks
     chosen = next(each for (each,) in chains if each.parameters == sample)
-    written = catalog.load_workload(write_design(chosen, question, tmp_path / "design", portable=True))
+    written = catalog.load_workload(write_design(chosen, question, tmp_path / "design"))
     assert written.mapping["relax"].parameters.precisions == (7, 15, 23)
     planners = {"breadth_first", "grid_search", "harmonic", "relaxation", "wavefront"}
     assert {chain[0].planner.name for chain in chains} == planners
