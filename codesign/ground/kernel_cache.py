@@ -14,6 +14,7 @@ import platform
 import stat
 import sys
 import tempfile
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -102,6 +103,31 @@ def compiling_reported(report: Callable[[int], None]) -> Iterator[None]:
 
     with event.install_listener("numba:compile", Watch()):
         yield
+
+
+@contextmanager
+def compiling_timed() -> Iterator[Callable[[], float]]:
+    """Gives a function that returns the seconds of processor time that compiling kernels has taken in this block."""
+
+    class Watch(event.Listener):
+        """Adds up the outermost compilations: a kernel compiles those that it calls."""
+
+        spent = begun = 0.0
+        depth = 0
+
+        def on_start(self, _event: Any) -> None:
+            if not self.depth:
+                self.begun = time.process_time()
+            self.depth += 1
+
+        def on_end(self, _event: Any) -> None:
+            self.depth -= 1
+            if not self.depth:
+                self.spent += time.process_time() - self.begun
+
+    watch = Watch()
+    with event.install_listener("numba:compile", watch):
+        yield lambda: watch.spent
 
 
 def keep_kernels_on_node(digest: str) -> str:
