@@ -139,7 +139,7 @@ def advise(
     near = min(about, key=lambda each: (each.under is not None, distance(each)), default=None)
     witness = None if near is None else (near, _certainty(laboratory, best.get(near.board)))
     texts = (*question.grid.remarks, *laboratory.failures[:1], needs.remark, remark, unkept, *price_remarks(boards))
-    by_price = None if winner is None else cheapest(winner, advice)
+    by_price = None if winner is None else cheapest(winner, advice, boards)
     texts = (*texts, mission_remark(needs, advice))
     answer = Advice(
         question=str(question),

@@ -287,12 +287,16 @@ def proof_of(
     return Proof(state=state, boards=len(about), searched=searched, beyond=beyond), about
 
 
-def cheapest(winner: BoardAdvice, boards: Sequence[BoardAdvice]) -> Judged | None:
-    """How sure it is that no board that costs more by its own price may suffice and cost less than the winner."""
+def cheapest(winner: BoardAdvice, advice: Sequence[BoardAdvice], boards: Sequence[Board]) -> Judged | None:
+    """How sure it is that no board that costs more by its own price may suffice and cost less than the winner.
+
+    A board whose price has the winner's in it, as that is the computer beside it, costs more at any price.
+    """
     price, low, high = winner.price_usd, winner.price_low_usd, winner.price_high_usd
     if price is None or low is None or high is None:
         return None
-    dearer = [each for each in boards if each.price_usd is not None and price < each.price_usd]
+    above = {board.name for board in boards if winner.board in (board.prices or {})}
+    dearer = [each for each in advice if each.board not in above and price < (each.price_usd or 0.0)]
     may = [each for each in dearer if (each.price_low_usd or 0.0) < high]
     may = [each for each in may if each.suffices or each.perhaps or not each.searched.complete]
     price_of: dict[str, Any] = {"need": "price", "value": price, "low": low, "high": high, "unit": "USD"}

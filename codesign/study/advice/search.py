@@ -343,12 +343,12 @@ class _Search:
             for each in opened[board.name]:
                 self._drain(each, board)
             left = [each for each in opened[board.name] if self._leave(each)]
-            failed = board.name in self.laboratory.failed
+            whole = board.name not in self.laboratory.failed | self.found.excluded.keys()
             for each in opened[board.name]:
-                if each.changed and not failed:
+                if each.changed and whole:
                     looked = Looked(families=tuple(each.record.values()), nearest=each.nearest)
                     self.waiting.keep_looked(self.laboratory.key_of(each.arrangement), looked)
-            if board.name in self.found.excluded or not (left or failed):
+            if board.name in self.found.excluded or not (left or board.name in self.laboratory.failed):
                 self.found.ended.add(board.name)
             self._fill(board)
         self.waiting.write()
@@ -414,9 +414,12 @@ class _Search:
             self._settle([(opened, family)])
 
     def _leave(self, opened: _Open) -> bool:
-        """Count the families that are left; true if there are some."""
+        """Count the families that are left; true if there are some. A board that no design helps is not asked."""
+        board = opened.arrangement.board.name
+        if board in self.found.excluded:
+            return False
         some = bool(opened.again)
-        self.found.settled[opened.arrangement.board.name] += (each.left for each in opened.again)
+        self.found.settled[board] += (each.left for each in opened.again)
         opened.again.clear()
         while (family := opened.next(self.laboratory)) is not None:
             some = True

@@ -41,6 +41,30 @@ def test_a_price_that_may_be_above_the_limit_is_not_proved(hwsw: Run, corridor: 
     assert "holds at every value" in answer["verdict"]
 
 
+def test_a_dearer_board_that_may_cost_less_is_named_with_the_price(hwsw: Run, corridor: Path, tmp_path: Path) -> None:
+    """Not the board that the recommended one is the computer of, and not one whose interval lies above."""
+    boards = {"fair": (40, 30, 55), "near": (50, 45, 60), "far": (70, 56, 90)}
+    paths = []
+    for name, (value, low, high) in boards.items():
+        path = board(tmp_path, name, 1)
+        price = f"{{value: {value} USD, low: {low} USD, high: {high} USD, status: assumed, source: a test}}"
+        text = path.read_text(encoding="utf-8")
+        path.write_text(f"{text}board: {{product: a product, price: {price}}}\n", encoding="utf-8")
+        paths.append(path)
+    _, answer = asked(hwsw, corridor, paths, "100 Hz")
+    text = "whether it is the cheapest depends on its price (30 to 55 USD), and changes at 50 USD: near suffices too"
+    assert answer["recommended"] == "fair"
+    assert f"; {text} (45 to 60 USD)" in answer["verdict"]
+    assert "more may cost less" not in answer["verdict"]
+    assert (answer["cheapest"]["state"], answer["cheapest"]["changes_at"]) == ("depends", 50)
+    _, answer = asked(hwsw, corridor, [paths[0], paths[2]], "100 Hz")
+    assert answer["cheapest"]["state"] == "holds"
+    assert "cheapest depends" not in answer["verdict"]
+    beside = priced(board(tmp_path, "pair", 1), 1, beside="raspberry-pi-4")
+    _, answer = asked(hwsw, corridor, [Path("raspberry-pi-4"), beside], "1 Hz")
+    assert (answer["recommended"], answer["cheapest"]["state"]) == ("raspberry-pi-4", "holds")
+
+
 def test_the_price_of_the_computer_beside_a_board_is_added(tmp_path: Path) -> None:
     alone = priced(board(tmp_path, "alone", 1), 20)
     beside = priced(board(tmp_path, "pair", 1), 20, beside="raspberry-pi-4")
