@@ -53,7 +53,7 @@ def test_the_questions_have_the_answers_of_the_page(hwsw: Run) -> None:
 def test_the_first_question_among_three_boards(hwsw: Run) -> None:
     """The winner of the page is the winner among some of its boards, with the same sentence."""
     command, shown = QUESTIONS[0]
-    assert_answered(hwsw, f"{command} --boards pico,raspberry-pi-4,pynq-z2", shown)
+    assert_answered(hwsw, f"{command} --boards pico,pico-2,raspberry-pi-4,pynq-z2", shown)
 
 
 def test_the_memory_of_a_microcontroller_excludes_it(hwsw: Run) -> None:

@@ -37,8 +37,9 @@ def verdict(
         return f"{nothing}{near}{_searched(proof)}"
     time = best.design.trial.time_s
     assert time is not None, "a design that suffices was run"
+    taken = time_text(time, certainty.time_low_s, certainty.time_high_s)
     text = (
-        f"{best.board} suffices: {design_text(best.design)} answers in {_time(time, certainty)},"
+        f"{best.board} suffices: {design_text(best.design)} answers in {taken},"
         f" {margin_text(best)} {rate_text(needs)} asks"
     )
     sure = "" if certainty.rate.state == "proved" else _surely_fast(boards, needs)
@@ -86,9 +87,8 @@ def _surely_fast(boards: Sequence[BoardAdvice], needs: Needs) -> str:
     return "; of the designs that were looked at, none is at every value inside the intervals"
 
 
-def _time(time: float, certainty: Certainty) -> str:
-    """A time with its interval."""
-    low, high = certainty.time_low_s, certainty.time_high_s
+def time_text(time: float, low: float | None, high: float | None) -> str:
+    """A time with its interval, s."""
     if low is None or high is None or low == high:
         return amount(time, "s")
     return f"{amount(time, 's')} ({amount(low, 's')} to {amount(high, 's')})"

@@ -37,7 +37,7 @@ from codesign.study.advice.certainty import amount, shortfalls_of
 from codesign.study.advice.motion import Driven
 from codesign.study.advice.needs import Needs, Question, workload_tree
 from codesign.study.advice.search import Findings, Tried, order, search
-from codesign.study.advice.sentence import design_text, shortfall_text
+from codesign.study.advice.sentence import design_text, shortfall_text, time_text
 from codesign.study.advice.trials import Laboratory, Shortfall
 from codesign.study.store import Store
 from codesign.system import catalog
@@ -343,9 +343,8 @@ def _row(design: Design | None, short: Sequence[Shortfall], needs: Needs) -> str
     """What a design comes to: the time of a plan, its power, and what it falls short of."""
     parts = [] if design is None else [design_text(design)]
     if design is not None and design.trial.time_s is not None:
-        low, high = design.trial.time_low_s, design.trial.time_high_s
-        ends = "" if low is None or high is None or low == high else f" ({amount(low, 's')} to {amount(high, 's')})"
-        parts.append(f"a plan takes {amount(design.trial.time_s, 's')}{ends}")
+        trial = design.trial
+        parts.append(f"a plan takes {time_text(design.trial.time_s, trial.time_low_s, trial.time_high_s)}")
         power = design.mean_power_w if design.input_power_w is None else design.input_power_w
         if power is not None:
             least = "at least " if design.input_power_w is None else ""
