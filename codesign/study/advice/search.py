@@ -103,11 +103,12 @@ class Settled(ResultModel):
     )
     sure: bool = Field(default=False, description="whether it is excluded at every value inside the intervals")
 
-    def holds(self, period_s: float) -> bool:
-        """True if it is excluded at another period too, and as surely."""
+    def at(self, period_s: float) -> Settled | None:
+        """The same at another period; None where it may not be excluded there, or no longer at every value."""
         if self.time_s is None or self.least_s is None:
-            return self.state == "unfit"
-        return self.time_s > period_s and self.sure == (self.least_s > period_s)
+            return self if self.state == "unfit" else None
+        sure = self.least_s > period_s
+        return self.model_copy(update={"sure": sure}) if self.time_s > period_s and sure >= self.sure else None
 
 
 class Extent(ResultModel):
@@ -234,12 +235,15 @@ class _Open:
         """What an earlier search settled that holds at this period too. All other families are left to be looked at."""
         self.record = {each.path: each for each in looked.families}
         self.nearest, self.families = looked.nearest, []
-        self.few = sum(not each.settled.holds(period_s) for each in looked.families[:FEW])
+        first = [each.settled for each in looked.families[:FEW]]
+        if any(each.state != "left" for each in first):
+            self.few = sum(each.state != "left" and each.at(period_s) is None for each in first)
         for each in looked.families:
-            if each.settled.holds(period_s):
-                yield each.settled
-            else:
+            settled = each.settled.at(period_s)
+            if settled is None:
                 self.again.append(each)
+            else:
+                yield settled
 
     @property
     def messages(self) -> tuple[float, float]:
