@@ -138,9 +138,9 @@ def advise(
     # A board whose chip has no work is its computer at a higher price.
     near = min(about, key=lambda each: (each.under is not None, distance(each)), default=None)
     witness = None if near is None else (near, _certainty(laboratory, best.get(near.board)))
-    texts = (*question.grid.remarks, *laboratory.failures[:1], needs.remark, remark, unkept, *price_remarks(boards))
+    about_it = (needs.remark, remark, unkept, *price_remarks(boards), mission_remark(needs, advice))
+    texts = (*question.grid.remarks, *laboratory.failures[:1], *about_it)
     by_price = None if winner is None else cheapest(winner, advice, boards)
-    texts = (*texts, mission_remark(needs, advice))
     answer = Advice(
         question=str(question),
         verdict=verdict(advice, needs, met_alone(boards, findings, needs), certainty, proof, witness, by_price),
